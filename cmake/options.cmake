@@ -1,0 +1,14 @@
+# What every target is compiled with.
+add_library(kagero_options INTERFACE)
+target_compile_features(kagero_options INTERFACE cxx_std_20)
+target_compile_options(kagero_options INTERFACE
+  -Wall -Wextra -Wshadow
+  # Rounding is the same in scalar and packet code: products and sums fuse only where the source says mul_add.
+  -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-signed-zeros)
+target_include_directories(kagero_options INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src)
+if(KAGERO_SANITIZE)
+  target_compile_options(kagero_options INTERFACE -fsanitize=${KAGERO_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(kagero_options INTERFACE -fsanitize=${KAGERO_SANITIZE})
+endif()
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)

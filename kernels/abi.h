@@ -1,0 +1,215 @@
+/// The wall between the program and its kernel modules.
+///
+/// `src/` is ordinary baseline x86-64; each `kagero-kernels-<isa>.so` is compiled for one instruction set. They share the plain
+/// structs below and one exported function, `kagero_kernels`. Nothing here owns memory, throws or allocates.
+///
+/// Coordinates on this side of the wall are those of the Hamiltonian: scene coordinates minus `space.center`.
+#pragma once
+
+#include <cstdint>
+
+namespace kagero {
+
+inline constexpr std::uint32_t abi_version = 1;
+
+enum class Strategy : std::uint8_t { scalar, per_ray, packet };
+enum class Precision : std::uint8_t { float64, float32 };
+
+/// How a ray ended. Every ray ends in exactly one of these.
+enum class Status : std::uint8_t { hit, escaped, captured, step_limit, failed };
+inline constexpr std::uint32_t status_count = 5;
+
+/// Why a ray `failed` (or, for `step_limit` and `captured`, `none`).
+enum class Failure : std::uint8_t {
+    none,
+    zero_direction,      ///< the direction has length zero
+    nonfinite_start,     ///< a coordinate of the start or direction is infinite or not a number
+    singular_start,      ///< H or its derivatives do not exist at the start
+    no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
+    not_converged,       ///< an implicit step found no solution, even after halving the step
+    not_finite,          ///< the state left the range of the number type
+};
+
+enum class ObserverKind : std::uint8_t { static_, zamo, falling, coordinate };
+enum class HitModel : std::uint8_t { chord, hermite };
+
+/// One parameter that a Hamiltonian declares; `least <= value <= greatest` is the legal range (`least_open`: `least < value`).
+struct ParameterInfo {
+    const char* name;
+    double fallback;
+    double least, greatest;
+    bool least_open;
+    const char* unit;
+    const char* meaning;
+};
+
+/// What a Hamiltonian's header says of itself.
+struct HamiltonianInfo {
+    const char* name;
+    const char* what;       ///< one line
+    const char* formula;    ///< H as text
+    const char* source;     ///< author, year, equation
+    const char* conserved;  ///< quantities constant along a ray, as text
+    const ParameterInfo* parameters;
+    std::uint32_t parameter_count;
+    bool spacetime;          ///< null rays with p_t; else an index medium without p_t
+    bool rescales;           ///< declares a time transformation, used by `rescale = "auto"`
+    double level;            ///< H0, the level set rays are started on
+    const char* method;      ///< default integrator
+    double step;             ///< its default step
+};
+
+/// One integrator.
+struct IntegratorInfo {
+    const char* name;
+    std::uint32_t order;
+    bool symplectic, symmetric, implicit, adaptive;
+    const char* what;  ///< one line with its source
+};
+
+/// One surface of the scene, in the order of Embree's geometry identifiers. Vertices stay in double for refinement.
+struct Surface {
+    enum class Kind : std::uint8_t { triangles, sphere };
+    Kind kind;
+    const double* vertices;          ///< 3 per vertex (triangles)
+    const std::uint32_t* triangles;  ///< 3 indices per triangle
+    double center[3];                ///< sphere
+    double radius;
+};
+
+/// A lower bound of the distance to the nearest surface, constant in each cubic cell.
+struct ClearanceGrid {
+    const float* distance;  ///< x fastest; lengths of the Hamiltonian's coordinates
+    std::uint32_t cells[3];
+    double origin[3];
+    double cell;  ///< edge of a cell
+};
+
+/// What rays can meet. Embree works in float on coordinates shifted and scaled to order one: e = (q − shift) · scale.
+struct Geometry {
+    void* embree_scene;  ///< RTCScene, committed
+    double shift[3];
+    double scale;
+    const Surface* surfaces;
+    std::uint32_t surface_count;
+    const ClearanceGrid* clearance;  ///< null: every segment is queried
+};
+
+/// The momentum of a ray that an observer sees in the unit direction d of its rest frame: p_i = Σ_j matrix[i][j] d_j + offset[i]
+/// for i = x, y, z, t; then divided by p_t where `unit_pt`.
+struct StartMap {
+    double matrix[4][3];
+    double offset[4];
+    bool unit_pt;
+};
+
+/// Rays of a perspective camera: pixel (x, y) looks along corner + (x+½)·right + (y+½)·down in the observer's rest frame.
+struct CameraRays {
+    std::uint32_t width, height;
+    double position[3];
+    double corner[3], right[3], down[3];
+    StartMap start;
+};
+
+/// One ray given by its canonical state.
+struct RayStart {
+    double q[3], p[3], pt;
+    Failure failure;  ///< a start that cannot be used ends as `failed` at once
+};
+
+/// The end of one ray. Positions q, momenta p of H (also when a rescaled H was integrated), v the unit direction of dq/dλ.
+struct RayEnd {
+    double q[3], p[3], v[3];
+    double pt;
+    double parameter;     ///< λ of H; only with `output_parameter`
+    double energy_error;  ///< max |H−H0| / (|p·∂H/∂p| + |H0|); only with `output_energy`
+    std::uint32_t steps;
+    std::uint32_t gradients;  ///< evaluations of the derivative program, one-sided ones included
+    std::uint32_t surface;    ///< index into Geometry::surfaces, if `hit`
+    std::uint32_t primitive;
+    Status status;
+    Failure failure;
+    bool unrefined;  ///< the hit is the chord's, because the refined one fell outside its triangle
+};
+
+enum OutputBits : std::uint32_t { output_energy = 1, output_parameter = 2 };
+
+/// One point of a ray's path, handed to Job::path_sink after every step (step 0 is the start).
+struct PathPoint {
+    std::uint64_t ray;
+    std::uint32_t step;
+    double parameter, q[3], p[3], v[3], pt, energy;
+};
+
+/// Everything that all rays of a job share.
+struct Job {
+    std::uint32_t hamiltonian, integrator;  ///< indices into Module::hamiltonians, ::integrators
+    const double* parameters;               ///< of the Hamiltonian, in its declared order
+    bool rescaled;                          ///< integrate Ω(q)·(H − H0) instead of H
+    double step;
+    double tolerance;         ///< local error of adaptive methods, relative to 1 + |value|
+    double solver_tolerance;  ///< of implicit equations, relative; 0: to rounding
+    std::uint32_t max_steps;
+    double escape_radius;
+    double parameter_limit;  ///< infinity, or the λ at which every ray is ended exactly
+    HitModel hit;
+    double chord_tolerance;  ///< chords closer than this to the dense output are not split
+    std::uint32_t outputs;   ///< OutputBits
+    const Geometry* geometry;  ///< null: nothing to meet
+    const CameraRays* camera;  ///< either this
+    const RayStart* rays;      ///< or a list
+    void (*path_sink)(void* user, const PathPoint*);  ///< null: no paths
+    void* path_user;
+};
+
+/// The rays one call traces: the half-open pixel rectangle of a camera, or [x0, x1) of a list (y0 = 0, y1 = 1).
+struct Tile {
+    std::uint32_t x0, y0, x1, y1;
+};
+
+/// Work done, summed over a call.
+struct Counters {
+    std::uint64_t active_lane_steps, issued_lane_steps;
+    std::uint64_t active_iterations, issued_iterations;  ///< lane-iterations of implicit solves
+    std::uint64_t steps, gradients, queries;
+};
+
+/// One way of running a job.
+struct KernelInfo {
+    Strategy strategy;
+    Precision precision;
+    std::uint32_t lanes, registers;  ///< rays per packet, registers per variable
+    /// Traces a tile. `ends` receives (x1−x0)·(y1−y0) entries, row by row.
+    void (*trace)(const Job*, const Tile*, RayEnd* ends, Counters*);
+};
+
+/// What `kagero_kernels()` returns; lives as long as the module is loaded.
+struct Module {
+    std::uint32_t abi;  ///< must equal abi_version
+    const char* isa;
+    const char* compiler;
+    const HamiltonianInfo* hamiltonians;
+    std::uint32_t hamiltonian_count;
+    const IntegratorInfo* integrators;
+    std::uint32_t integrator_count;
+    const KernelInfo* kernels;
+    std::uint32_t kernel_count;
+
+    /// Null when the integrator serves the Hamiltonian, else why not.
+    const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator);
+    /// True where these parameters make every ray straight, so that no integrator is needed.
+    bool (*straight)(std::uint32_t hamiltonian, const double* parameters);
+    /// The momenta an observer of this kind at q assigns to directions of its rest frame.
+    Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
+    /// The state with dq/dλ along d and H = H0.
+    Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3], RayStart*);
+};
+
+}  // namespace kagero
+
+extern "C" {
+using KageroKernels = const kagero::Module* (*)();
+#ifdef KAGERO_MODULE
+__attribute__((visibility("default"))) const kagero::Module* kagero_kernels();
+#endif
+}

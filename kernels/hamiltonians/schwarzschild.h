@@ -1,0 +1,59 @@
+#pragma once
+
+#include "kernels/hamiltonians/hamiltonian.h"
+
+namespace kagero::hamiltonians {
+
+/// A spherical black hole: Schwarzschild's spacetime in Cartesian Kerr–Schild coordinates, outgoing form.
+///
+///     H = ½ (|p|² − p_t²) − ½ (r_g/r) (p_t + x·p/r)²     Satoh (2003), eq. (16), as the perfect square it is
+///
+/// x in scene lengths from the hole's centre, r = |x|; r_g = 2GM/c². Light rays have H = 0. Time does not occur, so p_t is constant
+/// along a ray. Conserved: H, p_t, x × p.
+///
+/// Domain: r > 0. With p_t > 0 a ray followed from the eye falls through r = r_g smoothly; run on to r → 0 it would be thrown out
+/// again, so it ends `captured` at r ≤ r_g, or earlier once it moves inward inside the photon sphere r = 3/2 r_g, from where no light
+/// ray returns (Chandrasekhar 1983, §20).
+struct Schwarzschild {
+    static constexpr const char* name = "schwarzschild";
+    static constexpr const char* what = "spherical black hole, Kerr-Schild coordinates";
+    static constexpr const char* formula = "H = (|p|^2 - pt^2)/2 - (rg/r)/2 (pt + x.p/r)^2";
+    static constexpr const char* source = "Satoh (2003), eq. (16)";
+    static constexpr const char* conserved = "pt, x cross p";
+    static constexpr std::array parameters{
+        ParameterInfo{"rg", 1.0, 0.0, unlimited, false, "scene lengths", "Schwarzschild radius 2GM/c^2"},
+    };
+    static constexpr bool spacetime = true;
+    static constexpr double level = 0;
+    static constexpr const char* method = "gauss8";
+    static constexpr double step = 0.5;
+
+    template <class V>
+    struct Parameters {
+        V rg;
+    };
+
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        const V r = norm(q);
+        const V u = pt + dot(q, p) / r;
+        return 0.5 * (dot(p, p) - pt * pt) - 0.5 * (k.rg / r) * u * u;
+    }
+
+    /// The only scale a ray meets is its distance from the centre.
+    template <class V>
+    static constexpr V rescale(const Parameters<V>&, const Vec3<V>& q) {
+        return norm(q);
+    }
+
+    template <class V>
+    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& v) {
+        const V r = norm(q);
+        const V inside_photon_sphere_and_inward = max(r - 1.5 * k.rg, dot(q, v));
+        return min(r - k.rg, inside_photon_sphere_and_inward);
+    }
+
+    static constexpr bool straight(const Parameters<double>& k) { return k.rg == 0; }
+};
+
+}  // namespace kagero::hamiltonians

@@ -1,0 +1,89 @@
+/// What a kernel module exports: the tables of Hamiltonians, integrators and kernels, behind one function.
+#include "kernels/tracing/observers.h"
+#include "kernels/tracing/trace_entry.h"
+#include "all_hamiltonians.inc"
+
+namespace kagero {
+namespace {
+
+template <class H>
+constexpr HamiltonianInfo info_of() {
+    return {H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
+            H::spacetime, Rescalable<H>, H::level, H::method, H::step};
+}
+constexpr HamiltonianInfo hamiltonian_infos[] = {
+#define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),
+#include "hamiltonians.inc"
+#undef KAGERO_HAMILTONIAN
+};
+
+constexpr auto integrator_infos = [] {
+    std::array<IntegratorInfo, methods.size()> infos{};
+    for (std::size_t i = 0; i < infos.size(); ++i) infos[i] = methods[i].info;
+    return infos;
+}();
+
+template <class V>
+constexpr KernelInfo kernel_of(Strategy strategy, Precision precision) {
+    return {strategy, precision, lane_count<V>, ValueTraits<V>::registers, trace_entry<V>};
+}
+constexpr KernelInfo kernel_infos[] = {
+    kernel_of<PacketDouble>(Strategy::packet, Precision::float64),
+    kernel_of<PacketFloat>(Strategy::packet, Precision::float32),
+    kernel_of<double>(Strategy::scalar, Precision::float64),
+    kernel_of<float>(Strategy::scalar, Precision::float32),
+};
+
+/// Calls visit.operator()<H>() with the Hamiltonian of an index.
+template <class Visit>
+auto visit_hamiltonian(std::uint32_t index, const Visit& visit) {
+    std::uint32_t i = 0;
+#define KAGERO_HAMILTONIAN(TYPE) \
+    if (i++ == index) return visit.template operator()<hamiltonians::TYPE>();
+#include "hamiltonians.inc"
+#undef KAGERO_HAMILTONIAN
+    return decltype(visit.template operator()<hamiltonians::Flat>()){};
+}
+
+const char* refusal(std::uint32_t, std::uint32_t) { return nullptr; }
+
+template <std::size_t n>
+void copy(const double* from, double (&to)[n]) {
+    for (std::size_t i = 0; i < n; ++i) to[i] = from[i];
+}
+
+Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double at[3], StartMap* map) {
+    if (kind != ObserverKind::static_) return Failure::no_momentum;
+    double q[3];
+    copy(at, q);
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe_static<H>(parameters, q, *map); });
+}
+
+Failure start(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], RayStart* out) {
+    double q[3], d[3];
+    copy(at, q), copy(along, d);
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return start_along<H>(parameters, q, d, *out); });
+}
+
+constexpr Module module{
+    abi_version,         KAGERO_ISA,
+    "" __VERSION__,      hamiltonian_infos,
+    std::size(hamiltonian_infos), integrator_infos.data(),
+    integrator_infos.size(), kernel_infos,
+    std::size(kernel_infos), refusal,
+    is_straight,         observe,
+    start,
+};
+
+}  // namespace
+
+bool is_straight(std::uint32_t hamiltonian, const double* parameters) {
+    return visit_hamiltonian(hamiltonian, [&]<class H>() {
+        if constexpr (SometimesStraight<H>) return H::straight(make_parameters<H>(parameters));
+        else return false;
+    });
+}
+
+}  // namespace kagero
+
+extern "C" const kagero::Module* kagero_kernels() { return &kagero::module; }

@@ -1,0 +1,354 @@
+/// Many rays in one value: the only place that names xsimd.
+///
+/// Kernel code is written once over a value type V. V is `Lanes<T, R>` (R registers of T, one ray per lane), or plain `double`,
+/// `float` for the scalar strategy; masks are `LaneMask<T, R>` or `bool`. Scalars obey the same functions with the same rounding, so
+/// scalar and packet runs agree bit for bit wherever only + − × ÷ √ and the functions below are used.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include <xsimd/xsimd.hpp>
+
+#define KAGERO_INLINE inline __attribute__((always_inline))
+
+namespace kagero {
+
+template <class T, int R>
+struct LaneMask {
+    using Register = xsimd::batch_bool<T>;
+    Register v[R];
+};
+
+/// R registers of T.
+template <class T, int R>
+struct Lanes {
+    using Register = xsimd::batch<T>;
+    static constexpr int width = static_cast<int>(Register::size);
+    Register v[R];
+
+    Lanes() = default;
+    KAGERO_INLINE Lanes(T all) {
+        for (int i = 0; i < R; ++i) v[i] = Register(all);
+    }
+};
+
+// ---- what V is made of -------------------------------------------------------------------------------------------------------
+
+template <class V>
+struct ValueTraits {
+    using Scalar = V;
+    using Mask = bool;
+    static constexpr int lanes = 1;
+    static constexpr int registers = 1;
+};
+template <class T, int R>
+struct ValueTraits<Lanes<T, R>> {
+    using Scalar = T;
+    using Mask = LaneMask<T, R>;
+    static constexpr int lanes = R * Lanes<T, R>::width;
+    static constexpr int registers = R;
+};
+template <class V>
+using ScalarOf = typename ValueTraits<V>::Scalar;
+template <class V>
+using MaskOf = typename ValueTraits<V>::Mask;
+template <class V>
+inline constexpr int lane_count = ValueTraits<V>::lanes;
+
+/// Distance from 1 to the next number.
+template <class S>
+inline constexpr S machine_epsilon = std::numeric_limits<S>::epsilon();
+
+// ---- registers: fused operations and the fast reciprocals --------------------------------------------------------------------
+
+namespace registers {
+
+#if defined(__AVX512F__)
+// xsimd 8.1 does not fuse on AVX-512.
+KAGERO_INLINE __m512d fused(__m512d a, __m512d b, __m512d c) { return _mm512_fmadd_pd(a, b, c); }
+KAGERO_INLINE __m512 fused(__m512 a, __m512 b, __m512 c) { return _mm512_fmadd_ps(a, b, c); }
+KAGERO_INLINE __m512d fused_sub(__m512d a, __m512d b, __m512d c) { return _mm512_fmsub_pd(a, b, c); }
+KAGERO_INLINE __m512 fused_sub(__m512 a, __m512 b, __m512 c) { return _mm512_fmsub_ps(a, b, c); }
+KAGERO_INLINE __m512d fused_neg(__m512d a, __m512d b, __m512d c) { return _mm512_fnmadd_pd(a, b, c); }
+KAGERO_INLINE __m512 fused_neg(__m512 a, __m512 b, __m512 c) { return _mm512_fnmadd_ps(a, b, c); }
+KAGERO_INLINE __m512d rsqrt14(__m512d x) { return _mm512_rsqrt14_pd(x); }
+KAGERO_INLINE __m512 rsqrt14(__m512 x) { return _mm512_rsqrt14_ps(x); }
+KAGERO_INLINE __m512d recip14(__m512d x) { return _mm512_rcp14_pd(x); }
+KAGERO_INLINE __m512 recip14(__m512 x) { return _mm512_rcp14_ps(x); }
+KAGERO_INLINE double rsqrt14(double x) { return _mm_cvtsd_f64(_mm_rsqrt14_sd(_mm_setzero_pd(), _mm_set_sd(x))); }
+KAGERO_INLINE float rsqrt14(float x) { return _mm_cvtss_f32(_mm_rsqrt14_ss(_mm_setzero_ps(), _mm_set_ss(x))); }
+KAGERO_INLINE double recip14(double x) { return _mm_cvtsd_f64(_mm_rcp14_sd(_mm_setzero_pd(), _mm_set_sd(x))); }
+KAGERO_INLINE float recip14(float x) { return _mm_cvtss_f32(_mm_rcp14_ss(_mm_setzero_ps(), _mm_set_ss(x))); }
+#elif defined(__FMA__)
+KAGERO_INLINE __m256d fused(__m256d a, __m256d b, __m256d c) { return _mm256_fmadd_pd(a, b, c); }
+KAGERO_INLINE __m256 fused(__m256 a, __m256 b, __m256 c) { return _mm256_fmadd_ps(a, b, c); }
+KAGERO_INLINE __m256d fused_sub(__m256d a, __m256d b, __m256d c) { return _mm256_fmsub_pd(a, b, c); }
+KAGERO_INLINE __m256 fused_sub(__m256 a, __m256 b, __m256 c) { return _mm256_fmsub_ps(a, b, c); }
+KAGERO_INLINE __m256d fused_neg(__m256d a, __m256d b, __m256d c) { return _mm256_fnmadd_pd(a, b, c); }
+KAGERO_INLINE __m256 fused_neg(__m256 a, __m256 b, __m256 c) { return _mm256_fnmadd_ps(a, b, c); }
+#else
+template <class B>
+KAGERO_INLINE B fused(const B& a, const B& b, const B& c) { return a * b + c; }
+template <class B>
+KAGERO_INLINE B fused_sub(const B& a, const B& b, const B& c) { return a * b - c; }
+template <class B>
+KAGERO_INLINE B fused_neg(const B& a, const B& b, const B& c) { return c - a * b; }
+#endif
+
+/// Bit i is lane i of one register's mask.
+#if defined(__AVX512F__)
+template <class T>
+KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<T>& m) {
+    return static_cast<std::uint64_t>(typename xsimd::batch_bool<T>::register_type(m));
+}
+#elif defined(__AVX2__)
+KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<double>& m) { return static_cast<unsigned>(_mm256_movemask_pd(m)); }
+KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return static_cast<unsigned>(_mm256_movemask_ps(m)); }
+#else
+KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<double>& m) { return static_cast<unsigned>(_mm_movemask_pd(m)); }
+KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
+#endif
+
+}  // namespace registers
+
+// ---- packets -----------------------------------------------------------------------------------------------------------------
+
+#define KAGERO_BINARY(NAME, EXPRESSION)                                                  \
+    template <class T, int R>                                                            \
+    KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b) {         \
+        Lanes<T, R> c;                                                                   \
+        for (int i = 0; i < R; ++i) c.v[i] = EXPRESSION;                                 \
+        return c;                                                                        \
+    }                                                                                    \
+    template <class T, int R>                                                            \
+    KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, std::type_identity_t<T> b) {    \
+        return NAME(a, Lanes<T, R>(b));                                                  \
+    }                                                                                    \
+    template <class T, int R>                                                            \
+    KAGERO_INLINE Lanes<T, R> NAME(std::type_identity_t<T> a, const Lanes<T, R>& b) {    \
+        return NAME(Lanes<T, R>(a), b);                                                  \
+    }
+KAGERO_BINARY(operator+, a.v[i] + b.v[i])
+KAGERO_BINARY(operator-, a.v[i] - b.v[i])
+KAGERO_BINARY(operator*, a.v[i] * b.v[i])
+KAGERO_BINARY(operator/, a.v[i] / b.v[i])
+KAGERO_BINARY(min, xsimd::min(a.v[i], b.v[i]))
+KAGERO_BINARY(max, xsimd::max(a.v[i], b.v[i]))
+KAGERO_BINARY(atan2, xsimd::atan2(a.v[i], b.v[i]))
+#undef KAGERO_BINARY
+
+#define KAGERO_UNARY(NAME, EXPRESSION)                           \
+    template <class T, int R>                                    \
+    KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a) {       \
+        Lanes<T, R> c;                                           \
+        for (int i = 0; i < R; ++i) c.v[i] = EXPRESSION;         \
+        return c;                                                \
+    }
+KAGERO_UNARY(operator-, -a.v[i])
+KAGERO_UNARY(abs, xsimd::abs(a.v[i]))
+KAGERO_UNARY(sqrt, xsimd::sqrt(a.v[i]))
+KAGERO_UNARY(exp, xsimd::exp(a.v[i]))
+KAGERO_UNARY(log, xsimd::log(a.v[i]))
+KAGERO_UNARY(sin, xsimd::sin(a.v[i]))
+KAGERO_UNARY(cos, xsimd::cos(a.v[i]))
+KAGERO_UNARY(tan, xsimd::tan(a.v[i]))
+KAGERO_UNARY(tanh, xsimd::tanh(a.v[i]))
+#undef KAGERO_UNARY
+
+template <class T, int R>
+KAGERO_INLINE Lanes<T, R>& operator+=(Lanes<T, R>& a, const Lanes<T, R>& b) { return a = a + b; }
+template <class T, int R>
+KAGERO_INLINE Lanes<T, R>& operator-=(Lanes<T, R>& a, const Lanes<T, R>& b) { return a = a - b; }
+
+#define KAGERO_TERNARY(NAME, FUNCTION)                                                                          \
+    template <class T, int R>                                                                                   \
+    KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b, const Lanes<T, R>& c) {          \
+        Lanes<T, R> d;                                                                                          \
+        for (int i = 0; i < R; ++i) d.v[i] = registers::FUNCTION(a.v[i], b.v[i], c.v[i]);                       \
+        return d;                                                                                               \
+    }
+KAGERO_TERNARY(mul_add, fused)          // a·b + c
+KAGERO_TERNARY(mul_sub, fused_sub)      // a·b − c
+KAGERO_TERNARY(neg_mul_add, fused_neg)  // c − a·b
+#undef KAGERO_TERNARY
+
+#define KAGERO_COMPARE(OPERATOR)                                                                    \
+    template <class T, int R>                                                                       \
+    KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const Lanes<T, R>& a, const Lanes<T, R>& b) {    \
+        LaneMask<T, R> m;                                                                           \
+        for (int i = 0; i < R; ++i) m.v[i] = a.v[i] OPERATOR b.v[i];                                \
+        return m;                                                                                   \
+    }
+KAGERO_COMPARE(<)
+KAGERO_COMPARE(<=)
+KAGERO_COMPARE(>)
+KAGERO_COMPARE(>=)
+#undef KAGERO_COMPARE
+
+#define KAGERO_LOGIC(OPERATOR)                                                                            \
+    template <class T, int R>                                                                             \
+    KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const LaneMask<T, R>& a, const LaneMask<T, R>& b) {    \
+        LaneMask<T, R> m;                                                                                 \
+        for (int i = 0; i < R; ++i) m.v[i] = a.v[i] OPERATOR b.v[i];                                      \
+        return m;                                                                                         \
+    }
+KAGERO_LOGIC(&)
+KAGERO_LOGIC(|)
+#undef KAGERO_LOGIC
+template <class T, int R>
+KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
+    LaneMask<T, R> m;
+    for (int i = 0; i < R; ++i) m.v[i] = !a.v[i];
+    return m;
+}
+
+/// a where the mask holds, else b.
+template <class T, int R>
+KAGERO_INLINE Lanes<T, R> pick(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
+    Lanes<T, R> c;
+    for (int i = 0; i < R; ++i) c.v[i] = xsimd::select(m.v[i], a.v[i], b.v[i]);
+    return c;
+}
+/// Bit i is lane i.
+template <class T, int R>
+KAGERO_INLINE std::uint64_t to_bits(const LaneMask<T, R>& m) {
+    std::uint64_t all = 0;
+    for (int i = 0; i < R; ++i) all |= registers::bits(m.v[i]) << (i * Lanes<T, R>::width);
+    return all;
+}
+template <class T, int R>
+KAGERO_INLINE bool any(const LaneMask<T, R>& m) { return to_bits(m) != 0; }
+
+// ---- scalars, to the same rounding -------------------------------------------------------------------------------------------
+
+template <class V>
+concept Scalar = std::is_floating_point_v<V>;
+
+#if defined(__FMA__)
+template <Scalar V>
+KAGERO_INLINE V mul_add(V a, V b, V c) { return std::fma(a, b, c); }
+template <Scalar V>
+KAGERO_INLINE V mul_sub(V a, V b, V c) { return std::fma(a, b, -c); }
+template <Scalar V>
+KAGERO_INLINE V neg_mul_add(V a, V b, V c) { return std::fma(-a, b, c); }
+#else
+template <Scalar V>
+KAGERO_INLINE V mul_add(V a, V b, V c) { return a * b + c; }
+template <Scalar V>
+KAGERO_INLINE V mul_sub(V a, V b, V c) { return a * b - c; }
+template <Scalar V>
+KAGERO_INLINE V neg_mul_add(V a, V b, V c) { return c - a * b; }
+#endif
+template <Scalar V>
+KAGERO_INLINE V min(V a, V b) { return a < b ? a : b; }
+template <Scalar V>
+KAGERO_INLINE V max(V a, V b) { return a > b ? a : b; }
+template <Scalar V>
+KAGERO_INLINE V pick(bool m, V a, V b) { return m ? a : b; }
+KAGERO_INLINE std::uint64_t to_bits(bool m) { return m; }
+KAGERO_INLINE bool any(bool m) { return m; }
+using std::abs;
+using std::atan2;
+using std::cos;
+using std::exp;
+using std::log;
+using std::sin;
+using std::sqrt;
+using std::tan;
+using std::tanh;
+
+// ---- 1/x and 1/√x: a 14-bit estimate and one polishing step of fourth order (double), second order (float) -------------------
+
+#if defined(__AVX512F__)
+/// y += y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y²: about 2 ulp.
+template <class B>
+KAGERO_INLINE B polished_rsqrt(const B& x, const B& y) {
+    using T = std::conditional_t<std::is_same_v<B, float> || std::is_same_v<B, xsimd::batch<float>>, float, double>;
+    const auto fma = [](const B& a, const B& b, const B& c) {
+        if constexpr (std::is_same_v<B, T>) return std::fma(a, b, c);
+        else return B(registers::fused(a, b, c));
+    };
+    const B e = fma(B(-x * y), y, B(T(1)));
+    if constexpr (std::is_same_v<T, float>) return fma(B(y * e), B(T(0.5)), y);
+    else return fma(B(y * e), fma(e, fma(e, B(T(0.3125)), B(T(0.375))), B(T(0.5))), y);
+}
+/// y += y e (1 + e (1 + e)) with e = 1 − x y.
+template <class B>
+KAGERO_INLINE B polished_recip(const B& x, const B& y) {
+    using T = std::conditional_t<std::is_same_v<B, float> || std::is_same_v<B, xsimd::batch<float>>, float, double>;
+    const auto fma = [](const B& a, const B& b, const B& c) {
+        if constexpr (std::is_same_v<B, T>) return std::fma(a, b, c);
+        else return B(registers::fused(a, b, c));
+    };
+    const B e = fma(B(-x), y, B(T(1)));
+    if constexpr (std::is_same_v<T, float>) return fma(B(y * e), B(T(1)), y);
+    else return fma(B(y * e), fma(e, B(e + B(T(1))), B(T(1))), y);
+}
+template <class T, int R>
+KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) {
+    Lanes<T, R> c;
+    for (int i = 0; i < R; ++i) c.v[i] = polished_rsqrt(a.v[i], xsimd::batch<T>(registers::rsqrt14(a.v[i])));
+    return c;
+}
+template <class T, int R>
+KAGERO_INLINE Lanes<T, R> recip(const Lanes<T, R>& a) {
+    Lanes<T, R> c;
+    for (int i = 0; i < R; ++i) c.v[i] = polished_recip(a.v[i], xsimd::batch<T>(registers::recip14(a.v[i])));
+    return c;
+}
+template <Scalar V>
+KAGERO_INLINE V rsqrt(V a) { return polished_rsqrt(a, registers::rsqrt14(a)); }
+template <Scalar V>
+KAGERO_INLINE V recip(V a) { return polished_recip(a, registers::recip14(a)); }
+#else
+template <class T, int R>
+KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) { return Lanes<T, R>(T(1)) / sqrt(a); }
+template <class T, int R>
+KAGERO_INLINE Lanes<T, R> recip(const Lanes<T, R>& a) { return Lanes<T, R>(T(1)) / a; }
+template <Scalar V>
+KAGERO_INLINE V rsqrt(V a) { return V(1) / std::sqrt(a); }
+template <Scalar V>
+KAGERO_INLINE V recip(V a) { return V(1) / a; }
+#endif
+
+// ---- single lanes of values that lie in memory -------------------------------------------------------------------------------
+
+template <class V>
+KAGERO_INLINE ScalarOf<V> get_lane(const V& v, int lane) {
+    ScalarOf<V> x;
+    std::memcpy(&x, reinterpret_cast<const char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, sizeof x);
+    return x;
+}
+template <class V>
+KAGERO_INLINE void set_lane(V& v, int lane, ScalarOf<V> x) {
+    std::memcpy(reinterpret_cast<char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, &x, sizeof x);
+}
+/// The mask whose lane i is bit i.
+template <class V>
+KAGERO_INLINE MaskOf<V> from_bits(std::uint64_t bits) {
+    if constexpr (lane_count<V> == 1) {
+        return (bits & 1) != 0;
+    } else {
+#if defined(__AVX512F__)
+        MaskOf<V> mask;
+        constexpr int width = V::width;
+        for (int r = 0; r < ValueTraits<V>::registers; ++r) {
+            using Bits = typename std::remove_reference_t<decltype(mask.v[r])>::register_type;
+            mask.v[r] = static_cast<Bits>(bits >> (r * width));
+        }
+        return mask;
+#endif
+        V chosen;
+        for (int i = 0; i < lane_count<V>; ++i) set_lane(chosen, i, ScalarOf<V>((bits >> i) & 1));
+        return chosen > V(ScalarOf<V>(0.5));
+    }
+}
+/// False for infinities and NaN.
+template <class V>
+KAGERO_INLINE MaskOf<V> is_finite(const V& a) { return abs(a) <= V(std::numeric_limits<ScalarOf<V>>::max()); }
+
+}  // namespace kagero

@@ -1,0 +1,196 @@
+/// Straight-line programs: what is left of a tape when only some of its nodes are wanted.
+///
+/// `extract` drops what the outputs do not need, fuses products into sums, and numbers the rest. `run` unrolls the program over a
+/// value type V by an index sequence: every operand is a compile-time index, so the compiler sees plain expressions.
+#pragma once
+
+#include "kernels/numeric/lanes.h"
+#include "kernels/numeric/tape.h"
+
+#include <utility>
+
+namespace kagero {
+
+template <int Size, int Outputs>
+struct Program {
+    std::array<Node, Size> nodes{};  ///< in order of evaluation; operands are indices into this array
+    std::array<int, Size> slot{};    ///< of a uniform node in the table of uniforms, else −1
+    std::array<int, Outputs> outputs{};
+    int size = 0;
+    int uniforms = 0;
+    /// Whether an input in [first, last) occurs.
+    constexpr bool uses_any_input(int first, int last) const {
+        for (int k = 0; k < size; ++k)
+            if (nodes[k].op == Op::input && nodes[k].a >= first && nodes[k].a < last) return true;
+        return false;
+    }
+};
+
+namespace detail {
+
+constexpr bool is_leaf(Op op) { return op == Op::constant || op == Op::parameter || op == Op::input; }
+
+template <int Outputs>
+constexpr std::array<int, Tape::capacity> count_uses(const Tape& t, const std::array<int, Outputs>& outputs) {
+    std::array<int, Tape::capacity> uses{};
+    for (int o : outputs) ++uses[o];
+    for (int i = t.size - 1; i >= 0; --i) {
+        const Node& n = t.nodes[i];
+        if (uses[i] == 0 || is_leaf(n.op)) continue;
+        for (int operand : {n.a, n.b, n.c})
+            if (operand >= 0) ++uses[operand];
+    }
+    return uses;
+}
+
+/// a·b + c in one operation wherever the product has no other use.
+constexpr void fuse(Tape& t, const std::array<int, Tape::capacity>& uses) {
+    for (int i = 0; i < t.size; ++i) {
+        Node& n = t.nodes[i];
+        if (n.uniform || uses[i] == 0 || (n.op != Op::add && n.op != Op::sub)) continue;
+        const auto lone_product = [&](int k) { return t.nodes[k].op == Op::mul && !t.uniform(k) && uses[k] == 1; };
+        if (lone_product(n.b)) {
+            const Node product = t.nodes[n.b];
+            n = {n.op == Op::add ? Op::mul_add : Op::neg_mul_add, product.a, product.b, n.a, 0, false};
+        } else if (lone_product(n.a)) {
+            const Node product = t.nodes[n.a];
+            n = {n.op == Op::add ? Op::mul_add : Op::mul_sub, product.a, product.b, n.b, 0, false};
+        }
+    }
+}
+
+template <int Outputs>
+constexpr Program<Tape::capacity, Outputs> extract_all(Tape t, const std::array<int, Outputs>& outputs) {
+    fuse(t, count_uses<Outputs>(t, outputs));
+    const auto uses = count_uses<Outputs>(t, outputs);
+    Program<Tape::capacity, Outputs> p;
+    std::array<int, Tape::capacity> place{};
+    for (int i = 0; i < t.size; ++i) {
+        if (uses[i] == 0) continue;
+        Node n = t.nodes[i];
+        if (!is_leaf(n.op)) {
+            n.a = place[n.a];
+            if (n.b >= 0) n.b = place[n.b];
+            if (n.c >= 0) n.c = place[n.c];
+        }
+        place[i] = p.size;
+        p.slot[p.size] = n.uniform && n.op != Op::constant ? p.uniforms++ : -1;
+        p.nodes[p.size++] = n;
+    }
+    for (int k = 0; k < Outputs; ++k) p.outputs[k] = place[outputs[k]];
+    return p;
+}
+
+}  // namespace detail
+
+/// The program that computes the nodes `outputs(tape)` of the tape `make()`. Both are captureless lambdas or function objects.
+template <int Outputs, auto Make>
+consteval auto extract() {
+    constexpr auto all = [] {
+        Tape t;
+        const std::array<int, Outputs> outputs = Make(t);
+        return detail::extract_all<Outputs>(t, outputs);
+    }();
+    Program<all.size, Outputs> p;
+    for (int i = 0; i < all.size; ++i) {
+        p.nodes[i] = all.nodes[i];
+        p.slot[i] = all.slot[i];
+    }
+    p.outputs = all.outputs;
+    p.size = all.size;
+    p.uniforms = all.uniforms;
+    return p;
+}
+
+namespace detail {
+
+/// One operation on any number type.
+template <Op op, class V>
+KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
+    if constexpr (op == Op::add) return a + b;
+    else if constexpr (op == Op::sub) return a - b;
+    else if constexpr (op == Op::mul) return a * b;
+    else if constexpr (op == Op::neg) return -a;
+    else if constexpr (op == Op::recip) return recip(a);
+    else if constexpr (op == Op::sqrt) return sqrt(a);
+    else if constexpr (op == Op::rsqrt) return rsqrt(a);
+    else if constexpr (op == Op::exp) return exp(a);
+    else if constexpr (op == Op::log) return log(a);
+    else if constexpr (op == Op::sin) return sin(a);
+    else if constexpr (op == Op::cos) return cos(a);
+    else if constexpr (op == Op::tan) return tan(a);
+    else if constexpr (op == Op::tanh) return tanh(a);
+    else if constexpr (op == Op::min) return min(a, b);
+    else if constexpr (op == Op::max) return max(a, b);
+    else if constexpr (op == Op::at_least) return pick(a >= b, V(1), V(0));
+    else if constexpr (op == Op::mul_add) return mul_add(a, b, c);
+    else if constexpr (op == Op::mul_sub) return mul_sub(a, b, c);
+    else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);
+}
+
+template <const auto& P, int I, class V, class S>
+KAGERO_INLINE V operand(const V* s, const S* uniforms) {
+    if constexpr (I < 0) return V(S(0));
+    else if constexpr (P.nodes[I].op == Op::constant) return V(S(P.nodes[I].value));
+    else if constexpr (P.nodes[I].uniform) return V(uniforms[P.slot[I]]);
+    else return s[I];
+}
+
+template <const auto& P, int I, class V, class S>
+KAGERO_INLINE void evaluate(V* s, const S* uniforms, const V* inputs) {
+    constexpr Node n = P.nodes[I];
+    if constexpr (n.op == Op::input) s[I] = inputs[n.a];
+    else if constexpr (!n.uniform)
+        s[I] = apply<n.op, V>(operand<P, n.a>(s, uniforms), operand<P, n.b>(s, uniforms), operand<P, n.c>(s, uniforms));
+}
+
+template <const auto& P, class V, class S, int... I, int... O>
+KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::integer_sequence<int, I...>,
+                       std::integer_sequence<int, O...>) {
+    V s[sizeof...(I) + 1];
+    (evaluate<P, I>(s, uniforms, inputs), ...);
+    ((outputs[O] = operand<P, P.outputs[O]>(s, uniforms)), ...);
+}
+
+}  // namespace detail
+
+/// Evaluates program P: inputs → outputs, with the uniforms that `fill_uniforms` made.
+template <const auto& P, class V, class S>
+KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
+    detail::run<P>(uniforms, inputs, outputs, std::make_integer_sequence<int, P.size>{},
+                   std::make_integer_sequence<int, static_cast<int>(P.outputs.size())>{});
+}
+
+/// Evaluates the nodes that depend on parameters alone.
+template <const auto& P, class S>
+void fill_uniforms(const S* parameters, S* uniforms) {
+    std::array<S, static_cast<std::size_t>(P.size) + 1> value{};
+    for (int i = 0; i < P.size; ++i) {
+        const Node& n = P.nodes[i];
+        if (!n.uniform) continue;
+        const S a = n.a >= 0 && n.op != Op::parameter ? value[n.a] : S(0), b = n.b >= 0 ? value[n.b] : S(0);
+        switch (n.op) {
+            case Op::constant: value[i] = S(n.value); break;
+            case Op::parameter: value[i] = parameters[n.a]; break;
+            case Op::add: value[i] = a + b; break;
+            case Op::sub: value[i] = a - b; break;
+            case Op::mul: value[i] = a * b; break;
+            case Op::neg: value[i] = -a; break;
+            case Op::recip: value[i] = S(1) / a; break;
+            case Op::sqrt: value[i] = sqrt(a); break;
+            case Op::rsqrt: value[i] = S(1) / sqrt(a); break;
+            case Op::exp: value[i] = exp(a); break;
+            case Op::log: value[i] = log(a); break;
+            case Op::sin: value[i] = sin(a); break;
+            case Op::cos: value[i] = cos(a); break;
+            case Op::tan: value[i] = tan(a); break;
+            case Op::tanh: value[i] = tanh(a); break;
+            case Op::min: value[i] = min(a, b); break;
+            case Op::max: value[i] = max(a, b); break;
+            default: break;  // steps and fused operations are never uniform
+        }
+        if (P.slot[i] >= 0) uniforms[P.slot[i]] = value[i];
+    }
+}
+
+}  // namespace kagero

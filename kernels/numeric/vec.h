@@ -1,0 +1,23 @@
+/// Three components of anything that adds and multiplies.
+#pragma once
+
+namespace kagero {
+
+template <class V>
+struct Vec3 {
+    V x, y, z;
+};
+
+template <class V>
+constexpr Vec3<V> operator+(const Vec3<V>& a, const Vec3<V>& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class V>
+constexpr Vec3<V> operator-(const Vec3<V>& a, const Vec3<V>& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+template <class S, class V>
+constexpr Vec3<V> operator*(const S& s, const Vec3<V>& a) { return {s * a.x, s * a.y, s * a.z}; }
+template <class V>
+constexpr V dot(const Vec3<V>& a, const Vec3<V>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+/// Euclidean length.
+template <class V>
+constexpr V norm(const Vec3<V>& a) { return sqrt(dot(a, a)); }
+
+}  // namespace kagero

@@ -1,0 +1,38 @@
+/// The rays of one packet and the step they are taking, in memory between the tracing loop and a stepper.
+#pragma once
+
+#include "kernels/stepping/system.h"
+
+namespace kagero {
+
+inline constexpr int max_stages = 8;
+
+template <class V>
+struct Flow {
+    // Set by the tracing loop.
+    State<V> start;            ///< where the step begins
+    Vec3<V> start_velocity;    ///< dq/dτ there
+    V h;                       ///< step length in the integration parameter τ; 0 in finished lanes, which makes a step the identity
+    V start_parameter;         ///< λ of H
+    bool want_parameter = false;
+    bool want_energy = false;
+    ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
+
+    // Set by the stepper.
+    State<V> end;
+    Vec3<V> end_velocity;
+    V end_parameter;
+    V energy_error;            ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
+    V energy;                  ///< H at the end
+    V captured;                ///< ≤ 0 where the ray is captured at the end
+    MaskOf<V> solved;          ///< the implicit equations were solved
+    V gradients;               ///< derivative evaluations of each ray, accumulated
+
+    // Carried from step to step by the stepper.
+    V stage[max_stages][6];    ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
+
+    // Work, accumulated.
+    std::uint64_t open_iterations = 0, issued_iterations = 0;
+};
+
+}  // namespace kagero

@@ -1,0 +1,32 @@
+/// Everything the tracing loop asks of a Hamiltonian, behind function pointers: the loop is compiled once per value type, each
+/// Hamiltonian once per value type, and neither knows the other.
+#pragma once
+
+#include "kernels/stepping/methods.h"
+
+namespace kagero {
+
+/// Room for any System<H, …>.
+struct alignas(64) SystemStorage {
+    unsigned char bytes[4096];
+};
+
+/// One Hamiltonian, rescaled or not, on one value type.
+template <class V>
+struct SpaceKernel {
+    /// Puts the system with these parameters into storage.
+    void (*construct)(SystemStorage&, const double* parameters);
+    /// Fills velocity, energy and the stepper's memory at the start of rays.
+    void (*begin[kind_count])(const SystemStorage&, Flow<V>&);
+    /// One step from flow.start to flow.end.
+    void (*step[kind_count])(const SystemStorage&, Flow<V>&, Fractions);
+    /// The same for rays known to be straight.
+    void (*begin_straight)(const SystemStorage&, Flow<V>&);
+    void (*step_straight)(const SystemStorage&, Flow<V>&, Fractions);
+};
+
+/// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.
+template <class H, class V>
+const SpaceKernel<V>& space_kernel(bool rescaled);
+
+}  // namespace kagero

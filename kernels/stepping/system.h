@@ -1,0 +1,208 @@
+/// From a scalar H to Hamilton's equations: dq/dλ = ∂H/∂p, dp/dλ = −∂H/∂q (Satoh 2003, eq. 7), by the tape.
+///
+/// `System<H, Rescaled, S>` holds a Hamiltonian's parameters as numbers of type S and runs its derivative programs on any value type
+/// whose lanes are S. With `Rescaled` it is K = Ω(q)·(H − H0) multiplied through, which has the same rays on H = H0 in another
+/// parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006, §VIII.2).
+#pragma once
+
+#include "kernels/numeric/program.h"
+#include "kernels/numeric/vec.h"
+
+namespace kagero {
+
+/// Canonical state of rays: x y z px py pz, and the constant p_t behind them, as the programs read them.
+template <class V>
+struct State {
+    V y[7];
+    Vec3<V> q() const { return {y[0], y[1], y[2]}; }
+    Vec3<V> p() const { return {y[3], y[4], y[5]}; }
+    void set(const Vec3<V>& q, const Vec3<V>& p) { y[0] = q.x, y[1] = q.y, y[2] = q.z, y[3] = p.x, y[4] = p.y, y[5] = p.z; }
+};
+
+template <class H>
+concept Rescalable = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::rescale(k, q); };
+template <class H>
+concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q); };
+template <class H>
+concept SometimesStraight = requires(const typename H::template Parameters<double>& k) { H::straight(k); };
+
+/// Parameters<S> filled from an array in declared order.
+template <class H, class S>
+constexpr auto make_parameters(const S* values) {
+    return [&]<std::size_t... I>(std::index_sequence<I...>) {
+        return typename H::template Parameters<S>{values[I]...};
+    }(std::make_index_sequence<H::parameters.size()>{});
+}
+
+/// The leaves and the Hamiltonian of a tape.
+template <class H>
+struct Recording {
+    std::array<int, 7> input{};
+    int energy = -1;   ///< H − H0
+    int rescale = -1;  ///< Ω, or the constant 1
+    Recorded k[H::parameters.size() + 1];
+    Vec3<Recorded> q, p;
+
+    constexpr explicit Recording(Tape& t) {
+        for (int i = 0; i < 7; ++i) input[i] = t.input(i);
+        for (int i = 0; i < static_cast<int>(H::parameters.size()); ++i) k[i] = Recorded(&t, t.parameter(i));
+        q = {{&t, input[0]}, {&t, input[1]}, {&t, input[2]}};
+        p = {{&t, input[3]}, {&t, input[4]}, {&t, input[5]}};
+        const auto parameters = make_parameters<H>(k);
+        energy = t.sub(H::energy(parameters, q, p, Recorded(&t, input[6])).on(t), t.constant(H::level));
+        if constexpr (Rescalable<H>) rescale = H::rescale(parameters, q).on(t);
+        else rescale = t.constant(1);
+    }
+    /// H − H0, or K.
+    constexpr int hamiltonian(Tape& t, bool rescaled) const { return rescaled ? multiply_through(t, rescale, energy) : energy; }
+};
+
+/// ∂K/∂(x y z px py pz).
+template <class H, bool Rescaled>
+struct MakeDerivatives {
+    constexpr std::array<int, 6> operator()(Tape& t) const {
+        const Recording<H> r(t);
+        const int k = r.hamiltonian(t, Rescaled);
+        std::array<int, 6> wanted{}, gradient{};
+        for (int i = 0; i < 6; ++i) wanted[i] = r.input[i];
+        record_gradient<6>(t, k, wanted, gradient);
+        return gradient;
+    }
+};
+/// One side of the derivatives: from = 0 for ∂K/∂q, 3 for ∂K/∂p.
+template <class H, bool Rescaled, int from>
+struct MakeSide {
+    constexpr std::array<int, 3> operator()(Tape& t) const {
+        const auto all = MakeDerivatives<H, Rescaled>{}(t);
+        return {all[from], all[from + 1], all[from + 2]};
+    }
+};
+/// H − H0 and p·∂H/∂p.
+template <class H>
+struct MakeEnergy {
+    constexpr std::array<int, 2> operator()(Tape& t) const {
+        const auto velocity = MakeSide<H, false, 3>{}(t);
+        const Recording<H> r(t);
+        const int pv = t.add(t.add(t.mul(r.input[3], velocity[0]), t.mul(r.input[4], velocity[1])), t.mul(r.input[5], velocity[2]));
+        return {r.energy, pv};
+    }
+};
+template <class H>
+struct MakeRescale {
+    constexpr std::array<int, 1> operator()(Tape& t) const { return {Recording<H>(t).rescale}; }
+};
+/// The capture condition, from position (inputs 0–2) and velocity (inputs 3–5).
+template <class H>
+struct MakeCaptured {
+    constexpr std::array<int, 1> operator()(Tape& t) const {
+        const Recording<H> r(t);
+        return {H::captured(make_parameters<H>(r.k), r.q, r.p).on(t)};
+    }
+};
+
+/// The programs of a Hamiltonian, made once by the compiler.
+template <class H, bool Rescaled>
+inline constexpr auto derivatives_program = extract<6, MakeDerivatives<H, Rescaled>{}>();
+template <class H, bool Rescaled>
+inline constexpr auto force_program = extract<3, MakeSide<H, Rescaled, 0>{}>();
+template <class H, bool Rescaled>
+inline constexpr auto velocity_program = extract<3, MakeSide<H, Rescaled, 3>{}>();
+template <class H>
+inline constexpr auto energy_program = extract<2, MakeEnergy<H>{}>();
+template <class H>
+inline constexpr auto rescale_program = extract<1, MakeRescale<H>{}>();
+template <class H>
+inline constexpr auto captured_program = extract<1, MakeCaptured<H>{}>();
+
+/// A program's uniforms, as numbers of type S.
+template <const auto& P, class S>
+struct Uniforms {
+    S values[P.uniforms + 1];
+    explicit Uniforms(const S* parameters) { fill_uniforms<P>(parameters, values); }
+};
+struct NoUniforms {
+    template <class S>
+    explicit NoUniforms(const S*) {}
+};
+
+template <class H, bool Rescaled, class S>
+class System {
+    static_assert(!Rescaled || Rescalable<H>);
+    static constexpr const auto& derivatives_ = derivatives_program<H, Rescaled>;
+    static constexpr const auto& force_ = force_program<H, Rescaled>;
+    static constexpr const auto& velocity_ = velocity_program<H, Rescaled>;
+
+public:
+    using Hamiltonian = H;
+    static constexpr bool rescaled = Rescaled;
+    /// Whether ∂K/∂q depends on p, ∂K/∂p on q: where not, the half steps of eq. (9) are explicit.
+    static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
+    static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
+
+    explicit System(const double* parameters) : System(Numbers(parameters)) {}
+
+    /// out = ∂K/∂q (3), ∂K/∂p (3).
+    template <class V>
+    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const { run<derivatives_>(derivatives_u_.values, s.y, out); }
+    /// ∂K/∂q alone.
+    template <class V>
+    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return side<force_>(force_u_.values, s); }
+    /// ∂K/∂p alone: dq/dτ.
+    template <class V>
+    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side<velocity_>(velocity_u_.values, s); }
+    /// H − H0 and p·∂H/∂p, of the Hamiltonian itself.
+    template <class V>
+    KAGERO_INLINE void energy(const State<V>& s, V& h, V& pv) const {
+        V out[2];
+        run<energy_program<H>>(energy_u_.values, s.y, out);
+        h = out[0], pv = out[1];
+    }
+    /// dλ/dτ at the position in s.
+    template <class V>
+    KAGERO_INLINE V pace(const State<V>& s) const {
+        V out[1] = {V(S(1))};
+        if constexpr (Rescaled) run<rescale_program<H>>(rescale_u_.values, s.y, out);
+        return out[0];
+    }
+    /// ≤ 0 where a ray at q that moves along v is captured.
+    template <class V>
+    KAGERO_INLINE V captured(const Vec3<V>& q, const Vec3<V>& v) const requires Capturing<H> {
+        const V in[7] = {q.x, q.y, q.z, v.x, v.y, v.z, V(S(0))};
+        V out[1];
+        run<captured_program<H>>(captured_u_.values, in, out);
+        return out[0];
+    }
+
+private:
+    /// The parameters as S; room for one more, because a Hamiltonian may have none.
+    struct Numbers {
+        S k[H::parameters.size() + 1] = {};
+        explicit Numbers(const double* parameters) {
+            for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = S(parameters[i]);
+        }
+    };
+    explicit System(const Numbers& n)
+        : derivatives_u_(n.k), force_u_(n.k), velocity_u_(n.k), energy_u_(n.k), rescale_u_(n.k), captured_u_(n.k) {}
+
+    template <const auto& P, class V>
+    KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
+        V out[3];
+        run<P>(uniforms, s.y, out);
+        return {out[0], out[1], out[2]};
+    }
+
+    template <class Self>
+    static constexpr auto captured_uniforms() {
+        if constexpr (Capturing<Self>) return std::type_identity<Uniforms<captured_program<Self>, S>>{};
+        else return std::type_identity<NoUniforms>{};
+    }
+
+    Uniforms<derivatives_program<H, Rescaled>, S> derivatives_u_;
+    Uniforms<force_program<H, Rescaled>, S> force_u_;
+    Uniforms<velocity_program<H, Rescaled>, S> velocity_u_;
+    Uniforms<energy_program<H>, S> energy_u_;
+    Uniforms<rescale_program<H>, S> rescale_u_;
+    typename decltype(captured_uniforms<H>())::type captured_u_;
+};
+
+}  // namespace kagero

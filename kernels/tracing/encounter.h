@@ -1,0 +1,161 @@
+/// The step just taken against the scene: which lanes hit what, and roughly where on the step.
+///
+/// Most steps ask nothing: each lane carries a budget, a distance it may still go without meeting anything, taken from the clearance
+/// grid. Where the budget is short the dense output is cut into chords that stay within the tolerance and Embree is asked.
+#pragma once
+
+#include "kernels/abi.h"
+#include "kernels/tracing/curve.h"
+#include "kernels/tracing/segment_query.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+
+/// Lower bound of the distance from q to the nearest surface.
+inline double clearance_at(const ClearanceGrid& grid, double x, double y, double z) {
+    const double at[3] = {x, y, z};
+    std::size_t index[3];
+    double outside2 = 0;
+    for (int k = 0; k < 3; ++k) {
+        const double u = at[k] - grid.origin[k], size = grid.cells[k] * grid.cell;
+        const double beyond = u < 0 ? -u : u > size ? u - size : 0;
+        outside2 += beyond * beyond;
+        index[k] = std::size_t(std::clamp(u / grid.cell, 0.0, grid.cells[k] - 1.0));
+    }
+    if (outside2 > 0) return std::sqrt(outside2);
+    return double(grid.distance[(index[2] * grid.cells[1] + index[1]) * grid.cells[0] + index[0]]);
+}
+
+template <class V>
+class Encounter {
+    using S = ScalarOf<V>;
+    static constexpr int W = lane_count<V>;
+
+public:
+    /// What each hit lane met.
+    std::uint32_t surface[W], primitive[W];
+    double from[W], to[W];    ///< the piece of the step that was hit, as fractions
+    double t[W];              ///< where on that piece's chord, from Embree
+    std::uint64_t queries = 0;
+
+    explicit Encounter(const Job& job) : geometry_(*job.geometry), tolerance_(S(job.chord_tolerance)),
+                                         chord_only_(job.hit == HitModel::chord) {}
+
+    /// New ray in the lanes of `lanes`: nothing known yet, and the surface it stands on does not count.
+    void begin(std::uint64_t lanes) {
+        for (std::uint64_t rest = lanes; rest; rest &= rest - 1) budget_[__builtin_ctzll(rest)] = 0;
+        fresh_ |= lanes;
+    }
+
+    /// Tests the step in `flow` for the lanes of `active`; returns those that hit.
+    std::uint64_t meet(const Flow<V>& flow, std::uint64_t active) {
+        const Curve<V> curve = Curve<V>::of_step(flow);
+        const std::uint64_t asking = spend(curve, active);
+        const std::uint64_t hits = asking ? ask(curve, asking) : 0;
+        fresh_ &= ~active;
+        return hits;
+    }
+
+private:
+    /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface.
+    std::uint64_t spend(const Curve<V>& curve, std::uint64_t active) {
+        if (!geometry_.clearance) return active;
+        alignas(64) S reach[W], length[W], x[W], y[W], z[W];
+        const Vec3<V> chord = curve.q1 - curve.q0;
+        const V way = curve.reach() * V(S(1.01));
+        put(way, reach), put(sqrt(dot(chord, chord)), length);
+        bool loaded = false;
+        std::uint64_t asking = 0;
+        for (std::uint64_t rest = active; rest; rest &= rest - 1) {
+            const int i = __builtin_ctzll(rest);
+            if (!(reach[i] < budget_[i])) {
+                if (!loaded) put(curve.q0.x, x), put(curve.q0.y, y), put(curve.q0.z, z);
+                loaded = true;
+                budget_[i] = S(clearance_at(*geometry_.clearance, double(x[i]), double(y[i]), double(z[i])));
+                if (!(reach[i] < budget_[i])) asking |= std::uint64_t(1) << i;
+            }
+            budget_[i] -= length[i] * S(1.0001);
+        }
+        return asking;
+    }
+
+    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries piece after piece.
+    std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
+        alignas(64) S sagitta[W];
+        int pieces[W], most = 1;
+        put(curve.sagitta(), sagitta);
+        for (std::uint64_t rest = asking; rest; rest &= rest - 1) {
+            const int i = __builtin_ctzll(rest);
+            pieces[i] = chord_only_ ? 1 : pieces_for(sagitta[i]);
+            most = std::max(most, pieces[i]);
+        }
+        std::uint64_t hits = 0;
+        V s0(S(0));
+        Vec3<V> a = curve.q0;
+        for (int piece = 0; piece < most; ++piece) {
+            std::uint64_t now = 0;
+            V s1(S(1));
+            for (std::uint64_t rest = asking & ~hits; rest; rest &= rest - 1) {
+                const int i = __builtin_ctzll(rest);
+                if (piece < pieces[i]) now |= std::uint64_t(1) << i;
+                set_lane(s1, i, S(std::min(piece + 1, pieces[i])) / S(pieces[i]));
+            }
+            if (!now) break;
+            const Vec3<V> b = most == 1 ? curve.q1 : curve.at(s1);
+            hits |= ask_piece(a, b, s0, s1, now, piece == 0);
+            a = b, s0 = s1;
+        }
+        return hits;
+    }
+
+    std::uint64_t ask_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t now, bool first) {
+        Segments<W> segments;
+        const V scale(S(geometry_.scale));
+        const auto to_embree = [&](const V& start, const V& end, int k) {
+            narrow((start - V(S(geometry_.shift[k]))) * scale, segments.org[k]);
+            narrow((end - start) * scale, segments.dir[k]);
+        };
+        to_embree(a.x, b.x, 0), to_embree(a.y, b.y, 1), to_embree(a.z, b.z, 2);
+        for (int i = 0; i < W; ++i) {
+            segments.near[i] = 0;
+            if (first && ((fresh_ >> i) & 1)) {
+                const float x = segments.dir[0][i], y = segments.dir[1][i], z = segments.dir[2][i];
+                segments.near[i] = std::min(0.5f, start_offset / std::max(std::sqrt(x * x + y * y + z * z), start_offset));
+            }
+        }
+        queries += static_cast<std::uint64_t>(__builtin_popcountll(now));
+        const std::uint64_t hits = query(geometry_.embree_scene, segments, now);
+        for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
+            const int i = __builtin_ctzll(rest);
+            surface[i] = segments.surface[i], primitive[i] = segments.primitive[i], t[i] = double(segments.t[i]);
+            from[i] = double(get_lane(s0, i)), to[i] = double(get_lane(s1, i));
+        }
+        return hits;
+    }
+
+    /// Halving a curve divides its sagitta by four.
+    int pieces_for(S sagitta) const {
+        int pieces = 1;
+        for (S s = sagitta; s > tolerance_ && pieces < 64; s *= S(0.25)) pieces *= 2;
+        return pieces;
+    }
+    static void put(const V& v, S* to) { std::memcpy(to, &v, sizeof v); }
+    static void narrow(const V& v, float* to) {
+        alignas(64) S lanes[W];
+        put(v, lanes);
+        for (int i = 0; i < W; ++i) to[i] = float(lanes[i]);
+    }
+
+    /// How far from its start a ray cannot meet a surface, in Embree's coordinates of order one: some 30 roundings of float.
+    static constexpr float start_offset = 4e-6f;
+
+    const Geometry& geometry_;
+    S tolerance_;
+    bool chord_only_;
+    S budget_[W] = {};
+    std::uint64_t fresh_ = 0;
+};
+
+}  // namespace kagero

@@ -1,0 +1,102 @@
+/// Delivering rays onto what ends them: a surface or the escape sphere.
+///
+/// Dense output finds the event; its order is lower than the step's. So a ray that has met something waits, with the step it was
+/// taking, until the rest of its packet is done; then all of them redo that step at the fraction where the surface lies, and correct
+/// the fraction by Newton's method until they stand on it: position and direction have the full order of the integrator.
+#pragma once
+
+#include "kernels/stepping/space_kernel.h"
+#include "kernels/tracing/curve.h"
+#include "kernels/tracing/surface.h"
+
+namespace kagero {
+
+template <class V>
+class Landing {
+    using S = ScalarOf<V>;
+    static constexpr int W = lane_count<V>;
+
+public:
+    Flow<V> flow;              ///< the waiting lanes' last steps; after `land` flow.end is where they stand
+    std::uint64_t waiting = 0;
+    std::uint64_t unrefined = 0;
+
+    /// A lane of `from` that meets `level` within fractions [lo, hi] of its step, probably at s.
+    void wait(const Flow<V>& from, int lane, const Level<double>& level, double lo, double hi, double s) {
+        if (!waiting) flow = from;  // every other lane holds something harmless
+        copy_lane(from, lane);
+        set_lane(level_, lane, level);
+        set_lane(lo_, lane, S(lo)), set_lane(hi_, lane, S(hi)), set_lane(s_, lane, S(s));
+        waiting |= std::uint64_t(1) << lane;
+    }
+
+    /// `deliver`: redo the step; else the Hermite curve alone places the hit.
+    template <class Begin, class Step>
+    void land(const Begin& begin, const Step& step, bool chord) {
+        const MaskOf<V> mask = from_bits<V>(waiting);
+        s_ = pick(mask, s_, V(S(0)));
+        const V full = pick(mask, flow.h, V(S(0)));
+        flow.h = full;
+        if (chord) return interpolate();
+        refine_on_curve(mask);
+        deliver(begin, step, mask, full);
+    }
+
+private:
+    void copy_lane(const Flow<V>& from, int lane) {
+        const auto copy = [lane](V& to, const V& v) { set_lane(to, lane, get_lane(v, lane)); };
+        for (int k = 0; k < 7; ++k) copy(flow.start.y[k], from.start.y[k]), copy(flow.end.y[k], from.end.y[k]);
+        const auto copy3 = [&](Vec3<V>& to, const Vec3<V>& v) { copy(to.x, v.x), copy(to.y, v.y), copy(to.z, v.z); };
+        copy3(flow.start_velocity, from.start_velocity), copy3(flow.end_velocity, from.end_velocity);
+        copy(flow.h, from.h), copy(flow.start_parameter, from.start_parameter), copy(flow.end_parameter, from.end_parameter);
+        copy(flow.gradients, from.gradients), copy(flow.energy_error, from.energy_error);
+    }
+
+    /// Newton on the Hermite curve, kept inside the piece that was hit.
+    void refine_on_curve(const MaskOf<V>& mask) {
+        const Curve<V> curve = Curve<V>::of_step(flow);
+        const V margin = V(S(0.25)) * (hi_ - lo_), least = lo_ - margin, greatest = hi_ + margin;
+        V s = s_;
+        for (int i = 0; i < 4; ++i) {
+            const Vec3<V> q = curve.at(s);
+            const V next = s - level_.value(q) / level_.slope(q, curve.slope(s));
+            s = pick(is_finite(next), min(max(next, least), greatest), s);
+        }
+        const MaskOf<V> inside = (s > least) & (s < greatest);
+        unrefined = to_bits(mask & !inside);
+        s_ = pick(mask & inside, s, s_);
+    }
+
+    /// Partial steps with Newton's correction of the fraction; a lane that stands on its surface keeps its fraction.
+    template <class Begin, class Step>
+    void deliver(const Begin& begin, const Step& step, const MaskOf<V>& mask, const V& full) {
+        const V close(S(16) * machine_epsilon<S>);
+        MaskOf<V> open = mask & !from_bits<V>(unrefined);
+        begin(flow);
+        for (int i = 0; i < max_corrections; ++i) {
+            flow.h = s_ * full;
+            const V before = flow.gradients;
+            step(flow);
+            flow.gradients = pick(i == 0 ? mask : open, flow.gradients, before);
+            const V change = level_.value(flow.end.q()) / (level_.slope(flow.end.q(), flow.end_velocity) * full);
+            open = open & (abs(change) > close) & (abs(change) < V(S(0.5)));
+            if (!any(open) || i + 1 == max_corrections) break;
+            s_ = pick(open, s_ - change, s_);
+        }
+    }
+
+    /// On the chord itself: straight-line interpolation between the ends of the step.
+    void interpolate() {
+        const Vec3<V> way = flow.end.q() - flow.start.q();
+        for (int k = 0; k < 6; ++k) flow.end.y[k] = mul_add(s_, flow.end.y[k] - flow.start.y[k], flow.start.y[k]);
+        flow.end_parameter = mul_add(s_, flow.end_parameter - flow.start_parameter, flow.start_parameter);
+        flow.end_velocity = way;
+    }
+
+    static constexpr int max_corrections = 6;
+
+    Level<V> level_{};
+    V lo_{}, hi_{}, s_{};
+};
+
+}  // namespace kagero

@@ -1,0 +1,341 @@
+/// The tracing loop: rays in lockstep, each lane leaving when its own ray ends.
+///
+/// Compiled once per value type; scalar, and packets of any width, run these lines. The Hamiltonian and the method are behind
+/// `SpaceKernel`. A finished lane keeps a harmless state and a step of length zero, so steppers need no masks.
+#pragma once
+
+#include "kernels/tracing/encounter.h"
+#include "kernels/tracing/landing.h"
+#include "kernels/tracing/ray_source.h"
+
+namespace kagero {
+
+/// What all packets of a call share.
+template <class V>
+struct Task {
+    const Job& job;
+    const Method& method;
+    bool straight;
+    const SpaceKernel<V>& kernel;
+    SystemStorage system;
+
+    Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
+        : job(j), method(methods[j.integrator]), straight(is_straight), kernel(k) {
+        kernel.construct(system, job.parameters);
+    }
+    void begin(Flow<V>& f) const {
+        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f);
+    }
+    void step(Flow<V>& f) const {
+        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.fractions);
+    }
+};
+
+/// One packet of rays from start to end.
+template <class V>
+class PacketTracer {
+    using S = ScalarOf<V>;
+    static constexpr int W = lane_count<V>;
+
+public:
+    PacketTracer(const Task<V>& task, Counters& counters) : task_(task), job_(task.job), counters_(counters) {}
+
+    /// Traces starts[i] for the lanes of `lanes` into *ends[i]; `first_ray` numbers the rays for the path sink.
+    void trace(const RayStart (&starts)[W], std::uint64_t lanes, RayEnd* const (&ends)[W], const std::uint64_t (&numbers)[W]) {
+        ends_ = ends, numbers_ = numbers;
+        fill(starts, lanes);
+        Landing<V> landing;
+        if (job_.geometry) {
+            Encounter<V> encounter(job_);
+            encounter.begin(active_);
+            while (active_) advance_once(landing, &encounter);
+            counters_.queries += encounter.queries;
+        } else {
+            while (active_) advance_once(landing, nullptr);
+        }
+        land(landing);
+        counters_.active_iterations += flow_.open_iterations;
+        counters_.issued_iterations += flow_.issued_iterations;
+    }
+
+private:
+    void fill(const RayStart (&starts)[W], std::uint64_t lanes);
+    void advance_once(Landing<V>& landing, Encounter<V>* encounter);
+    std::uint64_t retry(std::uint64_t bad, std::uint64_t unsolved);
+    void commit(std::uint64_t lanes, std::uint64_t staying);
+    std::uint64_t wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits);
+    void wait_for_sphere(Landing<V>& landing, std::uint64_t lanes);
+    void land(Landing<V>& landing);
+    void retire(const Flow<V>& f, int lane, Status status, Failure failure);
+    void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
+    V step_length() const;
+
+    const Task<V>& task_;
+    const Job& job_;
+    Counters& counters_;
+    Flow<V> flow_;
+    V nominal_;                     ///< step length of active lanes, 0 in finished ones
+    V worst_energy_;
+    std::uint64_t active_ = 0;
+    std::uint32_t steps_[W] = {};
+    std::uint8_t halvings_[W] = {};
+    std::uint32_t surface_[W], primitive_[W];
+    std::uint64_t fell_on_surface_ = 0;
+    RayEnd* const* ends_ = nullptr;
+    const std::uint64_t* numbers_ = nullptr;
+
+    /// How often a step without solution is halved before its ray fails.
+    static constexpr int max_halvings = 8;
+};
+
+template <class V>
+void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
+    const int donor = lanes ? __builtin_ctzll(lanes) : 0;
+    active_ = 0;
+    for (int i = 0; i < W; ++i) {
+        const bool usable = ((lanes >> i) & 1) && starts[i].failure == Failure::none;
+        if (usable) active_ |= std::uint64_t(1) << i;
+        // A lane without a ray follows its neighbour with steps of length zero.
+        const RayStart& r = starts[((lanes >> i) & 1) ? i : donor];
+        for (int k = 0; k < 3; ++k) set_lane(flow_.start.y[k], i, S(r.q[k])), set_lane(flow_.start.y[3 + k], i, S(r.p[k]));
+        set_lane(flow_.start.y[6], i, S(r.pt));
+    }
+    flow_.want_energy = (job_.outputs & output_energy) != 0 || job_.path_sink;
+    flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
+    flow_.solver_tolerance = S(job_.solver_tolerance);
+    flow_.start_parameter = flow_.end_parameter = V(S(0));
+    flow_.gradients = V(S(0));
+    flow_.energy_error = flow_.energy = V(S(0));
+    task_.begin(flow_);
+    worst_energy_ = flow_.energy_error;
+    flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
+    for (std::uint64_t rest = lanes & ~active_; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        retire(flow_, i, Status::failed, starts[i].failure);
+    }
+    // A ray that starts beyond the escape sphere and moves outward has escaped where it starts.
+    const Vec3<V> q = flow_.start.q();
+    const V outward = dot(q, flow_.start_velocity);
+    const S radius = S(job_.escape_radius);
+    const std::uint64_t away = active_ & to_bits((dot(q, q) >= V(radius * radius)) & (outward > V(S(0))));
+    for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
+    active_ &= ~away;
+    nominal_ = pick(from_bits<V>(active_), V(S(job_.step)), V(S(0)));
+    flow_.h = step_length();
+    report_path(flow_, active_ | away, true);
+}
+
+/// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
+template <class V>
+V PacketTracer<V>::step_length() const {
+    V h = nominal_;
+    if (task_.straight) {
+        const Vec3<V> q = flow_.start.q(), v = flow_.start_velocity;
+        const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));
+        // Twice the distance where a ray still comes in from outside; every straight ray ends within two such steps.
+        const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
+        h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
+    }
+    if (std::isfinite(job_.parameter_limit)) h = min(h, V(S(job_.parameter_limit)) - flow_.start_parameter);
+    return h;
+}
+
+template <class V>
+void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter) {
+    counters_.issued_lane_steps += W;
+    counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(active_));
+    task_.step(flow_);
+    V size(S(0));
+    for (int k = 0; k < 6; ++k) size = size + abs(flow_.end.y[k]);
+    size = size + abs(flow_.end_velocity.x) + abs(flow_.end_velocity.y) + abs(flow_.end_velocity.z);
+    const std::uint64_t finite = to_bits(is_finite(size)), solved = to_bits(flow_.solved);
+    std::uint64_t moving = active_ & finite & solved;
+    if (moving != active_) retry(active_ & ~moving, active_ & ~solved);
+    for (std::uint64_t rest = moving; rest; rest &= rest - 1) ++steps_[__builtin_ctzll(rest)];
+    worst_energy_ = pick(from_bits<V>(moving), max(worst_energy_, flow_.energy_error), worst_energy_);
+
+    std::uint64_t staying = moving;
+    if (encounter) staying &= ~wait_for_surface(landing, *encounter, encounter->meet(flow_, moving));
+    const Vec3<V> q = flow_.end.q();
+    const S radius = S(job_.escape_radius);
+    const std::uint64_t outside = staying & to_bits((dot(q, q) >= V(radius * radius)) & (dot(q, flow_.end_velocity) > V(S(0))));
+    if (outside) wait_for_sphere(landing, outside);
+    staying &= ~outside;
+    const std::uint64_t captured = staying & to_bits(flow_.captured <= V(S(0)));
+    std::uint64_t limited = 0;
+    for (std::uint64_t rest = staying & ~captured; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (steps_[i] >= job_.max_steps) limited |= std::uint64_t(1) << i;
+    }
+    if (std::isfinite(job_.parameter_limit))
+        limited |= staying & ~captured & to_bits(flow_.end_parameter >= V(S(job_.parameter_limit)));
+    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
+    for (std::uint64_t rest = limited; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::step_limit, Failure::none);
+    staying &= ~(captured | limited);
+    report_path(flow_, staying, false);
+    commit(moving, staying);
+}
+
+/// Lanes whose step has no solution, or left the numbers, go back and try half of it; the last halving fails the ray.
+template <class V>
+std::uint64_t PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved) {
+    std::uint64_t failed = 0;
+    for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (halvings_[i]++ < max_halvings) continue;
+        failed |= std::uint64_t(1) << i;
+        Flow<V> last = flow_;
+        last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
+        retire(last, i, Status::failed, (unsolved >> i) & 1 ? Failure::not_converged : Failure::not_finite);
+    }
+    Flow<V> again = flow_;
+    task_.begin(again);
+    const MaskOf<V> lanes = from_bits<V>(bad), gone = from_bits<V>(failed);
+    for (auto k = 0; k < max_stages; ++k)
+        for (int c = 0; c < 6; ++c) flow_.stage[k][c] = pick(lanes, again.stage[k][c], flow_.stage[k][c]);
+    flow_.h = pick(lanes, flow_.h * V(S(0.5)), flow_.h);
+    flow_.h = pick(gone, V(S(0)), flow_.h);
+    nominal_ = pick(gone, V(S(0)), nominal_);
+    active_ &= ~failed;
+    return failed;
+}
+
+/// The step of `lanes` becomes the start of the next for those that stay.
+template <class V>
+void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
+    if (const std::uint64_t leaving = lanes & ~staying) {
+        active_ &= ~leaving;
+        nominal_ = pick(from_bits<V>(leaving), V(S(0)), nominal_);
+    }
+    const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
+    for (int k = 0; k < 6; ++k) flow_.start.y[k] = pick(go, flow_.end.y[k], flow_.start.y[k]);
+    flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
+    flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
+    flow_.h = pick(go | done, step_length(), flow_.h);
+    for (std::uint64_t rest = staying; rest; rest &= rest - 1) halvings_[__builtin_ctzll(rest)] = 0;
+}
+
+/// Hits become waiting lanes, except those that lie beyond the escape sphere.
+template <class V>
+std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits) {
+    if (!hits) return 0;
+    const Curve<V> curve = Curve<V>::of_step(flow_);
+    const auto lane_of = [](const Vec3<V>& v, int i) {
+        return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
+    };
+    V from(S(0)), to(S(1));
+    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        set_lane(from, i, S(encounter.from[i])), set_lane(to, i, S(encounter.to[i]));
+    }
+    const Vec3<V> a = curve.at(from), b = curve.at(to);
+    std::uint64_t accepted = 0;
+    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const Vec3<double> a1 = lane_of(a, i), b1 = lane_of(b, i), hit = a1 + encounter.t[i] * (b1 - a1);
+        if (dot(hit, hit) > job_.escape_radius * job_.escape_radius) continue;
+        const Level<double> level = level_of(job_.geometry->surfaces[encounter.surface[i]], encounter.primitive[i]);
+        const double lo = encounter.from[i], hi = encounter.to[i];
+        landing.wait(flow_, i, level, lo, hi, lo + (hi - lo) * chord_fraction(level, a1, b1, encounter.t[i]));
+        surface_[i] = encounter.surface[i], primitive_[i] = encounter.primitive[i];
+        accepted |= std::uint64_t(1) << i;
+    }
+    fell_on_surface_ |= accepted;
+    return accepted;
+}
+
+template <class V>
+void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) {
+    const Level<double> sphere = sphere_level({0, 0, 0}, job_.escape_radius);
+    const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const auto lane_of = [i](const Vec3<V>& v) {
+            return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
+        };
+        landing.wait(flow_, i, sphere, 0, 1, chord_fraction(sphere, lane_of(a), lane_of(b), 1));
+    }
+}
+
+template <class V>
+void PacketTracer<V>::land(Landing<V>& landing) {
+    if (!landing.waiting) return;
+    landing.flow.open_iterations = landing.flow.issued_iterations = 0;
+    landing.land([this](Flow<V>& f) { task_.begin(f); }, [this](Flow<V>& f) { task_.step(f); }, job_.hit == HitModel::chord);
+    if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
+    for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const bool hit = (fell_on_surface_ >> i) & 1;
+        retire(landing.flow, i, hit ? Status::hit : Status::escaped, Failure::none);
+        if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
+        ends_[i]->unrefined = (landing.unrefined >> i) & 1;
+    }
+}
+
+/// Writes the end of a ray from the end of the step in `f`.
+template <class V>
+void PacketTracer<V>::retire(const Flow<V>& f, int lane, Status status, Failure failure) {
+    RayEnd& e = *ends_[lane];
+    e = {};
+    for (int k = 0; k < 3; ++k) e.q[k] = double(get_lane(f.end.y[k], lane)), e.p[k] = double(get_lane(f.end.y[3 + k], lane));
+    const Vec3<double> v{double(get_lane(f.end_velocity.x, lane)), double(get_lane(f.end_velocity.y, lane)),
+                         double(get_lane(f.end_velocity.z, lane))};
+    const double speed = norm(v), inverse = speed > 0 && std::isfinite(speed) ? 1 / speed : 0;
+    e.v[0] = v.x * inverse, e.v[1] = v.y * inverse, e.v[2] = v.z * inverse;
+    e.pt = double(get_lane(f.start.y[6], lane));
+    e.parameter = double(get_lane(f.end_parameter, lane));
+    e.energy_error = double(get_lane(worst_energy_, lane));
+    e.steps = steps_[lane];
+    e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, lane));
+    e.status = status, e.failure = failure;
+    counters_.steps += e.steps, counters_.gradients += e.gradients;
+    if (job_.path_sink && e.steps > 0) report_path(f, std::uint64_t(1) << lane, false);
+}
+
+template <class V>
+void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start) {
+    if (!job_.path_sink) return;
+    const State<V>& state = at_start ? f.start : f.end;
+    const Vec3<V>& velocity = at_start ? f.start_velocity : f.end_velocity;
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        PathPoint point{};
+        point.ray = numbers_[i], point.step = at_start ? 0 : steps_[i];
+        point.parameter = double(get_lane(at_start ? f.start_parameter : f.end_parameter, i));
+        for (int k = 0; k < 3; ++k) point.q[k] = double(get_lane(state.y[k], i)), point.p[k] = double(get_lane(state.y[3 + k], i));
+        const Vec3<double> v{double(get_lane(velocity.x, i)), double(get_lane(velocity.y, i)), double(get_lane(velocity.z, i))};
+        const double inverse = 1 / norm(v);
+        point.v[0] = v.x * inverse, point.v[1] = v.y * inverse, point.v[2] = v.z * inverse;
+        point.pt = double(get_lane(f.start.y[6], i)), point.energy = double(get_lane(f.energy, i));
+        job_.path_sink(job_.path_user, &point);
+    }
+}
+
+/// Traces a tile in packets: blocks of pixels aligned to the picture's grid (so that tiles and crops change no packet), or runs of a list.
+template <class V>
+void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
+    constexpr int W = lane_count<V>;
+    constexpr std::uint32_t wide = W >= 64 ? 8 : W >= 16 ? 4 : W >= 4 ? (W >= 8 ? 4 : 2) : W, high = W / wide;
+    const Job& job = task.job;
+    const std::uint32_t bw = job.camera ? wide : W, bh = job.camera ? high : 1;
+    const std::uint32_t width = tile.x1 - tile.x0;
+    for (std::uint32_t by = tile.y0 / bh * bh; by < tile.y1; by += bh) {
+        for (std::uint32_t bx = tile.x0 / bw * bw; bx < tile.x1; bx += bw) {
+            RayStart starts[W];
+            RayEnd* to[W];
+            std::uint64_t numbers[W];
+            std::uint64_t lanes = 0;
+            for (std::uint32_t i = 0; i < W; ++i) {
+                const std::uint32_t x = bx + i % bw, y = by + i / bw;
+                if (x < tile.x0 || x >= tile.x1 || y < tile.y0 || y >= tile.y1) continue;
+                starts[i] = job.camera ? camera_ray(*job.camera, x, y) : job.rays[x];
+                to[i] = ends + std::size_t(y - tile.y0) * width + (x - tile.x0);
+                numbers[i] = job.camera ? std::uint64_t(y) * job.camera->width + x : x;
+                lanes |= std::uint64_t(1) << i;
+            }
+            if (lanes) PacketTracer<V>(task, counters).trace(starts, lanes, to, numbers);
+        }
+    }
+}
+
+}  // namespace kagero

@@ -1,0 +1,148 @@
+/// Straight segments against the scene: the only file that names Embree's packets, and with cmake/dependencies.cmake the only one
+/// that knows whether it is Embree 3 or 4.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include <rtcore.h>
+
+namespace kagero {
+
+/// Rays per Embree packet: its native width for the instruction set.
+#if defined(__AVX512F__)
+inline constexpr int embree_width = 16;
+using EmbreePacket = RTCRayHit16;
+#elif defined(__AVX2__)
+inline constexpr int embree_width = 8;
+using EmbreePacket = RTCRayHit8;
+#else
+inline constexpr int embree_width = 4;
+using EmbreePacket = RTCRayHit4;
+#endif
+
+/// W segments org + t·dir, t in [near, 1], in Embree's coordinates, and what they hit first.
+template <int W>
+struct Segments {
+    float org[3][W], dir[3][W], near[W];
+    float t[W];  ///< results, valid where `hits` says so
+    std::uint32_t surface[W], primitive[W];
+};
+
+namespace detail {
+
+inline void intersect1(RTCScene scene, RTCRayHit* ray) {
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect1(scene, ray, &arguments);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect1(scene, &context, ray);
+#endif
+}
+
+inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays) {
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    auto* context = &arguments;
+    const auto call = [&](auto function) { function(valid, scene, rays, context); };
+#else
+    RTCIntersectContext arguments;
+    rtcInitIntersectContext(&arguments);
+    arguments.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    const auto call = [&](auto function) { function(valid, scene, &arguments, rays); };
+#endif
+#if defined(__AVX512F__)
+    call(rtcIntersect16);
+#elif defined(__AVX2__)
+    call(rtcIntersect8);
+#else
+    call(rtcIntersect4);
+#endif
+}
+
+/// One ray of a packet, or the single ray, written as Embree wants it.
+inline void set_ray(auto& ray, auto&& at, const auto& s, int i) {
+    at(ray.org_x) = s.org[0][i], at(ray.org_y) = s.org[1][i], at(ray.org_z) = s.org[2][i];
+    at(ray.dir_x) = s.dir[0][i], at(ray.dir_y) = s.dir[1][i], at(ray.dir_z) = s.dir[2][i];
+    at(ray.tnear) = s.near[i], at(ray.tfar) = 1.0f;
+    at(ray.time) = 0, at(ray.mask) = 0xffffffffu, at(ray.id) = 0, at(ray.flags) = 0;
+}
+
+template <int W>
+std::uint64_t query_singly(RTCScene scene, Segments<W>& s, std::uint64_t active) {
+    std::uint64_t hits = 0;
+    for (std::uint64_t rest = active; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        RTCRayHit r;
+        set_ray(r.ray, [](auto& field) -> auto& { return field; }, s, i);
+        r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        intersect1(scene, &r);
+        if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+        hits |= std::uint64_t(1) << i;
+        s.t[i] = r.ray.tfar, s.surface[i] = r.hit.geomID, s.primitive[i] = r.hit.primID;
+    }
+    return hits;
+}
+
+/// Lanes [first, first + embree_width) as one packet. Inactive lanes get an empty, finite ray, because Embree ignores the mask on
+/// widths that are not native.
+template <int W>
+std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first) {
+    alignas(64) EmbreePacket r;
+    alignas(64) int valid[embree_width];
+    for (int k = 0; k < embree_width; ++k) {
+        const int i = first + k;
+        set_ray(r.ray, [k](auto& field) -> auto& { return field[k]; }, s, i);
+        r.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+        r.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+        const bool on = (active >> i) & 1;
+        valid[k] = on ? -1 : 0;
+        if (!on) {
+            r.ray.org_x[k] = r.ray.org_y[k] = r.ray.org_z[k] = 0;
+            r.ray.dir_x[k] = 1, r.ray.dir_y[k] = r.ray.dir_z[k] = 0;
+            r.ray.tnear[k] = 1, r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
+        }
+    }
+    intersect(valid, scene, &r);
+    std::uint64_t hits = 0;
+    for (int k = 0; k < embree_width; ++k) {
+        const int i = first + k;
+        if (!((active >> i) & 1) || r.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
+        hits |= std::uint64_t(1) << i;
+        s.t[i] = r.ray.tfar[k], s.surface[i] = r.hit.geomID[k], s.primitive[i] = r.hit.primID[k];
+    }
+    return hits;
+}
+
+}  // namespace detail
+
+/// Fewer active rays than this are queried one by one: measured break-even of a packet query.
+inline constexpr int single_query_limit = 3;
+
+/// Queries the active segments; returns which of them hit. End points must be finite.
+template <int W>
+std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
+    const auto scene = static_cast<RTCScene>(embree_scene);
+    if constexpr (W % embree_width == 0) {
+        std::uint64_t hits = 0;
+        constexpr std::uint64_t all = (std::uint64_t(1) << embree_width) - 1;
+        for (int first = 0; first < W; first += embree_width) {
+            const std::uint64_t here = active & (all << first);
+            if (__builtin_popcountll(here) <= single_query_limit) hits |= detail::query_singly(scene, s, here);
+            else hits |= detail::query_packet(scene, s, here, first);
+        }
+        return hits;
+    } else {
+        return detail::query_singly(scene, s, active);
+    }
+}
+
+}  // namespace kagero

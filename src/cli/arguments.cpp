@@ -1,0 +1,137 @@
+#include "cli/arguments.h"
+
+#include "error.h"
+#include "scene/reader.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace kagero {
+
+namespace {
+
+constexpr std::uint32_t most_threads = 4096;
+
+std::vector<std::string> split(const std::string& text, char separator) {
+    std::vector<std::string> parts(1);
+    for (const char c : text) {
+        if (c == separator)
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    }
+    return parts;
+}
+
+/// The options that are short for a key of the scene, as overrides.
+std::vector<std::string> overrides_of(const Arguments& arguments) {
+    std::vector<std::string> all = arguments.overrides;
+    if (!arguments.integrator.empty()) all.push_back("integrator.method=" + written(arguments.integrator));
+    if (!arguments.step.empty()) all.push_back("integrator.step=" + written(finite_number("--step", arguments.step)));
+    if (!arguments.size.empty()) {
+        const auto size = whole_numbers("--size", arguments.size, 'x', 2);
+        all.push_back("film.size=[" + std::to_string(size[0]) + ", " + std::to_string(size[1]) + "]");
+    }
+    if (!arguments.layers.empty()) {
+        std::string list;
+        for (const std::string& layer : split(arguments.layers, ',')) list += (list.empty() ? "" : ", ") + written(layer);
+        all.push_back("film.layers=[" + list + "]");
+    }
+    return all;
+}
+
+}  // namespace
+
+void add_messages(CLI::App& verb, Arguments& arguments) {
+    verb.add_flag("--quiet", arguments.quiet, "No progress and no remarks");
+    verb.add_flag("--verbose", arguments.verbose, "Say what runs and how long it takes");
+    verb.add_option("--color", arguments.color, "Colours on the terminal: auto, always or never (NO_COLOR is honoured)");
+}
+
+void add_json(CLI::App& verb, Arguments& arguments) {
+    verb.add_option("--json", arguments.json, "A report in JSON, on stdout or in FILE")
+        ->expected(0, 1)
+        ->default_str("-")
+        ->type_name("[FILE]");
+}
+
+void add_scene(CLI::App& verb, Arguments& arguments) {
+    verb.add_option("SCENE", arguments.scene, "The scene, a TOML file")->type_name("");
+    verb.add_option("-D", arguments.overrides, "Set any key of the scene: -D space.rg=0.1; may be repeated")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    verb.add_option("--integrator", arguments.integrator, "integrator.method; see `kagero list integrators`")->type_name("NAME");
+    verb.add_option("--step", arguments.step, "integrator.step")->type_name("H");
+    verb.add_option("--size", arguments.size, "film.size")->type_name("WxH");
+    verb.add_option("--layers", arguments.layers, "film.layers; see `kagero list layers`")->type_name("A,B");
+    verb.add_option("--isa", arguments.isa, "Instruction set; see `kagero list isas`")->type_name("NAME")->envname("KAGERO_ISA");
+}
+
+void add_machine(CLI::App& verb, Arguments& arguments) {
+    verb.add_option("--threads", arguments.threads, "Threads; default: all")->type_name("N")->envname("KAGERO_THREADS");
+    verb.add_option("--strategy", arguments.strategy, "Vectorization: auto, scalar or packet")->type_name("NAME");
+    verb.add_option("--precision", arguments.precision, "Of the integration: auto, double or float")->type_name("NAME");
+}
+
+SceneDescription scene_of(const Arguments& arguments, const Options& options) {
+    if (arguments.scene.empty())
+        throw InputError("which scene? Name a TOML file; `kagero list scenes` shows those that came along");
+    return load_scene(arguments.scene, overrides_of(arguments), catalogue(options.isa));
+}
+
+Options options_of(const Arguments& arguments) {
+    Options options;
+    if (!arguments.isa.empty()) options.isa = arguments.isa;
+    require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "packet"});
+    options.strategy = arguments.strategy;
+    require_one_of("--precision", arguments.precision, {"auto", "double", "float"});
+    options.precision = arguments.precision;
+    if (!arguments.threads.empty()) {
+        options.threads = whole_numbers("--threads", arguments.threads, ',', 1)[0];
+        if (options.threads < 1 || options.threads > most_threads)
+            throw InputError("--threads: " + arguments.threads + " is not in 1 to " + std::to_string(most_threads));
+    }
+    if (!arguments.crop.empty()) {
+        const auto edges = whole_numbers("--crop", arguments.crop, ',', 4);
+        if (edges[0] >= edges[2] || edges[1] >= edges[3])
+            throw InputError("--crop: '" + arguments.crop + "' is empty; x0,y0,x1,y1 needs x0 < x1 and y0 < y1");
+        std::copy(edges.begin(), edges.end(), options.crop.begin());
+    }
+    return options;
+}
+
+std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count) {
+    std::vector<std::uint32_t> numbers;
+    for (const std::string& part : split(text, separator)) {
+        std::uint32_t number = 0;
+        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
+        if (error != std::errc{} || end != part.data() + part.size()) break;
+        numbers.push_back(number);
+    }
+    const std::size_t separators = static_cast<std::size_t>(std::count(text.begin(), text.end(), separator));
+    if (numbers.size() != count || separators + 1 != count)
+        throw InputError(
+            option + ": '" + text + "' is not " +
+            (count == 1 ? "a whole number" : std::to_string(count) + " whole numbers separated by '" + separator + "'"));
+    return numbers;
+}
+
+double finite_number(const std::string& option, const std::string& text) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(number))
+        throw InputError(option + ": '" + text + "' is not a finite number");
+    return number;
+}
+
+void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& known) {
+    if (std::find(known.begin(), known.end(), word) != known.end()) return;
+    throw InputError(option + ": there is no \"" + word + "\"" + suggestion(word, known));
+}
+
+}  // namespace kagero

@@ -1,0 +1,47 @@
+/// Everything the command line can say, and the options that several verbs share.
+#pragma once
+
+#include "render/plan.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace kagero {
+
+/// The command line as written; `x_of` functions below turn it into values. Empty means not given.
+struct Arguments {
+    std::string scene, output, topic;
+    std::string json;  ///< "-": stdout
+    std::vector<std::string> overrides;
+    std::string threads, isa = "auto", strategy = "auto", precision = "auto";
+    std::string integrator, step, size, layers, crop, pixel;
+    std::string rays = "-", observer, parameter, repeat;
+    std::string color = "auto";
+    bool path = false, quiet = false, verbose = false;
+};
+
+// Declare options of a verb. `add_scene` also takes those that are short for a key of the scene.
+void add_messages(CLI::App& verb, Arguments& arguments);
+void add_json(CLI::App& verb, Arguments& arguments);
+void add_scene(CLI::App& verb, Arguments& arguments);
+void add_machine(CLI::App& verb, Arguments& arguments);
+
+/// Reads the scene, with -D and what is short for it. Throws InputError.
+SceneDescription scene_of(const Arguments& arguments, const Options& options);
+/// Threads, instruction set and strategy, and the crop. Throws InputError.
+Options options_of(const Arguments& arguments);
+
+/// Whole numbers between separators: "640x480", "1,2". Throws InputError naming the option unless there are exactly `count`.
+std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count);
+/// A finite number. Throws InputError naming the option.
+double finite_number(const std::string& option, const std::string& text);
+/// Throws InputError, with a near match, unless `word` is one of `known`.
+void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& known);
+
+}  // namespace kagero

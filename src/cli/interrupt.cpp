@@ -1,0 +1,37 @@
+#include "cli/interrupt.h"
+
+#include <csignal>
+
+namespace kagero {
+
+namespace {
+
+// A signal handler can reach nothing else; it lives here and nowhere else.
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void set(int signal, void (*handler)(int), int flags) {
+    struct sigaction action {};
+    action.sa_handler = handler;
+    action.sa_flags = flags;
+    sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+InterruptGuard::InterruptGuard() {
+    interrupted = false;
+    const auto note = [](int) { interrupted = true; };
+    // SA_RESETHAND: the second signal finds the default handler.
+    for (const int signal : {SIGINT, SIGTERM}) set(signal, note, SA_RESETHAND | SA_RESTART);
+}
+
+InterruptGuard::~InterruptGuard() {
+    for (const int signal : {SIGINT, SIGTERM}) set(signal, SIG_DFL, 0);
+}
+
+const std::atomic<bool>* InterruptGuard::requested() {
+    return &interrupted;
+}
+
+}  // namespace kagero

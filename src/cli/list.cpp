@@ -1,0 +1,39 @@
+// kagero list: what can be chosen.
+#include "cli/verb.h"
+#include "report/listing.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+void declare(CLI::App& app, Arguments& arguments) {
+    std::string topics;
+    for (const std::string& topic : list_topics()) topics += (topics.empty() ? "" : ", ") + topic;
+    app.add_option("TOPIC", arguments.topic, "One of: " + topics + "; default: all")->type_name("");
+    app.add_option("--isa", arguments.isa, "Instruction set whose kernels are listed")->type_name("NAME")->envname("KAGERO_ISA");
+    add_json(app, arguments);
+    add_messages(app, arguments);
+}
+
+int run(const Arguments& arguments, const Terminal&) {
+    if (!arguments.topic.empty()) require_one_of("list", arguments.topic, list_topics());
+    const auto topics = arguments.topic.empty() ? list_topics() : std::vector<std::string>{arguments.topic};
+    const std::string isa = arguments.isa.empty() ? "auto" : arguments.isa;
+    const std::string scenes = find_scene_directory();
+    check_output(arguments.json);
+    const bool json = !arguments.json.empty();
+    const std::string text = json ? listing_json(topics, isa, scenes) : listing_text(topics, isa, scenes);
+    write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
+    return exit_done;
+}
+
+}  // namespace
+
+const Verb list_verb{"list", "Show what can be chosen", declare, run};
+
+}  // namespace kagero

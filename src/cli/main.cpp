@@ -1,0 +1,98 @@
+#include "cli/verb.h"
+#include "error.h"
+#include "report/listing.h"
+#include "scene/reader.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <exception>
+
+namespace {
+
+using namespace kagero;
+
+// One row is one more verb.
+const Verb* const verbs[] = {&render_verb, &trace_verb, &check_verb, &print_verb, &list_verb};
+
+constexpr const char* exit_statuses =
+    "`kagero VERB --help` shows the options of a verb.\n"
+    "Exit status: 0 done; 1 failed while running; 2 wrong command line, scene or data; 130 interrupted (what was done is "
+    "written).";
+
+[[noreturn]] void refuse_verb(const std::string& word) {
+    if (word.starts_with('-')) throw InputError("options stand behind the verb; \"" + word + "\" stands before it");
+    std::vector<std::string> names;
+    for (const Verb* verb : verbs) names.push_back(verb->name);
+    throw InputError("there is no verb \"" + word + "\"" + suggestion(word, names));
+}
+
+/// What the library could not place, in our words.
+void refuse_leftovers(const CLI::App& app) {
+    const std::vector<std::string> left = app.remaining();
+    if (left.empty()) return;
+    const auto option =
+        std::find_if(left.begin(), left.end(), [](const std::string& word) { return word.size() > 1 && word[0] == '-'; });
+    if (option == left.end()) throw InputError(app.get_name() + " does not know what to do with \"" + left.front() + "\"");
+    std::vector<std::string> known;
+    for (const CLI::Option* each : app.get_options())
+        for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
+    const std::string word = option->substr(0, option->find('='));
+    throw InputError(app.get_name() + " has no option \"" + word + "\"" + suggestion(word, known));
+}
+
+/// `--json` takes a file if one follows, so in `render --json room.toml` it took the scene. Give it back.
+void return_what_json_took(Arguments& arguments, const std::string& verb) {
+    std::string& wanted = verb == "list" ? arguments.topic : arguments.scene;
+    const auto& topics = list_topics();
+    const bool took = verb == "list" ? std::find(topics.begin(), topics.end(), arguments.json) != topics.end()
+                                     : arguments.json.ends_with(".toml");
+    if (!wanted.empty() || !took) return;
+    wanted = arguments.json;
+    arguments.json = "-";
+}
+
+int run(int argc, char** argv, Arguments& arguments) {
+    CLI::App app("Renders scenes in which light bends.", "kagero");
+    app.set_version_flag("--version", "kagero " KAGERO_VERSION);
+    app.footer(exit_statuses);
+    app.get_formatter()->label("SUBCOMMAND", "VERB");
+    app.require_subcommand(0, 1);
+    app.allow_extras();
+    for (const Verb* verb : verbs)
+        verb->declare(*app.add_subcommand(verb->name, verb->what)->group("Verbs")->allow_extras(), arguments);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& asked) {  // help or version
+        return app.exit(asked);
+    } catch (const CLI::ArgumentMismatch& error) {  // "--size: 1 required WxH missing"
+        const std::string text = error.what();
+        throw InputError(text.substr(0, text.find(':')) + " needs a value");
+    } catch (const CLI::ParseError& error) {
+        throw InputError(error.what());
+    }
+    const auto chosen = app.get_subcommands();
+    if (!app.remaining().empty()) refuse_verb(app.remaining().front());
+    if (chosen.empty()) throw InputError("what shall be done? `kagero --help` shows the verbs");
+    refuse_leftovers(*chosen.front());
+    require_one_of("--color", arguments.color, {"auto", "always", "never"});
+    return_what_json_took(arguments, chosen.front()->get_name());
+    const auto verb =
+        std::find_if(std::begin(verbs), std::end(verbs), [&](const Verb* v) { return chosen.front()->get_name() == v->name; });
+    return (*verb)->run(arguments, Terminal(arguments));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Arguments arguments;
+    try {
+        return run(argc, argv, arguments);
+    } catch (const kagero::InputError& error) {
+        Terminal(arguments).error(error.what());
+        return exit_wrong_input;
+    } catch (const std::exception& error) {
+        Terminal(arguments).error(error.what());
+        return exit_failed;
+    }
+}

@@ -1,0 +1,115 @@
+// kagero render: a scene to a picture.
+#include "render/render.h"
+
+#include "cli/interrupt.h"
+#include "cli/verb.h"
+#include "error.h"
+#include "report/numbers.h"
+#include "report/rays_csv.h"
+#include "report/run_json.h"
+
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <filesystem>
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+void declare(CLI::App& app, Arguments& arguments) {
+    add_scene(app, arguments);
+    app.add_option("-o,--output", arguments.output,
+                   "The picture: .exr with all layers, .png, .jpg, .pfm …; default: SCENE.exr here")
+        ->type_name("FILE");
+    app.add_option("--crop", arguments.crop, "Render this part alone, half-open")->type_name("X0,Y0,X1,Y1");
+    app.add_option("--pixel", arguments.pixel,
+                   "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing")
+        ->type_name("X,Y");
+    add_json(app, arguments);
+    add_machine(app, arguments);
+    add_messages(app, arguments);
+}
+
+/// --crop and --pixel name pixels that the film has.
+void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x,
+                  std::uint32_t y) {
+    if (x >= film.width || y >= film.height)
+        throw InputError(option + ": " + given + " lies outside the film of " + std::to_string(film.width) + "x" +
+                         std::to_string(film.height) + "; pixels count from 0");
+}
+
+int write_pixel_path(const Plan& plan, const std::string& pixel) {
+    const auto xy = whole_numbers("--pixel", pixel, ',', 2);
+    check_inside("--pixel", pixel, plan.scene.film, xy[0], xy[1]);
+    std::vector<RayEnd> ends;
+    const auto points = trace_paths(plan, {pixel_ray(plan, xy[0], xy[1])}, ends);
+    write_output("-", [&](std::ostream& out) { write_paths(out, points); });
+    return exit_done;
+}
+
+Film film_of(const Plan& plan) {
+    const auto& [x0, y0, x1, y1] = plan.options.crop;
+    const FilmDescription& film = plan.scene.film;
+    return x1 > x0 ? Film(x1 - x0, y1 - y0, film.layers) : Film(film.width, film.height, film.layers);
+}
+
+RunReport render_watched(const Plan& plan, Film& film, const Terminal& terminal) {
+    InterruptGuard guard;
+    ProgressLine line(terminal);
+    return render(
+        plan, film, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
+}
+
+double write_timed(const Film& film, const std::string& path, const Metadata& metadata) {
+    const auto begin = std::chrono::steady_clock::now();
+    write_film(film, path, metadata);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+void tell_plan(const Plan& plan, const Terminal& terminal) {
+    for (const std::string& remark : plan.geometry ? plan.geometry->remarks() : std::vector<std::string>{})
+        terminal.warning(remark);
+    std::string text = plan.scene.space.hamiltonian + ", " + plan.scene.integrator.method + ", " + plan.module->isa;
+    if (plan.kernel)
+        text += std::string(", ") + name_of(plan.kernel->strategy) + ", " + name_of(plan.kernel->precision) + ", " +
+                std::to_string(plan.kernel->lanes) + " lanes";
+    terminal.detail(text + ", " + std::to_string(plan.threads) + " threads; loaded in " + rounded(plan.load_seconds) + " s");
+}
+
+void tell_result(const RunReport& report, const std::string& path, const Terminal& terminal) {
+    const double rate = report.seconds > 0 ? static_cast<double>(report.rays) / report.seconds : 0;
+    terminal.note((report.interrupted ? "interrupted; what was done is in " : "the picture is in ") + path + " (" +
+                  rounded(static_cast<double>(report.rays)) + " rays in " + rounded(report.seconds) + " s, " + rounded(rate) +
+                  " rays/s)");
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    Options options = options_of(arguments);
+    options.energy_error = !arguments.json.empty();
+    SceneDescription scene = scene_of(arguments, options);
+    const std::string output =
+        arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
+    check_output(arguments.json);
+    if (arguments.pixel.empty()) check_writable(output, scene.film.layers);
+    if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
+
+    const auto plan = make_plan(std::move(scene), options);
+    tell_plan(*plan, terminal);
+    if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
+
+    Film film = film_of(*plan);
+    const RunReport report = render_watched(*plan, film, terminal);
+    const double write_seconds = write_timed(film, output, picture_metadata(*plan, report));
+    if (!arguments.json.empty())
+        write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });
+    tell_result(report, output, terminal);
+    return report.interrupted ? exit_interrupted : exit_done;
+}
+
+}  // namespace
+
+const Verb render_verb{"render", "Render a scene to a picture", declare, run};
+
+}  // namespace kagero

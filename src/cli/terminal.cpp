@@ -1,0 +1,82 @@
+#include "cli/terminal.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+
+namespace kagero {
+
+namespace {
+
+bool wants_color(const std::string& choice, bool interactive) {
+    if (choice == "always") return true;
+    if (choice == "never") return false;
+    const char* no_color = std::getenv("NO_COLOR");
+    return interactive && !(no_color && *no_color);
+}
+
+std::string time_text(double seconds) {
+    const long whole = std::lround(std::ceil(seconds));
+    if (whole < 60) return std::to_string(whole) + " s";
+    if (whole < 3600) return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
+    return std::to_string(whole / 3600) + " h " + std::to_string(whole / 60 % 60) + " min";
+}
+
+/// Empty while too little is done to tell.
+std::string time_left(double done, double seconds) {
+    return done > 0.01 && done < 1 ? ", " + time_text(seconds * (1 - done) / done) + " left" : "";
+}
+
+}  // namespace
+
+Terminal::Terminal(const Arguments& arguments)
+    : quiet_(arguments.quiet),
+      verbose_(arguments.verbose),
+      interactive_(isatty(STDERR_FILENO) == 1),
+      color_(wants_color(arguments.color, interactive_)) {}
+
+void Terminal::say(const char* color, const char* kind, const std::string& message) const {
+    std::cerr << "kagero: ";
+    if (*kind) std::cerr << (color_ ? color : "") << kind << (color_ ? "\033[0m" : "");
+    std::cerr << message << std::endl;
+}
+
+void Terminal::error(const std::string& message) const {
+    say("\033[1;31m", "error: ", message);
+}
+void Terminal::warning(const std::string& message) const {
+    if (!quiet_) say("\033[1;33m", "warning: ", message);
+}
+void Terminal::note(const std::string& message) const {
+    if (!quiet_) say("", "", message);
+}
+void Terminal::detail(const std::string& message) const {
+    if (verbose_) say("", "", message);
+}
+
+void ProgressLine::show(double done, double seconds) {
+    constexpr int width = 30;
+    constexpr double least_interval = 0.1;
+    if (terminal_.quiet()) return;
+    const int tenths = static_cast<int>(10 * done);
+    if (!terminal_.interactive()) {
+        if (tenths > tenths_) terminal_.note(std::to_string(10 * tenths) + " % done" + time_left(done, seconds));
+        tenths_ = std::max(tenths, tenths_);
+        return;
+    }
+    if (seconds - drawn_at_ < least_interval) return;
+    drawn_at_ = seconds;
+    const int filled = static_cast<int>(width * done);
+    std::cerr << "\r\033[K[" << std::string(filled, '#') << std::string(width - filled, '.') << "] "
+              << static_cast<int>(100 * done) << " %" << time_left(done, seconds) << std::flush;
+    drawn_ = true;
+}
+
+void ProgressLine::clear() {
+    if (drawn_) std::cerr << "\r\033[K" << std::flush;
+    drawn_ = false;
+}
+
+}  // namespace kagero

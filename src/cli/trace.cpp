@@ -1,0 +1,123 @@
+// kagero trace: single rays, as CSV in and out.
+#include "cli/verb.h"
+#include "error.h"
+#include "render/render.h"
+#include "report/rays_csv.h"
+#include "report/run_json.h"
+
+#include <CLI/CLI.hpp>
+
+#include <fstream>
+#include <iostream>
+
+namespace kagero {
+
+namespace {
+
+void declare(CLI::App& app, Arguments& arguments) {
+    add_scene(app, arguments);
+    app.add_option("--rays", arguments.rays, "CSV with the columns x,y,z,dx,dy,dz; '-', the default, is stdin")
+        ->type_name("FILE");
+    app.add_option("-o,--output", arguments.output, "Where the CSV goes; '-', the default, is stdout")->type_name("FILE");
+    app.add_flag("--path", arguments.path, "Every step of every ray instead of its end");
+    app.add_option("--observer", arguments.observer, "Read directions in the rest frame of: static, zamo, falling")
+        ->type_name("NAME");
+    app.add_option("--parameter", arguments.parameter, "End every ray where its parameter has this value")->type_name("L");
+    app.add_option("--repeat", arguments.repeat, "With --json: how many runs to time")->type_name("N");
+    add_json(app, arguments);
+    add_machine(app, arguments);
+    add_messages(app, arguments);
+}
+
+std::vector<RayInput> rays_of(const Arguments& arguments) {
+    if (arguments.rays == "-") return read_rays(std::cin, "stdin");
+    std::ifstream in(arguments.rays, std::ios::binary);
+    if (!in) throw InputError("cannot read the rays '" + arguments.rays + "': no such file, or no permission");
+    return read_rays(in, arguments.rays);
+}
+
+/// What a traced list of rays needs beside the scene; `parameter` as given, or empty.
+struct Request {
+    const Arguments& arguments;
+    SceneDescription scene;
+    Options options;
+    std::vector<RayInput> rays;
+};
+
+std::unique_ptr<Plan> plan_of(const Request& request, bool energy_error) {
+    SceneDescription scene = request.scene;
+    Options options = request.options;
+    options.energy_error = energy_error;
+    const std::string& limit = request.arguments.parameter;
+    // λ belongs to H: a ray that follows another clock cannot be ended at a given λ.
+    if (!limit.empty()) {
+        if (scene.integrator.rescale != "auto" && scene.integrator.rescale != "none")
+            throw InputError(
+                "--parameter: a ray cannot be ended at a parameter of H while integrator.rescale changes that parameter; "
+                "set it to \"none\"");
+        scene.integrator.rescale = "none";
+    }
+    auto plan = make_plan(std::move(scene), options, false);
+    if (!limit.empty()) plan->job.parameter_limit = finite_number("--parameter", limit);
+    return plan;
+}
+
+void write_csv(const Request& request, const std::string& output) {
+    const auto plan = plan_of(request, true);
+    const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
+    std::vector<RayEnd> ends;
+    if (request.arguments.path) {
+        const auto points = trace_paths(*plan, starts, ends);
+        write_output(output, [&](std::ostream& out) { write_paths(out, points); });
+        return;
+    }
+    trace(*plan, starts, ends);
+    write_output(output, [&](std::ostream& out) { write_ends(out, *plan, ends); });
+}
+
+/// Tracing alone, after one run that is not counted and without watching H.
+void write_timing(const Request& request, std::uint32_t repetitions) {
+    const auto plan = plan_of(request, false);
+    const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
+    std::vector<RayEnd> ends;
+    trace(*plan, starts, ends);
+    std::vector<RunReport> runs;
+    for (std::uint32_t i = 0; i < repetitions; ++i) runs.push_back(trace(*plan, starts, ends));
+    write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(*plan, runs); });
+}
+
+void check_combination(const Arguments& arguments) {
+    if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, {"static", "zamo", "falling"});
+    if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))
+        throw InputError("--parameter: " + arguments.parameter + " is not greater than 0, where rays start");
+    if (arguments.path && !arguments.json.empty())
+        throw InputError("--path writes steps and --json reports on ends; ask for one of the two");
+    if (!arguments.repeat.empty() && arguments.json.empty()) throw InputError("--repeat times runs for a report; add --json");
+    if (arguments.output == "-" && arguments.json == "-")
+        throw InputError("CSV and JSON cannot both go to stdout; give --json a FILE");
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    check_combination(arguments);
+    const std::uint32_t repetitions = arguments.repeat.empty() ? 1 : whole_numbers("--repeat", arguments.repeat, ',', 1)[0];
+    if (repetitions == 0) throw InputError("--repeat: at least 1");
+    const Options options = options_of(arguments);
+    SceneDescription scene = scene_of(arguments, options);
+    const bool json = !arguments.json.empty();
+    const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
+    const std::string output = arguments.output.empty() ? "-" : arguments.output;
+    check_output(output);
+    check_output(arguments.json);
+
+    const Request request{arguments, std::move(scene), options, rays_of(arguments)};
+    terminal.detail(std::to_string(request.rays.size()) + " rays");
+    if (csv) write_csv(request, output);
+    if (json) write_timing(request, repetitions);
+    return exit_done;
+}
+
+}  // namespace
+
+const Verb trace_verb{"trace", "Follow single rays given as CSV", declare, run};
+
+}  // namespace kagero

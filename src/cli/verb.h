@@ -1,0 +1,28 @@
+/// What `kagero VERB` can be. One verb is one file; it has one row in the table of main.cpp.
+#pragma once
+
+#include "cli/arguments.h"
+#include "cli/terminal.h"
+
+#include <functional>
+
+namespace kagero {
+
+struct Verb {
+    const char* name;
+    const char* what;
+    void (*declare)(CLI::App& app, Arguments& arguments);
+    int (*run)(const Arguments& arguments, const Terminal& terminal);  ///< returns the exit status
+};
+
+extern const Verb render_verb, trace_verb, check_verb, print_verb, list_verb;
+
+inline constexpr int exit_done = 0, exit_failed = 1, exit_wrong_input = 2, exit_interrupted = 130;
+
+/// Calls `write` with stdout for "-", else with a file that appears when it is complete. Throws RunError when not all could be
+/// written.
+void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
+/// Throws InputError when that is bound to fail.
+void check_output(const std::string& path);
+
+}  // namespace kagero

@@ -1,0 +1,53 @@
+#include "error.h"
+
+#include <algorithm>
+
+namespace kagero {
+
+namespace {
+
+std::string located(const Place& place, const std::string& message) {
+    std::string text = place.file;
+    if (place.line > 0) {
+        text += ':' + std::to_string(place.line);
+        if (place.column > 0) text += ':' + std::to_string(place.column);
+    }
+    return text.empty() ? message : text + ": " + message;
+}
+
+}  // namespace
+
+InputError::InputError(const Place& place, const std::string& message) : std::runtime_error(located(place, message)) {}
+
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+    // Rows i−2, i−1 and i of the table of distances between the first i letters of a and the first j of b.
+    std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        before.swap(last);
+        last.swap(row);
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+            row[j] = std::min({last[j] + 1, row[j - 1] + 1, replaced});
+            const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            if (swapped) row[j] = std::min(row[j], before[j - 2] + 1);
+        }
+    }
+    return row[b.size()];
+}
+
+std::string near_match(const std::string& word, const std::vector<std::string>& known) {
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+    for (const std::string& name : known) {
+        const std::size_t distance = edit_distance(word, name);
+        if (distance < least) {
+            least = distance;
+            nearest = name;
+        }
+    }
+    return nearest;
+}
+
+}  // namespace kagero

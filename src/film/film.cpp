@@ -1,0 +1,72 @@
+#include "film/film.h"
+
+#include "error.h"
+
+#include <algorithm>
+
+namespace kagero {
+
+namespace {
+
+const std::vector<std::string> rgb{"R", "G", "B"};
+const std::vector<std::string> one{"V"};
+
+std::vector<std::string> layer_names() {
+    std::vector<std::string> names;
+    for (const LayerInfo& layer : all_layers()) names.push_back(layer.name);
+    return names;
+}
+
+const LayerInfo& find_layer(const std::string& name) {
+    for (const LayerInfo& layer : all_layers())
+        if (layer.name == name) return layer;
+    const std::string near = near_match(name, layer_names());
+    throw InputError("there is no layer '" + name + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+}
+
+}  // namespace
+
+// One row is one more layer: it can then be asked for in `film.layers`, is allocated, written and listed. What its pixels hold is
+// filled in where rays become pixels (src/render). A layer is `name.channel` in the file; only colours, which nobody counts with,
+// are HALF.
+const std::vector<LayerInfo>& all_layers() {
+    static const std::vector<LayerInfo> layers{
+        {"color", rgb, true, "what the ray meets, linear RGB"},
+        {"status", one, false, "how the ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
+        {"steps", one, false, "integration steps taken"},
+        {"gradients", one, false, "evaluations of the derivatives of H"},
+        {"energy_error", one, false, "greatest |H - H0| / (|p . dH/dp| + |H0|) along the ray"},
+        {"depth", one, false, "straight distance from the camera to the hit, scene units; 0 without a hit"},
+        {"object", one, false, "place of the object hit in the scene file, counted from 1; 0 without a hit"},
+    };
+    return layers;
+}
+
+Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers) : width_(width), height_(height) {
+    for (const std::string& name : layers) {
+        if (has(name)) continue;
+        const LayerInfo& layer = find_layer(name);
+        layers_.push_back(&layer);
+        planes_.emplace_back(std::size_t{width} * height * layer.channels.size(), 0.0f);
+    }
+}
+
+bool Film::has(const std::string& layer) const {
+    return plane(layer) != nullptr;
+}
+
+const float* Film::plane(const std::string& layer) const {
+    for (std::size_t i = 0; i < layers_.size(); ++i)
+        if (layers_[i]->name == layer) return planes_[i].data();
+    return nullptr;
+}
+
+float* Film::plane(const std::string& layer) {
+    return const_cast<float*>(std::as_const(*this).plane(layer));
+}
+
+float* Film::pixel(const std::string& layer, std::uint32_t x, std::uint32_t y) {
+    return plane(layer) + (std::size_t{y} * width_ + x) * find_layer(layer).channels.size();
+}
+
+}  // namespace kagero

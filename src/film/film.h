@@ -1,0 +1,54 @@
+/// The picture being made: one plane of floats per channel, and its way to disk.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kagero {
+
+/// One output layer; a new one is one row of the table in film.cpp.
+struct LayerInfo {
+    std::string name;
+    std::vector<std::string> channels;  ///< "R","G","B" or one channel
+    bool half;                          ///< HALF in EXR; counts, errors and lengths are FLOAT
+    const char* what;
+};
+const std::vector<LayerInfo>& all_layers();
+
+/// Planes of the chosen layers for a window (crop) of the whole picture.
+class Film {
+public:
+    Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers);
+    std::uint32_t width() const { return width_; }
+    std::uint32_t height() const { return height_; }
+    const std::vector<const LayerInfo*>& layers() const { return layers_; }
+    bool has(const std::string& layer) const;
+    /// First float of pixel (x, y) of a layer; its channels follow each other. Layer must be present.
+    float* pixel(const std::string& layer, std::uint32_t x, std::uint32_t y);
+    /// All floats of a layer, row by row, channels interleaved; null when absent.
+    float* plane(const std::string& layer);
+    const float* plane(const std::string& layer) const;
+
+private:
+    std::uint32_t width_, height_;
+    std::vector<const LayerInfo*> layers_;
+    std::vector<std::vector<float>> planes_;
+};
+
+/// Name and value of one `kagero/*` attribute of the written file.
+using Metadata = std::vector<std::pair<std::string, std::string>>;
+
+/// Throws InputError when `path` has no extension that can be written, or its directory cannot be written to. Called before
+/// rendering.
+void check_writable(const std::string& path);
+/// The same, and that the format can hold the layers: those without layers need `color`.
+void check_writable(const std::string& path, const std::vector<std::string>& layers);
+
+/// Writes `.exr` with all layers (`layer.channel`) and metadata, other formats with the color layer alone (8-bit formats
+/// sRGB-encoded). The file appears under its name only when it is complete. Throws RunError.
+void write_film(const Film& film, const std::string& path, const Metadata& metadata);
+
+}  // namespace kagero

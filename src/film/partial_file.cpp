@@ -1,0 +1,68 @@
+#include "film/partial_file.h"
+
+#include "error.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace kagero {
+
+namespace fs = std::filesystem;
+
+void check_file_writable(const std::string& path) {
+    std::error_code ignored;
+    if (path.empty()) throw InputError("cannot write a file with an empty name");
+    if (fs::is_directory(path, ignored)) throw InputError("cannot write '" + path + "': it is a directory; name a file");
+    fs::path directory = fs::path(path).parent_path();
+    if (directory.empty()) directory = ".";
+    const std::string shown = directory.string();
+    if (!fs::exists(directory, ignored))
+        throw InputError("cannot write '" + path + "': the directory '" + shown + "' does not exist; create it first");
+    if (!fs::is_directory(directory, ignored))
+        throw InputError("cannot write '" + path + "': '" + shown + "' is not a directory");
+    const bool special = fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
+    if (access(special ? path.c_str() : shown.c_str(), W_OK) != 0)
+        throw InputError("cannot write '" + path + "': no permission to write to '" + (special ? path : shown) + "'");
+}
+
+PartialFile::PartialFile(const std::string& path) : final_(path) {
+    std::error_code ignored;
+    direct_ = fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
+    if (direct_) {
+        temporary_ = path;
+        return;
+    }
+    // Through a symbolic link, the file that it names is replaced, not the link.
+    fs::path target = path;
+    if (fs::is_symlink(target, ignored)) target = fs::weakly_canonical(target);
+    final_ = target.string();
+    const std::string name = "." + target.stem().string() + ".part" + std::to_string(getpid()) + target.extension().string();
+    temporary_ = (target.parent_path() / name).string();
+}
+
+PartialFile::~PartialFile() {
+    std::error_code ignored;
+    if (!completed_ && !direct_) fs::remove(temporary_, ignored);
+}
+
+void PartialFile::complete() {
+    if (!direct_) {
+        std::error_code failure;
+        fs::rename(temporary_, final_, failure);
+        if (failure) throw RunError("cannot give the finished file its name '" + final_ + "': " + failure.message());
+    }
+    completed_ = true;
+}
+
+void write_text_file(const std::string& path, const std::string& text) {
+    PartialFile file(path);
+    std::ofstream out(file.temporary(), std::ios::binary);
+    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+    out.close();
+    if (!out) throw RunError("cannot write '" + path + "': is the disk full?");
+    file.complete();
+}
+
+}  // namespace kagero

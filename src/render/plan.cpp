@@ -1,0 +1,159 @@
+#include "render/plan.h"
+
+#include "film/film.h"
+#include "modules/modules.h"
+#include "scene/clearance.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <sstream>
+#include <thread>
+
+namespace kagero {
+namespace {
+
+Double3 minus(const Double3& a, const Double3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Double3 times(double s, const Double3& a) { return {s * a[0], s * a[1], s * a[2]}; }
+Double3 cross(const Double3& a, const Double3& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double length(const Double3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
+Double3 unit(const Double3& a) { return times(1 / length(a), a); }
+
+template <class Infos>
+std::uint32_t index_of(const std::string& name, const Infos* infos, std::uint32_t count) {
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (name == infos[i].name) return i;
+    throw InputError("'" + name + "' is not in the kernel module");
+}
+
+const KernelInfo& choose_kernel(const Module& module, const Options& options) {
+    const Strategy strategy = options.strategy == "scalar" ? Strategy::scalar : Strategy::packet;
+    const Precision precision = options.precision == "float" ? Precision::float32 : Precision::float64;
+    for (std::uint32_t i = 0; i < module.kernel_count; ++i)
+        if (module.kernels[i].strategy == strategy && module.kernels[i].precision == precision) return module.kernels[i];
+    throw InputError(std::string("no kernel for strategy ") + name_of(strategy) + " in " + name_of(precision));
+}
+
+/// Refuses a camera whose position lies in the surface of an object: every ray would start on it.
+void check_camera_off_surfaces(const Plan& plan) {
+    const Geometry* geometry = plan.geometry->kernel_view();
+    if (!geometry) return;
+    const double* eye = plan.camera.position;
+    const double tolerance = 1e-6 * plan.geometry->diagonal();
+    if (distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, plan.geometry->diagonal()) > tolerance) return;
+    const Double3& at = plan.scene.camera.position;
+    std::ostringstream message;
+    message << "camera.position = [" << at[0] << ", " << at[1] << ", " << at[2]
+            << "] lies in the surface of an object; it must be farther than " << tolerance << " from every surface";
+    throw InputError(plan.scene.camera.position_place, message.str());
+}
+
+/// The pixel grid of a perspective camera: vertical field of view, square pixels, row 0 on top.
+void aim(CameraRays& rays, const CameraDescription& camera, const FilmDescription& film) {
+    const Double3 forward = unit(minus(camera.look_at, camera.position));
+    const Double3 right = unit(cross(forward, camera.up)), down = cross(forward, right);
+    const double pixel = 2 * std::tan(camera.fov * std::numbers::pi / 360) / film.height;
+    rays.width = film.width, rays.height = film.height;
+    for (int k = 0; k < 3; ++k) {
+        rays.right[k] = pixel * right[k], rays.down[k] = pixel * down[k];
+        rays.corner[k] = forward[k] - 0.5 * film.width * rays.right[k] - 0.5 * film.height * rays.down[k];
+    }
+}
+
+void place_camera(Plan& plan) {
+    const SceneDescription& scene = plan.scene;
+    aim(plan.camera, scene.camera, scene.film);
+    for (int k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
+    const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), ObserverKind::static_,
+                                                 plan.camera.position, &plan.camera.start);
+    if (failure != Failure::none)
+        throw InputError(scene.camera.position_place,
+                         "camera.position: no static observer can be here: " + std::string(describe(failure)));
+    check_camera_off_surfaces(plan);
+    plan.job.camera = &plan.camera;
+}
+
+/// A chord may leave the curve by a tenth of a pixel as seen from half the scene's diagonal; rays without a camera by far less.
+double chord_tolerance(const Plan& plan, bool with_camera) {
+    const double size = plan.geometry->kernel_view() ? plan.geometry->diagonal() : plan.scene.integrator.escape_radius;
+    if (!with_camera) return 1e-5 * size;
+    const double pixel = 2 * std::tan(plan.scene.camera.fov * std::numbers::pi / 360) / plan.scene.film.height;
+    return 0.1 * pixel * 0.5 * size;
+}
+
+void fill_job(Plan& plan, bool with_camera) {
+    const SceneDescription& scene = plan.scene;
+    Job& job = plan.job;
+    job.parameters = plan.parameters.data();
+    const HamiltonianInfo& info = plan.module->hamiltonians[job.hamiltonian];
+    plan.straight = plan.module->straight(job.hamiltonian, job.parameters);
+    job.rescaled = info.rescales && scene.integrator.rescale == "auto" && !plan.straight;
+    job.step = scene.integrator.step;
+    job.solver_tolerance = scene.integrator.solver_tolerance;
+    job.max_steps = scene.integrator.max_steps;
+    job.escape_radius = scene.integrator.escape_radius;
+    job.parameter_limit = std::numeric_limits<double>::infinity();
+    job.hit = scene.integrator.hit;
+    job.chord_tolerance = chord_tolerance(plan, with_camera);
+    job.outputs = plan.options.energy_error ? output_energy : 0u;
+    job.geometry = plan.geometry->kernel_view();
+}
+
+}  // namespace
+
+Catalogue catalogue(const std::string& isa) {
+    const Module& module = load_module(isa);
+    Catalogue c{module.hamiltonians, module.hamiltonian_count, module.integrators, module.integrator_count, {}};
+    for (const LayerInfo& layer : all_layers()) c.layers.push_back(layer.name);
+    return c;
+}
+
+std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto plan = std::make_unique<Plan>();
+    plan->scene = std::move(scene);
+    plan->options = options;
+    plan->module = &load_module(options.isa);
+    plan->kernel = &choose_kernel(*plan->module, options);
+    plan->threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+    const SceneDescription& s = plan->scene;
+    const Module& m = *plan->module;
+    plan->job.hamiltonian = index_of(s.space.hamiltonian, m.hamiltonians, m.hamiltonian_count);
+    plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
+    if (const char* why = m.refusal(plan->job.hamiltonian, plan->job.integrator))
+        throw InputError("integrator '" + s.integrator.method + "' cannot serve '" + s.space.hamiltonian + "': " + why);
+    for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
+    plan->geometry = std::make_unique<SceneGeometry>(s);
+    fill_job(*plan, with_camera);
+    if (with_camera) place_camera(*plan);
+    plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return plan;
+}
+
+const char* name_of(Strategy strategy) {
+    constexpr const char* names[] = {"scalar", "per-ray", "packet"};
+    return names[static_cast<int>(strategy)];
+}
+const char* name_of(Precision precision) { return precision == Precision::float64 ? "double" : "float"; }
+const char* name_of(Status status) {
+    constexpr const char* names[status_count] = {"hit", "escaped", "captured", "step_limit", "failed"};
+    return names[static_cast<int>(status)];
+}
+const char* describe(Failure failure) {
+    switch (failure) {
+        case Failure::none: return "";
+        case Failure::zero_direction: return "the direction has length zero";
+        case Failure::nonfinite_start: return "start or direction is not finite";
+        case Failure::singular_start: return "the Hamiltonian is singular at the start";
+        case Failure::no_momentum: return "no momentum with this direction exists here";
+        case Failure::not_converged: return "an implicit step has no solution, even at 1/256 of its length";
+        case Failure::not_finite: return "the state left the range of the number type";
+    }
+    return "unknown";
+}
+
+}  // namespace kagero

@@ -1,0 +1,54 @@
+/// A scene made ready to run: module, kernel, geometry and the job all rays share.
+#pragma once
+
+#include "scene/description.h"
+#include "scene/geometry.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace kagero {
+
+/// What the command line may ask for beside the scene.
+struct Options {
+    std::string isa = "auto";
+    std::string strategy = "auto";     ///< auto | scalar | per-ray | packet
+    std::string precision = "auto";    ///< auto | double | float
+    unsigned threads = 0;              ///< 0: all
+    std::array<std::uint32_t, 4> crop{0, 0, 0, 0};  ///< x0, y0, x1, y1, half-open; all zero: the whole film
+    bool energy_error = false;         ///< watch H along every ray
+};
+
+/// Scene, geometry, kernel and job. Pointers in `job` point into this object: it is not copied.
+struct Plan {
+    SceneDescription scene;
+    Options options;
+    const Module* module = nullptr;
+    const KernelInfo* kernel = nullptr;
+    std::unique_ptr<SceneGeometry> geometry;
+    std::vector<double> parameters;
+    bool straight = false;             ///< every ray is a straight line: no integrator runs
+    CameraRays camera{};
+    Job job{};
+    unsigned threads = 1;
+    double load_seconds = 0;
+
+    Plan() = default;
+    Plan(const Plan&) = delete;
+    Plan& operator=(const Plan&) = delete;
+};
+
+/// The names that scenes may use, from the module for `isa`.
+Catalogue catalogue(const std::string& isa);
+
+/// Throws InputError for what the scene or options ask that cannot be done: a refused method, a camera inside a surface …
+/// `with_camera` is false for `trace`, which has its own rays.
+std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera = true);
+
+const char* name_of(Strategy);
+const char* name_of(Precision);
+const char* name_of(Status);
+const char* describe(Failure);
+
+}  // namespace kagero

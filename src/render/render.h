@@ -1,0 +1,51 @@
+/// Runs a plan: tiles over threads, rays to pixels, counters to a report.
+#pragma once
+
+#include "film/film.h"
+#include "render/plan.h"
+
+#include <atomic>
+#include <functional>
+
+namespace kagero {
+
+/// Percentiles over rays.
+struct Percentiles {
+    double p50 = 0, p99 = 0, max = 0;
+};
+
+/// What a finished run says of itself.
+struct RunReport {
+    std::uint64_t rays = 0;
+    double seconds = 0;      ///< tracing and shading
+    Counters counters{};
+    std::uint64_t status[status_count] = {};
+    Percentiles energy_error;  ///< only with Options::energy_error
+    std::uint64_t unrefined = 0;
+    bool interrupted = false;
+};
+
+/// Called now and then, from one thread at a time, with the finished share in 0…1 and the seconds gone by.
+using Progress = std::function<void(double done, double seconds)>;
+
+/// Renders into a film of the crop's size. `stop` ends the work after the tiles now running; the rest of the film stays zero.
+RunReport render(const Plan& plan, Film& film, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+
+/// One ray as given to `trace`: start and direction dq/dλ in scene coordinates.
+struct RayInput {
+    Double3 position, direction;
+};
+
+/// Canonical states for rays; with `observer` not empty the direction is read in that observer's rest frame.
+std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer);
+
+/// Follows single rays; ends[i] belongs to starts[i]. Positions in `ends` are scene coordinates.
+RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends);
+
+/// Every step of every ray, in order of ray and step, in scene coordinates.
+std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends);
+
+/// The canonical state of the ray through the middle of a pixel.
+RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y);
+
+}  // namespace kagero

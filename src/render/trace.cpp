@@ -1,0 +1,103 @@
+#include "render/run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+namespace kagero {
+namespace {
+
+/// Rays of a list handed out at a time: a few packets of any width.
+constexpr std::uint32_t chunk = 256;
+
+std::vector<Tile> cut_list(std::size_t rays) {
+    std::vector<Tile> tiles;
+    for (std::uint32_t i = 0; i < rays; i += chunk) tiles.push_back({i, 0, std::min(i + chunk, static_cast<std::uint32_t>(rays)), 1});
+    return tiles;
+}
+
+void to_scene(const Double3& center, double (&q)[3]) {
+    for (int k = 0; k < 3; ++k) q[k] += center[k];
+}
+
+RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
+    job.camera = nullptr;
+    job.rays = starts.data();
+    job.outputs |= output_parameter;
+    ends.resize(starts.size());
+    return run_tiles(plan, job, cut_list(starts.size()), [&](const Tile& tile, const RayEnd* done) {
+        std::copy(done, done + (tile.x1 - tile.x0), ends.begin() + tile.x0);
+        for (std::uint32_t i = tile.x0; i < tile.x1; ++i) to_scene(plan.scene.space.center, ends[i].q);
+    });
+}
+
+/// The state of a ray whose direction is read in an observer's rest frame.
+RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d) {
+    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none};
+    const double size = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
+    if (!(size > 0)) return start.failure = Failure::zero_direction, start;
+    StartMap map;
+    start.failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind, q, &map);
+    if (start.failure != Failure::none) return start;
+    double p[4];
+    for (int i = 0; i < 4; ++i)
+        p[i] = (map.matrix[i][0] * d[0] + map.matrix[i][1] * d[1] + map.matrix[i][2] * d[2]) / size + map.offset[i];
+    const double scale = map.unit_pt ? 1 / p[3] : 1;
+    for (int i = 0; i < 3; ++i) start.p[i] = p[i] * scale;
+    start.pt = p[3] * scale;
+    return start;
+}
+
+}  // namespace
+
+std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer) {
+    std::vector<RayStart> starts;
+    starts.reserve(rays.size());
+    for (const RayInput& ray : rays) {
+        double q[3];
+        for (int k = 0; k < 3; ++k) q[k] = ray.position[k] - plan.scene.space.center[k];
+        if (observer.empty()) {
+            RayStart start{};
+            plan.module->start(plan.job.hamiltonian, plan.parameters.data(), q, ray.direction.data(), &start);
+            starts.push_back(start);
+        } else {
+            starts.push_back(observed(plan, ObserverKind::static_, q, ray.direction));
+        }
+    }
+    return starts;
+}
+
+RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
+    Job job = plan.job;
+    return run_list(plan, job, starts, ends);
+}
+
+std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
+    struct Collector {
+        std::mutex mutex;
+        std::vector<PathPoint> points;
+    } collector;
+    Job job = plan.job;
+    job.path_user = &collector;
+    job.path_sink = [](void* user, const PathPoint* point) {
+        auto& c = *static_cast<Collector*>(user);
+        const std::lock_guard lock(c.mutex);
+        c.points.push_back(*point);
+    };
+    run_list(plan, job, starts, ends);
+    for (PathPoint& point : collector.points) to_scene(plan.scene.space.center, point.q);
+    std::stable_sort(collector.points.begin(), collector.points.end(), [](const PathPoint& a, const PathPoint& b) {
+        return a.ray != b.ray ? a.ray < b.ray : a.step < b.step;
+    });
+    return std::move(collector.points);
+}
+
+RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y) {
+    const CameraRays& c = plan.camera;
+    Double3 d;
+    for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + (x + 0.5) * c.right[k] + (y + 0.5) * c.down[k];
+    return observed(plan, ObserverKind::static_, c.position, d);
+}
+
+}  // namespace kagero

@@ -1,0 +1,226 @@
+#include "report/listing.h"
+
+#include "error.h"
+#include "film/film.h"
+#include "modules/modules.h"
+#include "render/plan.h"
+#include "report/numbers.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+namespace kagero {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+// An item of a topic has a name and one line `what`; everything else it has is shown below that, in order.
+
+Json parameter_item(const ParameterInfo& info) {
+    return {{"name", info.name},         {"default", info.fallback},      {"least", info.least},
+            {"greatest", info.greatest}, {"least_open", info.least_open}, {"unit", info.unit},
+            {"meaning", info.meaning}};
+}
+
+Json hamiltonian_items(const Module& module) {
+    Json items = Json::array();
+    for (std::uint32_t i = 0; i < module.hamiltonian_count; ++i) {
+        const HamiltonianInfo& info = module.hamiltonians[i];
+        Json parameters = Json::array();
+        for (std::uint32_t k = 0; k < info.parameter_count; ++k) parameters.push_back(parameter_item(info.parameters[k]));
+        items.push_back({{"name", info.name},
+                         {"what", info.what},
+                         {"formula", info.formula},
+                         {"source", info.source},
+                         {"conserved", info.conserved},
+                         {"parameters", parameters},
+                         {"spacetime", info.spacetime},
+                         {"method", info.method},
+                         {"step", info.step}});
+    }
+    return items;
+}
+
+Json integrator_items(const Module& module) {
+    Json items = Json::array();
+    for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
+        const IntegratorInfo& info = module.integrators[i];
+        items.push_back({{"name", info.name},
+                         {"what", info.what},
+                         {"order", info.order},
+                         {"symplectic", info.symplectic},
+                         {"symmetric", info.symmetric},
+                         {"implicit", info.implicit},
+                         {"adaptive", info.adaptive}});
+    }
+    return items;
+}
+
+const char* what(Strategy strategy) {
+    switch (strategy) {
+        case Strategy::scalar:
+            return "one ray at a time, no SIMD: the yardstick";
+        case Strategy::per_ray:
+            return "one ray at a time, the components of its gradient in the lanes";
+        case Strategy::packet:
+            return "as many rays as a register has lanes, or a few times as many";
+    }
+    return "";
+}
+
+Json strategy_items(const Module& module) {
+    Json items = Json::array();
+    for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet}) {
+        Json kernels = Json::array();
+        for (std::uint32_t i = 0; i < module.kernel_count; ++i) {
+            const KernelInfo& info = module.kernels[i];
+            if (info.strategy == strategy)
+                kernels.push_back({{"precision", name_of(info.precision)}, {"lanes", info.lanes}, {"registers", info.registers}});
+        }
+        if (!kernels.empty()) items.push_back({{"name", name_of(strategy)}, {"what", what(strategy)}, {"kernels", kernels}});
+    }
+    return items;
+}
+
+Json isa_items() {
+    Json items = Json::array();
+    for (const IsaInfo& info : find_isas())
+        items.push_back({{"name", info.name},
+                         {"what", info.supported ? "runs on this machine" : "this machine's processor does not have it"},
+                         {"supported", info.supported},
+                         {"path", info.path}});
+    return items;
+}
+
+/// A scene says what it is in a comment on its first line.
+std::string first_comment(const fs::path& path) {
+    std::ifstream in(path);
+    std::string line;
+    std::getline(in, line);
+    const std::size_t text = line.find_first_not_of("# ");
+    return line.starts_with('#') && text != std::string::npos ? line.substr(text) : "";
+}
+
+Json scene_items(const std::string& directory) {
+    std::vector<fs::path> paths;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(directory, ignored))
+        if (entry.path().extension() == ".toml") paths.push_back(entry.path());
+    std::sort(paths.begin(), paths.end());
+    Json items = Json::array();
+    for (const fs::path& path : paths)
+        items.push_back({{"name", path.stem().string()}, {"what", first_comment(path)}, {"path", path.string()}});
+    return items;
+}
+
+Json layer_items() {
+    Json items = Json::array();
+    for (const LayerInfo& info : all_layers()) {
+        Json channels = Json::array();
+        for (const std::string& channel : info.channels) channels.push_back(info.name + "." + channel);
+        items.push_back(
+            {{"name", info.name}, {"what", info.what}, {"channels", channels}, {"type", info.half ? "half" : "float"}});
+    }
+    return items;
+}
+
+Json items_of(const std::string& topic, const std::string& isa, const std::string& scene_directory) {
+    if (topic == "hamiltonians") return hamiltonian_items(load_module(isa));
+    if (topic == "integrators") return integrator_items(load_module(isa));
+    if (topic == "strategies") return strategy_items(load_module(isa));
+    if (topic == "isas") return isa_items();
+    if (topic == "scenes") return scene_items(scene_directory);
+    return layer_items();
+}
+
+/// "rg = 1 [length], > 0: Schwarzschild radius"
+std::string parameter_text(const Json& item) {
+    const double least = item["least"].get<double>(), greatest = item["greatest"].get<double>();
+    std::string text = item["name"].get<std::string>() + " = " + shortest(item["default"].get<double>());
+    const std::string unit = item["unit"].get<std::string>();
+    if (!unit.empty()) text += " [" + unit + "]";
+    if (std::isfinite(least)) text += std::string(item["least_open"].get<bool>() ? ", > " : ", >= ") + shortest(least);
+    if (std::isfinite(greatest)) text += ", <= " + shortest(greatest);
+    return text + ": " + item["meaning"].get<std::string>();
+}
+
+std::string kernel_text(const Json& item) {
+    const auto number = [&](const char* key) { return std::to_string(item[key].get<unsigned>()); };
+    return item["precision"].get<std::string>() + ", rays at a time: " + number("lanes") +
+           ", registers per variable: " + number("registers");
+}
+
+/// Of what is neither a flag nor a list of things with keys of their own.
+std::string value_text(const Json& value) {
+    if (value.is_array()) {
+        std::string text;
+        for (const Json& entry : value) text += (text.empty() ? "" : ", ") + value_text(entry);
+        return text;
+    }
+    if (value.is_string()) return value.get<std::string>();
+    if (value.is_number_float()) return shortest(value.get<double>());
+    return value.dump();
+}
+
+constexpr std::size_t name_width = 18;
+
+void append_item(std::string& text, const Json& item) {
+    const std::string indent(name_width + 2, ' ');
+    const std::string name = item["name"].get<std::string>();
+    text += "  " + name + std::string(name.size() < name_width ? name_width - name.size() : 1, ' ');
+    text += item["what"].get<std::string>() + "\n";
+    std::string flags;
+    for (const auto& [key, value] : item.items()) {
+        if (key == "name" || key == "what") continue;
+        if (value.is_boolean()) {
+            if (value.get<bool>()) flags += (flags.empty() ? "" : ", ") + key;
+        } else if (key == "parameters" || key == "kernels") {
+            for (const Json& entry : value)
+                text += indent + (key == "parameters" ? parameter_text(entry) : kernel_text(entry)) + "\n";
+        } else if (!value_text(value).empty()) {
+            text += indent + key + ": " + value_text(value) + "\n";
+        }
+    }
+    if (!flags.empty()) text += indent + flags + "\n";
+}
+
+}  // namespace
+
+const std::vector<std::string>& list_topics() {
+    static const std::vector<std::string> topics{"hamiltonians", "integrators", "strategies", "isas", "scenes", "layers"};
+    return topics;
+}
+
+std::string listing_json(const std::vector<std::string>& topics, const std::string& isa, const std::string& scene_directory) {
+    Json json;
+    for (const std::string& topic : topics) json[topic] = items_of(topic, isa, scene_directory);
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string listing_text(const std::vector<std::string>& topics, const std::string& isa, const std::string& scene_directory) {
+    std::string text;
+    for (const std::string& topic : topics) {
+        text += (text.empty() ? "" : "\n") + topic + "\n";
+        for (const Json& item : items_of(topic, isa, scene_directory)) append_item(text, item);
+    }
+    return text;
+}
+
+std::string find_scene_directory() {
+    std::error_code ignored;
+    const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+    // Installed: PREFIX/bin beside PREFIX/share. Built: build/PRESET/bin below the source.
+    for (const char* place : {"../share/kagero/scenes", "../../../scenes"}) {
+        const fs::path directory = (program / place).lexically_normal();
+        if (fs::is_directory(directory, ignored)) return directory.string();
+    }
+    return "";
+}
+
+}  // namespace kagero

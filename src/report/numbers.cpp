@@ -1,0 +1,30 @@
+#include "report/numbers.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace kagero {
+
+void append_exact(std::string& text, double value) {
+    char buffer[40];
+    const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 17).ptr;
+    text.append(buffer, end);
+}
+
+std::string shortest(double value) {
+    char buffer[40];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+std::string rounded(double value) {
+    const char* suffix = "";
+    for (const char* next : {" k", " M", " G"}) {
+        if (std::abs(value) < 1000) break;
+        value /= 1000;
+        suffix = next;
+    }
+    char buffer[40];
+    return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 3).ptr) + suffix;
+}
+
+}  // namespace kagero

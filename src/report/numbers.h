@@ -1,0 +1,15 @@
+/// Numbers as text, the same in every locale.
+#pragma once
+
+#include <string>
+
+namespace kagero {
+
+/// 17 significant digits: reading them back gives the same double.
+void append_exact(std::string& text, double value);
+/// The shortest text that reads back as the same double.
+std::string shortest(double value);
+/// Three significant digits with a thousands suffix, for people: 2.71 M.
+std::string rounded(double value);
+
+}  // namespace kagero

@@ -1,0 +1,146 @@
+#include "report/run_json.h"
+
+#include "report/numbers.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace kagero {
+
+namespace {
+
+// Keys keep the order they are given in; NaN and infinities, which JSON does not have, are written as null.
+using Json = nlohmann::ordered_json;
+
+/// Null where nothing was issued: no lane had work to be idle at.
+Json share(std::uint64_t active, std::uint64_t issued) {
+    return issued == 0 ? Json() : Json(static_cast<double>(active) / static_cast<double>(issued));
+}
+
+double per(double amount, double count) {
+    return count > 0 ? amount / count : 0.0;
+}
+
+Json status_json(const RunReport& report) {
+    Json counts;
+    for (std::uint32_t s = 0; s < status_count; ++s) counts[name_of(static_cast<Status>(s))] = report.status[s];
+    return counts;
+}
+
+std::string text_of(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::pair<std::uint32_t, std::uint32_t> picture_size(const Plan& plan) {
+    const auto& [x0, y0, x1, y1] = plan.options.crop;
+    if (x1 > x0) return {x1 - x0, y1 - y0};
+    return {plan.scene.film.width, plan.scene.film.height};
+}
+
+void add_kernel(Json& json, const Plan& plan) {
+    json["isa"] = plan.module->isa;
+    json["strategy"] = plan.kernel ? Json(name_of(plan.kernel->strategy)) : Json();
+    json["precision"] = plan.kernel ? Json(name_of(plan.kernel->precision)) : Json();
+    json["lanes"] = plan.kernel ? Json(plan.kernel->lanes) : Json();
+}
+
+Json energy_json(const Plan& plan, const RunReport& report) {
+    if (!plan.options.energy_error) return {};
+    return {{"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};
+}
+
+double nanoseconds_per_ray(const RunReport& run) {
+    return per(1e9 * run.seconds, static_cast<double>(run.rays));
+}
+
+Json timing_json(const std::vector<RunReport>& runs) {
+    std::vector<double> times;
+    for (const RunReport& run : runs) times.push_back(nanoseconds_per_ray(run));
+    std::sort(times.begin(), times.end());
+    const std::size_t n = times.size();
+    return {{"median", 0.5 * (times[(n - 1) / 2] + times[n / 2])}, {"min", times.front()}, {"max", times.back()}};
+}
+
+}  // namespace
+
+std::string render_json(const Plan& plan, const RunReport& report, double write_seconds) {
+    const auto [width, height] = picture_size(plan);
+    const Counters& work = report.counters;
+    Json json;
+    json["scene"] = plan.scene.path;
+    add_kernel(json, plan);
+    json["threads"] = plan.threads;
+    json["width"] = width;
+    json["height"] = height;
+    json["rays"] = report.rays;
+    json["seconds"] = report.seconds;
+    json["mrays_per_s"] = per(static_cast<double>(report.rays), 1e6 * report.seconds);
+    json["steps"] = work.steps;
+    json["gradients"] = work.gradients;
+    json["queries"] = work.queries;
+    json["lane_occupancy"] = share(work.active_lane_steps, work.issued_lane_steps);
+    json["status"] = status_json(report);
+    json["energy_error"] = energy_json(plan, report);
+    json["iteration_occupancy"] = share(work.active_iterations, work.issued_iterations);
+    json["load_s"] = plan.load_seconds;
+    json["write_s"] = write_seconds;
+    json["hamiltonian"] = plan.scene.space.hamiltonian;
+    json["integrator"] = plan.scene.integrator.method;
+    json["step"] = plan.scene.integrator.step;
+    json["registers"] = plan.kernel ? Json(plan.kernel->registers) : Json();
+    json["compiler"] = plan.module->compiler;
+    json["straight"] = plan.straight;
+    json["unrefined"] = report.unrefined;
+    json["interrupted"] = report.interrupted;
+    return text_of(json);
+}
+
+std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
+    const RunReport& last = runs.back();
+    const double rays = static_cast<double>(last.rays);
+    Json json;
+    json["rays"] = last.rays;
+    json["threads"] = plan.threads;
+    add_kernel(json, plan);
+    json["ns_per_ray"] = timing_json(runs);
+    json["steps_per_ray"] = per(static_cast<double>(last.counters.steps), rays);
+    json["gradients_per_ray"] = per(static_cast<double>(last.counters.gradients), rays);
+    json["lane_occupancy"] = share(last.counters.active_lane_steps, last.counters.issued_lane_steps);
+    json["status"] = status_json(last);
+    json["iteration_occupancy"] = share(last.counters.active_iterations, last.counters.issued_iterations);
+    json["repetitions"] = runs.size();
+    return text_of(json);
+}
+
+Metadata picture_metadata(const Plan& plan, const RunReport& report) {
+    const SceneDescription& scene = plan.scene;
+    const HamiltonianInfo& space = plan.module->hamiltonians[plan.job.hamiltonian];
+    std::string overrides, ends;
+    for (const std::string& text : scene.overrides) overrides += text + "\n";
+    for (std::uint32_t s = 0; s < status_count; ++s)
+        ends += (s ? ", " : "") + std::to_string(report.status[s]) + " " + name_of(static_cast<Status>(s));
+    Metadata metadata{
+        {"version", KAGERO_VERSION},
+        {"scene", scene.text},
+        {"overrides", overrides},
+        {"isa", plan.module->isa},
+        {"strategy", plan.kernel ? name_of(plan.kernel->strategy) : ""},
+        {"precision", plan.kernel ? name_of(plan.kernel->precision) : ""},
+        {"hamiltonian", space.formula},
+        {"integrator", scene.integrator.method},
+        {"step", shortest(scene.integrator.step)},
+        {"status", ends},
+        {"credits", space.source},
+    };
+    // Only where the scene asks for it: a picture does not depend on whether a report was asked for beside it.
+    const auto& layers = scene.film.layers;
+    if (plan.options.energy_error && std::find(layers.begin(), layers.end(), "energy_error") != layers.end())
+        metadata.emplace_back("energy_error", "median " + shortest(report.energy_error.p50) + ", 99 % " +
+                                                  shortest(report.energy_error.p99) + ", greatest " +
+                                                  shortest(report.energy_error.max));
+    if (report.interrupted) metadata.emplace_back("interrupted", "yes: some pixels were never traced");
+    return metadata;
+}
+
+}  // namespace kagero

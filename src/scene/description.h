@@ -1,0 +1,111 @@
+/// A scene as written: plain values, every default filled in, nothing loaded yet.
+#pragma once
+
+#include "error.h"
+#include "kernels/abi.h"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kagero {
+
+using Double3 = std::array<double, 3>;
+
+struct SpaceDescription {
+    std::string hamiltonian;
+    std::vector<std::pair<std::string, double>> parameters;  ///< in the Hamiltonian's declared order, all present
+    Double3 center{0, 0, 0};
+};
+
+struct IntegratorDescription {
+    std::string method;                ///< resolved: never empty after loading
+    double step = 0;                   ///< resolved
+    double solver_tolerance = 0;       ///< 0: to rounding
+    std::uint32_t max_steps = 20000;
+    double escape_radius = 50;
+    HitModel hit = HitModel::hermite;
+    bool cull = true;
+    std::string rescale = "auto";      ///< "auto" | "none"
+};
+
+struct CameraDescription {
+    std::string type = "perspective";
+    Double3 position{}, look_at{}, up{0, 1, 0};
+    double fov = 60;                   ///< vertical, degrees
+    std::string observer = "static";
+    Place position_place;              ///< for messages found later
+};
+
+struct FilmDescription {
+    std::uint32_t width = 0, height = 0;
+    std::uint32_t spp = 1;
+    std::vector<std::string> layers{"color"};
+};
+
+/// What gives a surface or the sky its colour. Exactly one of the three is in use.
+struct Paint {
+    enum class Kind { color, texture, checker };
+    Kind kind = Kind::color;
+    Double3 color{0.8, 0.8, 0.8};
+    std::string texture;               ///< absolute path
+    std::array<double, 2> checker{8, 8};
+    Place place;
+};
+
+struct SkyDescription {
+    Paint paint{Paint::Kind::color, {0, 0, 0}, {}, {}, {}};
+    Double3 pole{0, 0, 1};
+};
+
+enum class Shape { rectangle, box, room, sphere, mesh };
+enum class Shading { emission, lambert };
+
+struct ObjectDescription {
+    std::string name;
+    Shape shape{};
+    Double3 origin{}, edge_u{}, edge_v{};          // rectangle
+    Double3 min{}, max{};                          // box, room
+    std::array<Paint, 6> faces;                    // box, room: px nx py ny pz nz; all equal to `paint` unless `faces` says otherwise
+    Double3 center{}; double radius = 0;           // sphere
+    std::string file;                              // mesh: absolute path
+    Place file_place;
+    Double3 translate{}, rotate{}; double scale = 1;
+    Paint paint;
+    Shading shading = Shading::emission;
+    Place place;
+};
+
+struct SceneDescription {
+    std::string path;                              ///< as given
+    std::string text;                              ///< the file's text, for the picture's metadata
+    std::vector<std::string> overrides;            ///< as given with -D and the short flags
+    SpaceDescription space;
+    IntegratorDescription integrator;
+    CameraDescription camera;
+    FilmDescription film;
+    SkyDescription sky;
+    std::vector<ObjectDescription> objects;
+};
+
+/// The names a scene may use; taken from a loaded kernel module.
+struct Catalogue {
+    const HamiltonianInfo* hamiltonians = nullptr;
+    std::uint32_t hamiltonian_count = 0;
+    const IntegratorInfo* integrators = nullptr;
+    std::uint32_t integrator_count = 0;
+    std::vector<std::string> layers;
+};
+
+/// Reads, overrides and checks a scene. `overrides` are "key.path=value" strings in TOML syntax (a bare word is taken as a string).
+/// Throws InputError naming file:line:column, the value, the legal range, and a near match for a misspelt name.
+SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue);
+
+/// The scene written back whole as TOML, defaults included; loading it again gives the same description.
+std::string print_scene(const SceneDescription& scene);
+
+}  // namespace kagero

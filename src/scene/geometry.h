@@ -1,0 +1,39 @@
+/// A scene's surfaces as Embree geometry for the kernels, and their colours for shading.
+#pragma once
+
+#include "scene/description.h"
+
+#include <memory>
+
+namespace kagero {
+
+using Float3 = std::array<float, 3>;
+
+/// Owns the Embree scene, the double-precision vertices, the clearance grid and the textures. Immutable after construction, so any
+/// number of threads may shade at once.
+class SceneGeometry {
+public:
+    /// Loads meshes and textures, builds everything. Throws InputError for data that cannot be used.
+    explicit SceneGeometry(const SceneDescription& scene);
+    ~SceneGeometry();
+    SceneGeometry(SceneGeometry&&) noexcept;
+
+    /// What the kernels need, in coordinates relative to `space.center`; null when the scene has no objects.
+    const Geometry* kernel_view() const;
+    /// The index in SceneDescription::objects of a surface (a box has one surface, so has a mesh).
+    std::uint32_t object_of(std::uint32_t surface) const;
+    /// Linear colour of a surface at a point, both in scene coordinates; `toward` is the ray's unit direction there (away from the eye).
+    Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward) const;
+    /// Linear colour of the sky in a unit direction.
+    Float3 sky_color(const Double3& direction) const;
+    /// One line per object that the user may want to know of: degenerate triangles skipped, faces triangulated …
+    const std::vector<std::string>& remarks() const;
+    /// Diagonal of the box around all objects, scene units; 0 without objects.
+    double diagonal() const;
+
+private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
+
+}  // namespace kagero

@@ -1,0 +1,184 @@
+#include "scene/load.h"
+#include "scene/vector3.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace kagero {
+
+namespace {
+
+template <class Info>
+std::vector<std::string> names(const Info* infos, std::uint32_t count) {
+    std::vector<std::string> result;
+    for (std::uint32_t i = 0; i < count; ++i) result.emplace_back(infos[i].name);
+    return result;
+}
+
+const HamiltonianInfo* hamiltonian_named(const std::string& name, const Catalogue& catalogue) {
+    for (std::uint32_t i = 0; i < catalogue.hamiltonian_count; ++i) {
+        if (name == catalogue.hamiltonians[i].name) return &catalogue.hamiltonians[i];
+    }
+    return nullptr;
+}
+
+/// A scene is small; the limit keeps /dev/zero and mistaken file names from filling the memory.
+std::string read_text(const std::string& path) {
+    constexpr std::size_t greatest_size = std::size_t{64} << 20;
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) throw InputError({path, 0, 0}, "is a directory, not a scene file");
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw InputError({path, 0, 0}, std::string("cannot be opened: ") + std::strerror(errno));
+    std::string text;
+    char buffer[1 << 16];
+    while (file.read(buffer, sizeof buffer), file.gcount() > 0) {
+        text.append(buffer, static_cast<std::size_t>(file.gcount()));
+        if (text.size() > greatest_size) throw InputError({path, 0, 0}, "is larger than 64 MiB: not a scene file");
+    }
+    return text;
+}
+
+/// The picture needs to know which way is up.
+void check_view(const Section& section, const CameraDescription& camera) {
+    const Value& look_at = need(section, "look_at");
+    const Double3 forward = subtract(camera.look_at, camera.position);
+    if (length(forward) == 0) fail(look_at, full_name(section, "look_at"), "a point other than camera.position");
+    const Value* up = find(section, "up");
+    if (length(camera.up) == 0) fail(up ? *up : look_at, full_name(section, "up"), "a vector that is not zero");
+    // Closer than √ε to parallel, the cross product has lost half its digits.
+    const double sine = length(cross(unit(forward), unit(camera.up)));
+    if (sine > std::sqrt(std::numeric_limits<double>::epsilon())) return;
+    std::string shown = "camera.up = [";
+    for (int i = 0; i < 3; ++i) shown += (i ? ", " : "") + written(camera.up[static_cast<std::size_t>(i)]);
+    shown += up ? "]" : "] (the default)";
+    throw InputError(up ? up->place : look_at.place, shown + " is parallel to the viewing direction: choose another up");
+}
+
+}  // namespace
+
+SpaceDescription load_space(const Section& section, const Catalogue& catalogue) {
+    SpaceDescription space;
+    const Value& name = need(section, "hamiltonian");
+    const auto known = names(catalogue.hamiltonians, catalogue.hamiltonian_count);
+    space.hamiltonian = known[to_choice(name, full_name(section, "hamiltonian"), known)];
+    const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
+
+    std::vector<std::string> keys{"hamiltonian", "center"};
+    for (std::uint32_t i = 0; i < info.parameter_count; ++i) {
+        const ParameterInfo& parameter = info.parameters[i];
+        keys.emplace_back(parameter.name);
+        double value = parameter.fallback;
+        read(section, parameter.name, value, {parameter.least, parameter.greatest, parameter.least_open});
+        space.parameters.emplace_back(parameter.name, value);
+    }
+    only_keys(section, keys);
+    read(section, "center", space.center, any_length);
+    return space;
+}
+
+IntegratorDescription load_integrator(const Section& section, const std::string& hamiltonian, const Catalogue& catalogue) {
+    only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
+                        "refill", "symmetry", "lanes", "max_pixel_error"});
+    not_yet(section, "tolerance");
+    not_yet(section, "refill", {"auto"});
+    not_yet(section, "symmetry", {"auto", "none"});
+    not_yet(section, "lanes", {"auto"});
+    not_yet(section, "max_pixel_error");
+    not_yet(section, "rescale", {"auto", "none"});
+
+    IntegratorDescription integrator;
+    const HamiltonianInfo& info = *hamiltonian_named(hamiltonian, catalogue);
+    integrator.method = info.method;
+    integrator.step = info.step;
+    if (const Value* method = find(section, "method")) {
+        const auto known = names(catalogue.integrators, catalogue.integrator_count);
+        integrator.method = known[to_choice(*method, "integrator.method", known)];
+    }
+    read(section, "step", integrator.step, {0, 1e12, true});
+    read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});
+    read(section, "escape_radius", integrator.escape_radius, positive_length);
+    if (const Value* steps = find(section, "max_steps")) {
+        integrator.max_steps = to_count(*steps, "integrator.max_steps", 1, std::numeric_limits<std::uint32_t>::max());
+    }
+    if (const Value* hit = find(section, "hit")) {
+        integrator.hit = to_choice(*hit, "integrator.hit", {"chord", "hermite"}) == 0 ? HitModel::chord : HitModel::hermite;
+    }
+    if (const Value* cull = find(section, "cull")) integrator.cull = to_choice(*cull, "integrator.cull", {"auto", "none"}) == 0;
+    if (const Value* rescale = find(section, "rescale")) integrator.rescale = rescale->string;
+    return integrator;
+}
+
+CameraDescription load_camera(const Section& section) {
+    only_keys(section, {"type", "position", "look_at", "up", "fov", "observer"});
+    CameraDescription camera;
+    not_yet(section, "type", {"perspective"});
+    not_yet(section, "observer", {"static"});
+    const Value& position = need(section, "position");
+    camera.position = to_double3(position, "camera.position", any_length);
+    camera.position_place = position.place;
+    camera.look_at = to_double3(need(section, "look_at"), "camera.look_at", any_length);
+    read(section, "up", camera.up, any_length);
+    read(section, "fov", camera.fov, {0, 180, true, true});
+    check_view(section, camera);
+    return camera;
+}
+
+FilmDescription load_film(const Section& section, const std::vector<std::string>& layers) {
+    only_keys(section, {"size", "spp", "layers"});
+    FilmDescription film;
+    const Value& size = need(section, "size");
+    if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "[width, height]");
+    film.width = to_count(size.items[0], "film.size[0]", 1, 65536);
+    film.height = to_count(size.items[1], "film.size[1]", 1, 65536);
+    if (const Value* spp = find(section, "spp")) {
+        film.spp = to_count(*spp, "film.spp", 1, 65536);
+        if (film.spp > 1) not_yet(section, "spp", {"1"});
+    }
+    if (const Value* chosen = find(section, "layers")) {
+        if (chosen->kind != Value::Kind::array || chosen->items.empty()) fail(*chosen, "film.layers", "an array of layer names");
+        film.layers.clear();
+        for (const Value& layer : chosen->items) {
+            const std::string& name = layers[to_choice(layer, "film.layers", layers)];
+            for (const std::string& other : film.layers) {
+                if (other == name) fail(layer, "film.layers", "every layer once");
+            }
+            film.layers.push_back(name);
+        }
+    }
+    return film;
+}
+
+SkyDescription load_sky(const Section& section, const std::string& directory) {
+    only_keys(section, {"color", "texture", "checker", "pole", "far"});
+    not_yet(section, "far");
+    SkyDescription sky;
+    sky.paint = load_paint(section, sky.paint, CheckerKey::flag, directory);
+    read(section, "pole", sky.pole, any_length);
+    if (length(sky.pole) == 0) fail(need(section, "pole"), "sky.pole", "a vector that is not zero");
+    return sky;
+}
+
+SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue) {
+    SceneDescription scene;
+    scene.path = path;
+    scene.text = read_text(path);
+    scene.overrides = overrides;
+    Value root = parse_toml(scene.text, path);
+    root.place = {path, 1, 1};
+    for (const std::string& override_text : overrides) apply_override(root, override_text);
+
+    only_keys({&root, "", root.place}, {"space", "integrator", "camera", "film", "sky", "object"});
+    const std::string directory = std::filesystem::path(path).parent_path().string();
+    scene.space = load_space(section(root, "space"), catalogue);
+    scene.integrator = load_integrator(section(root, "integrator"), scene.space.hamiltonian, catalogue);
+    scene.camera = load_camera(section(root, "camera"));
+    scene.film = load_film(section(root, "film"), catalogue.layers);
+    scene.sky = load_sky(section(root, "sky"), directory);
+    scene.objects = load_objects(root, directory);
+    return scene;
+}
+
+}  // namespace kagero

@@ -1,0 +1,203 @@
+#include "scene/load.h"
+#include "scene/vector3.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+namespace kagero {
+
+namespace {
+
+constexpr Range color_range{0, 1e6};
+constexpr Range checker_range{0, 1e6, true};
+
+const std::vector<std::string> shape_names{"rectangle", "box", "room", "sphere", "mesh"};
+
+/// The keys of a shape beside those that all objects have.
+std::vector<std::string> keys_of(Shape shape) {
+    std::vector<std::string> keys{"name", "shape", "color", "texture", "checker", "shading"};
+    std::vector<std::string> own;
+    switch (shape) {
+        case Shape::rectangle:
+            own = {"origin", "edge_u", "edge_v"};
+            break;
+        case Shape::box:
+        case Shape::room:
+            own = {"min", "max", "faces"};
+            break;
+        case Shape::sphere:
+            own = {"center", "radius"};
+            break;
+        case Shape::mesh:
+            own = {"file", "translate", "rotate", "scale"};
+            break;
+    }
+    keys.insert(keys.end(), own.begin(), own.end());
+    return keys;
+}
+
+Double3 needed_point(const Section& section, const std::string& key) {
+    return to_double3(need(section, key), full_name(section, key), any_length);
+}
+
+void load_rectangle(const Section& section, ObjectDescription& object) {
+    object.origin = needed_point(section, "origin");
+    object.edge_u = needed_point(section, "edge_u");
+    object.edge_v = needed_point(section, "edge_v");
+    for (const char* key : {"edge_u", "edge_v"}) {
+        const Double3& edge = key[5] == 'u' ? object.edge_u : object.edge_v;
+        if (length(edge) == 0) fail(need(section, key), full_name(section, key), "an edge that is not zero");
+    }
+    const double sine = length(cross(unit(object.edge_u), unit(object.edge_v)));
+    if (sine <= std::sqrt(std::numeric_limits<double>::epsilon())) {
+        fail(need(section, "edge_v"), full_name(section, "edge_v"), "an edge that is not parallel to edge_u");
+    }
+}
+
+void load_faces(const Section& section, const std::string& directory, ObjectDescription& object) {
+    static const std::vector<std::string> face_names{"px", "nx", "py", "ny", "pz", "nz"};
+    object.faces.fill(object.paint);
+    const Value* table = find(section, "faces");
+    if (!table) return;
+    const std::string name = full_name(section, "faces");
+    if (table->kind != Value::Kind::table) fail(*table, name, "a table { px = …, nx, py, ny, pz, nz }");
+    only_keys({table, name, table->place}, face_names);
+    for (std::size_t i = 0; i < 6; ++i) {
+        const Value* face = find(*table, face_names[i]);
+        if (!face) continue;
+        const std::string face_name = name + '.' + face_names[i];
+        Paint& paint = object.faces[i];
+        if (face->kind == Value::Kind::array) {
+            paint = {};
+            paint.color = to_double3(*face, face_name, color_range);
+            paint.place = face->place;
+        } else if (face->kind == Value::Kind::table) {
+            const Section entry{face, face_name, face->place};
+            only_keys(entry, {"color", "texture", "checker"});
+            paint = load_paint(entry, paint, CheckerKey::counts, directory);
+        } else {
+            fail(*face, face_name, "[r, g, b] or { color, texture or checker }");
+        }
+    }
+}
+
+void load_box(const Section& section, const std::string& directory, ObjectDescription& object) {
+    object.min = needed_point(section, "min");
+    object.max = needed_point(section, "max");
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (object.min[i] < object.max[i]) continue;
+        const Value& max = need(section, "max");
+        fail(max, full_name(section, "max"),
+             "more than min in every coordinate; min[" + std::to_string(i) + "] = " + written(object.min[i]));
+    }
+    load_faces(section, directory, object);
+}
+
+void load_sphere(const Section& section, ObjectDescription& object) {
+    object.center = needed_point(section, "center");
+    object.radius = to_number(need(section, "radius"), full_name(section, "radius"), positive_length);
+}
+
+void load_mesh_keys(const Section& section, const std::string& directory, ObjectDescription& object) {
+    const Value& file = need(section, "file");
+    const std::string name = full_name(section, "file");
+    std::string extension = std::filesystem::path(to_text(file, name)).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::vector<std::string> known{".obj", ".ply", ".gltf", ".glb"};
+    if (std::find(known.begin(), known.end(), extension) == known.end()) fail(file, name, "a .obj, .ply, .gltf or .glb file");
+    object.file = to_file(file, name, directory);
+    object.file_place = file.place;
+    read(section, "translate", object.translate, any_length);
+    read(section, "rotate", object.rotate, any_angle);
+    read(section, "scale", object.scale, positive_length);
+}
+
+ObjectDescription load_object(const Value& table, const std::string& name, const std::string& directory) {
+    const Section section{&table, "object." + name, table.place};
+    ObjectDescription object;
+    object.name = name;
+    object.place = table.place;
+    const Value& shape = need(section, "shape");
+    if (shape.kind == Value::Kind::string && shape.string == "disk") not_yet(section, "shape", shape_names);
+    object.shape = static_cast<Shape>(to_choice(shape, full_name(section, "shape"), shape_names));
+    only_keys(section, keys_of(object.shape));
+    object.paint = load_paint(section, object.paint, CheckerKey::counts, directory);
+    if (const Value* shading = find(section, "shading")) {
+        const std::size_t choice = to_choice(*shading, full_name(section, "shading"), {"emission", "lambert"});
+        object.shading = static_cast<Shading>(choice);
+    }
+    object.faces.fill(object.paint);
+    switch (object.shape) {
+        case Shape::rectangle:
+            load_rectangle(section, object);
+            break;
+        case Shape::box:
+        case Shape::room:
+            load_box(section, directory, object);
+            break;
+        case Shape::sphere:
+            load_sphere(section, object);
+            break;
+        case Shape::mesh:
+            load_mesh_keys(section, directory, object);
+            break;
+    }
+    return object;
+}
+
+}  // namespace
+
+Paint load_paint(const Section& section, const Paint& fallback, CheckerKey checker_key, const std::string& directory) {
+    const Value* color = find(section, "color");
+    const Value* texture = find(section, "texture");
+    const Value* checker = find(section, "checker");
+    Paint paint = fallback;
+    if (!color && !texture && !checker) return paint;
+    if (texture && (color || checker)) {
+        const std::string other = color ? "color" : "checker";
+        throw InputError(texture->key_place, full_name(section, "texture") + " and " + other + " exclude each other: keep one");
+    }
+    paint = {};
+    paint.place = (texture ? texture : checker ? checker : color)->place;
+    if (color) paint.color = to_double3(*color, full_name(section, "color"), color_range);
+    if (texture) {
+        paint.kind = Paint::Kind::texture;
+        paint.texture = to_file(*texture, full_name(section, "texture"), directory);
+    }
+    if (!checker) return paint;
+    const std::string name = full_name(section, "checker");
+    paint.kind = Paint::Kind::checker;
+    if (checker_key == CheckerKey::counts) {
+        paint.checker = to_double2(*checker, name, checker_range);
+    } else {
+        if (checker->kind != Value::Kind::boolean) fail(*checker, name, "true or false");
+        if (!checker->boolean) return color ? Paint{Paint::Kind::color, paint.color, {}, {8, 8}, color->place} : fallback;
+        paint.checker = {24, 12};
+    }
+    return paint;
+}
+
+std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory) {
+    std::vector<ObjectDescription> objects;
+    const Value* tables = find(root, "object");
+    if (!tables) return objects;
+    if (tables->kind != Value::Kind::array) fail(*tables, "object", "an array of tables, each headed [[object]]");
+    for (const Value& table : tables->items) {
+        if (table.kind != Value::Kind::table) fail(table, "object", "a table headed [[object]]");
+        std::string name = "object-" + std::to_string(objects.size() + 1);
+        const Value* given = find(table, "name");
+        if (given) name = to_text(*given, name + ".name");
+        if (name.empty()) fail(*given, "object.name", "a name, or none");
+        for (const ObjectDescription& other : objects) {
+            if (other.name != name) continue;
+            const Place& place = given ? given->place : table.place;
+            throw InputError(place, "there are two objects named " + written(name) + ": the other is in line " +
+                                        std::to_string(other.place.line));
+        }
+        objects.push_back(load_object(table, name, directory));
+    }
+    return objects;
+}
+
+}  // namespace kagero

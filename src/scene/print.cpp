@@ -1,0 +1,147 @@
+// Writes a description back as TOML. Every key is written, defaults too, so that the text says all that the picture depends on.
+#include "scene/description.h"
+#include "scene/value.h"
+
+#include <sstream>
+
+namespace kagero {
+
+namespace {
+
+template <std::size_t N>
+std::string text_of(const std::array<double, N>& numbers) {
+    std::string text;
+    for (const double number : numbers) text += (text.empty() ? "[" : ", ") + written(number);
+    return text + ']';
+}
+
+std::string text_of(double number) {
+    return written(number);
+}
+std::string text_of(std::uint32_t number) {
+    return std::to_string(number);
+}
+std::string text_of(const std::string& text) {
+    return written(text);
+}
+
+/// Writes "key = value" lines.
+struct Line {
+    std::ostringstream& out;
+    template <class T>
+    void operator()(const std::string& key, const T& value) const {
+        out << key << " = " << text_of(value) << '\n';
+    }
+};
+
+/// color, texture or checker as "key = value" pairs.
+std::vector<std::string> paint_pairs(const Paint& paint, bool checker_is_flag) {
+    switch (paint.kind) {
+        case Paint::Kind::color:
+            return {"color = " + text_of(paint.color)};
+        case Paint::Kind::texture:
+            return {"texture = " + written(paint.texture)};
+        case Paint::Kind::checker:
+            break;
+    }
+    return {"color = " + text_of(paint.color), "checker = " + (checker_is_flag ? "true" : text_of(paint.checker))};
+}
+
+bool same(const Paint& a, const Paint& b) {
+    return a.kind == b.kind && a.color == b.color && a.texture == b.texture && a.checker == b.checker;
+}
+
+void print_faces(std::ostringstream& out, const ObjectDescription& object) {
+    static const char* const names[] = {"px", "nx", "py", "ny", "pz", "nz"};
+    out << "\n[object.faces]\n";
+    for (std::size_t i = 0; i < 6; ++i) {
+        std::string text;
+        for (const std::string& pair : paint_pairs(object.faces[i], false)) text += (text.empty() ? "" : ", ") + pair;
+        out << names[i] << " = { " << text << " }\n";
+    }
+}
+
+void print_object(std::ostringstream& out, const ObjectDescription& object) {
+    static const char* const shapes[] = {"rectangle", "box", "room", "sphere", "mesh"};
+    const Line line{out};
+    out << "\n[[object]]\n";
+    line("name", object.name);
+    line("shape", std::string(shapes[static_cast<int>(object.shape)]));
+    switch (object.shape) {
+        case Shape::rectangle:
+            line("origin", object.origin);
+            line("edge_u", object.edge_u);
+            line("edge_v", object.edge_v);
+            break;
+        case Shape::box:
+        case Shape::room:
+            line("min", object.min);
+            line("max", object.max);
+            break;
+        case Shape::sphere:
+            line("center", object.center);
+            line("radius", object.radius);
+            break;
+        case Shape::mesh:
+            line("file", object.file);
+            line("translate", object.translate);
+            line("rotate", object.rotate);
+            line("scale", object.scale);
+            break;
+    }
+    for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
+    line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
+    bool painted = false;
+    for (const Paint& face : object.faces) painted = painted || !same(face, object.paint);
+    if (painted) print_faces(out, object);
+}
+
+void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
+    const Line line{out};
+    out << "\n[integrator]\n";
+    line("method", integrator.method);
+    line("step", integrator.step);
+    out << "solver_tolerance = " << written(integrator.solver_tolerance)
+        << (integrator.solver_tolerance == 0 ? "  # to rounding\n" : "\n");
+    line("max_steps", integrator.max_steps);
+    line("escape_radius", integrator.escape_radius);
+    line("hit", std::string(integrator.hit == HitModel::chord ? "chord" : "hermite"));
+    line("cull", std::string(integrator.cull ? "auto" : "none"));
+    line("rescale", integrator.rescale);
+}
+
+void print_camera(std::ostringstream& out, const CameraDescription& camera) {
+    const Line line{out};
+    out << "\n[camera]\n";
+    line("type", camera.type);
+    line("position", camera.position);
+    line("look_at", camera.look_at);
+    line("up", camera.up);
+    line("fov", camera.fov);
+    line("observer", camera.observer);
+}
+
+}  // namespace
+
+std::string print_scene(const SceneDescription& scene) {
+    std::ostringstream out;
+    const Line line{out};
+    out << "[space]\n";
+    line("hamiltonian", scene.space.hamiltonian);
+    for (const auto& [name, value] : scene.space.parameters) line(name, value);
+    line("center", scene.space.center);
+    print_integrator(out, scene.integrator);
+    print_camera(out, scene.camera);
+
+    out << "\n[film]\nsize = [" << scene.film.width << ", " << scene.film.height << "]\n";
+    line("spp", scene.film.spp);
+    out << "layers = [";
+    for (std::size_t i = 0; i < scene.film.layers.size(); ++i) out << (i ? ", " : "") << written(scene.film.layers[i]);
+    out << "]\n\n[sky]\n";
+    for (const std::string& pair : paint_pairs(scene.sky.paint, true)) out << pair << '\n';
+    line("pole", scene.sky.pole);
+    for (const ObjectDescription& object : scene.objects) print_object(out, object);
+    return out.str();
+}
+
+}  // namespace kagero

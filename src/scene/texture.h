@@ -1,0 +1,21 @@
+/// Looking up colours in images and checkers.
+#pragma once
+
+#include "film/image.h"
+#include "scene/geometry.h"
+
+namespace kagero {
+
+/// What happens beyond the upper and lower edge; left and right an image always repeats.
+enum class Edge { repeat, clamp };
+
+/// Bilinear: (0,0) is the lower left corner of the image, (1,1) the upper right.
+Float3 texture_color(const Image& image, double u, double v, Edge vertical);
+
+/// `paint.checker` squares along u and v in 0…1; the square at (0,0) has the paint's colour, its neighbours a quarter of it.
+Float3 checker_color(const Paint& paint, double u, double v);
+
+/// Image coordinates of a direction in an equirectangular sky: the pole is up, +x in the middle, east to the left.
+std::array<double, 2> sky_coordinates(const Double3& direction, const Double3& pole);
+
+}  // namespace kagero

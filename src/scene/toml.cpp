@@ -1,0 +1,96 @@
+// The only file that includes toml++.
+#include "scene/value.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace kagero {
+
+namespace {
+
+Place place_of(const toml::source_region& region, const std::string& file) {
+    return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
+}
+
+Value convert(const toml::node& node, const std::string& file);
+
+void convert_table(const toml::table& table, const std::string& file, Value& value) {
+    value.kind = Value::Kind::table;
+    for (const auto& [key, item] : table) {
+        value.items.push_back(convert(item, file));
+        value.items.back().key = std::string(key.str());
+        value.items.back().key_place = place_of(key.source(), file);
+    }
+    // toml++ sorts by key; errors should come in the order of the file.
+    std::stable_sort(value.items.begin(), value.items.end(), [](const Value& a, const Value& b) {
+        return std::pair(a.key_place.line, a.key_place.column) < std::pair(b.key_place.line, b.key_place.column);
+    });
+}
+
+Value convert(const toml::node& node, const std::string& file) {
+    Value value;
+    value.place = place_of(node.source(), file);
+    if (const auto* table = node.as_table()) {
+        convert_table(*table, file, value);
+    } else if (const auto* array = node.as_array()) {
+        value.kind = Value::Kind::array;
+        for (const auto& item : *array) value.items.push_back(convert(item, file));
+    } else if (const auto* string = node.as_string()) {
+        value.kind = Value::Kind::string;
+        value.string = string->get();
+    } else if (const auto* integer = node.as_integer()) {
+        value.kind = Value::Kind::integer;
+        value.integer = integer->get();
+        value.number = static_cast<double>(value.integer);
+    } else if (const auto* number = node.as_floating_point()) {
+        value.kind = Value::Kind::number;
+        value.number = number->get();
+    } else if (const auto* boolean = node.as_boolean()) {
+        value.kind = Value::Kind::boolean;
+        value.boolean = boolean->get();
+    } else {
+        value.kind = Value::Kind::other;
+        std::ostringstream text;
+        text << node.type();
+        value.string = text.str();
+    }
+    return value;
+}
+
+void set_place(Value& value, const Place& place) {
+    value.place = value.key_place = place;
+    for (Value& item : value.items) set_place(item, place);
+}
+
+bool is_bare_word(const std::string& text) {
+    return !text.empty() && text.find_first_of("[]{}\"'=,#\n\r") == std::string::npos;
+}
+
+}  // namespace
+
+Value parse_toml(const std::string& text, const std::string& file) {
+    try {
+        return convert(toml::parse(text, file), file);
+    } catch (const toml::parse_error& error) {
+        throw InputError(place_of(error.source(), file), std::string(error.description()));
+    }
+}
+
+Value parse_toml_value(const std::string& text, const Place& place) {
+    Value value;
+    try {
+        const Value document = convert(toml::parse("value = " + text), "");
+        if (document.items.size() != 1) throw InputError(place, "expected one value after '='");
+        value = document.items.front();
+    } catch (const toml::parse_error& error) {
+        if (!is_bare_word(text)) throw InputError(place, std::string(error.description()));
+        value.kind = Value::Kind::string;
+        value.string = text;
+    }
+    set_place(value, place);
+    return value;
+}
+
+}  // namespace kagero

@@ -1,0 +1,42 @@
+/// A TOML document as a plain tree: toml++ stays in one file, and overrides are merged before anything is read.
+#pragma once
+
+#include "error.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kagero {
+
+/// A value with the place it was written at.
+struct Value {
+    enum class Kind { boolean, integer, number, string, array, table, other };
+    Kind kind = Kind::table;
+    bool boolean = false;
+    std::int64_t integer = 0;
+    double number = 0;         ///< of an integer too
+    std::string string;        ///< of a string; of `other` (dates, times) what it is
+    std::vector<Value> items;  ///< of an array; of a table, with their keys, in the order of the file
+    std::string key;           ///< in the table that holds it
+    Place place, key_place;
+};
+
+/// Reads a whole document. `file` is the name that places carry. Throws InputError for what is not TOML.
+Value parse_toml(const std::string& text, const std::string& file);
+
+/// Reads the right-hand side of an override, all of it placed at `place`. A bare word is a string.
+Value parse_toml_value(const std::string& text, const Place& place);
+
+/// Merges "key.path=value" into a document. The path is not judged here: a misspelt key is found when the scene is read.
+void apply_override(Value& root, const std::string& override_text);
+
+/// The entry of a table, or null.
+const Value* find(const Value& table, const std::string& key);
+
+/// As TOML; a double in the shortest form that reads back as the same number.
+std::string written(double number);
+std::string written(const std::string& text);
+std::string written(const Value& value);
+
+}  // namespace kagero

@@ -1,0 +1,311 @@
+// The program as its users meet it: what it prints, what it leaves behind, and with which status it ends.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string text_of(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+struct Outcome {
+    int status;
+    std::string out, err;
+};
+
+constexpr const char* hole = R"(# A black hole in front of a checkered sky
+[space]
+hamiltonian = "schwarzschild"
+rg = 0.1
+[camera]
+position = [0, -2, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [16, 8]
+[sky]
+checker = true
+)";
+
+/// Runs commands in a directory of its own that holds the scene hole.toml.
+class Cli : public testing::Test {
+protected:
+    void SetUp() override {
+        const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+        directory_ = fs::temp_directory_path() / ("kagero-cli-" + test + "-" + std::to_string(::getpid()));
+        output_ = directory_.string() + "-output";
+        fs::create_directories(directory_);
+        fs::create_directories(output_);
+        write("hole.toml", hole);
+    }
+    void TearDown() override {
+        fs::remove_all(directory_);
+        fs::remove_all(output_);
+    }
+    void write(const std::string& name, const std::string& text) const { std::ofstream(directory_ / name) << text; }
+    bool exists(const std::string& name) const { return fs::exists(directory_ / name); }
+    std::string read(const std::string& name) const { return text_of(directory_ / name); }
+    std::size_t file_count() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()));
+    }
+
+    /// `arguments` as typed in a shell behind "kagero"; `before` may set variables or feed stdin.
+    Outcome run(const std::string& arguments, const std::string& before = "") const {
+        const std::string command = "cd '" + directory_.string() + "' && " + before + " '" KAGERO_BINARY "' " + arguments +
+                                    " >'" + (output_ / "out").string() + "' 2>'" + (output_ / "err").string() + "'";
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(output_ / "out"), text_of(output_ / "err")};
+    }
+
+    fs::path directory_, output_;
+};
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::istringstream in(text);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+TEST_F(Cli, HelpAndVersionAreResults) {
+    for (const char* arguments : {"--help", "render --help", "trace --help", "check --help", "print --help", "list --help"}) {
+        const Outcome help = run(arguments);
+        EXPECT_EQ(help.status, 0) << arguments;
+        EXPECT_NE(help.out.find("Usage: kagero"), std::string::npos) << arguments;
+        EXPECT_EQ(help.err, "") << arguments;
+    }
+    const Outcome version = run("--version");
+    EXPECT_EQ(version.status, 0);
+    EXPECT_EQ(version.out.rfind("kagero ", 0), 0u) << version.out;
+}
+
+struct Mistake {
+    const char* arguments;
+    const char* message;  ///< part of it
+};
+
+void PrintTo(const Mistake& mistake, std::ostream* out) {
+    *out << "kagero " << mistake.arguments;
+}
+
+class WrongInput : public Cli, public testing::WithParamInterface<Mistake> {};
+
+TEST_P(WrongInput, EndsWithStatus2AndLeavesNoFile) {
+    write("bad.toml", "[space]\nhamiltonian = \"schwarzschild\"\nrgg = 0.1\n");
+    write("rays.csv", "x,y,z,dx,dy,dz\n1,0,0,0,1,0\n");
+    write("word.csv", "x,y,z,dx,dy,dz\n1,0,0,0,1,0\n1,0,zero,0,1,0\n");
+    write("short.csv", "x,y,z,dx,dy,dz\n1,0,0,0,1\n");
+    write("header.csv", "x,y,z,dx,dy,w\n");
+    write("twice.csv", "x,x,z,dx,dy,dz\n");
+    write("empty.csv", "");
+    write("huge.csv", "x,y,z,dx,dy,dz\n1e999,0,0,0,1,0\n");
+    const std::size_t files = file_count();
+    const Outcome outcome = run(GetParam().arguments);
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("kagero: error: "), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find(GetParam().message), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(file_count(), files);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    CommandLine, WrongInput,
+    testing::Values(
+        Mistake{"", "--help"}, Mistake{"rendr hole.toml", "did you mean \"render\"?"},
+        Mistake{"--quiet render hole.toml", "--quiet"}, Mistake{"render", "which scene?"},
+        Mistake{"render hole.toml --siez 3x3", "did you mean \"--size\"?"}, Mistake{"render hole.toml other.toml", "other.toml"},
+        Mistake{"render hole.toml --threads", "--threads needs a value"},
+        Mistake{"render hole.toml --threads none", "'none' is not a whole number"},
+        Mistake{"render hole.toml --threads 0", "not in 1 to"}, Mistake{"render hole.toml --threads -3", "'-3'"},
+        Mistake{"render hole.toml --isa avx", "avx"}, Mistake{"render hole.toml --strategy pakcet", "did you mean \"packet\"?"},
+        Mistake{"render hole.toml --precision single", "known: auto, double, float"},
+        Mistake{"render hole.toml --color blue", "auto"}, Mistake{"render hole.toml --size 64", "'64' is not 2 whole numbers"},
+        Mistake{"render hole.toml --size 0x8", "film.size"},
+        Mistake{"render hole.toml --step fast", "'fast' is not a finite number"},
+        Mistake{"render hole.toml --integrator gaus8", "gauss8"}, Mistake{"render hole.toml --layers stps", "steps"},
+        Mistake{"render hole.toml --crop 1,1,1,2", "is empty"}, Mistake{"render hole.toml --crop 0,0,17,8", "film of 16x8"},
+        Mistake{"render hole.toml --pixel 16,0", "outside the film of 16x8"}, Mistake{"render hole.toml --pixel 1", "--pixel"},
+        Mistake{"render hole.toml -D camera.fvo=20", "fov"}, Mistake{"render hole.toml -D camera", "camera"}));
+
+INSTANTIATE_TEST_SUITE_P(Files, WrongInput,
+                         testing::Values(Mistake{"render missing.toml", "missing.toml"}, Mistake{"render .", "."},
+                                         Mistake{"render bad.toml", "bad.toml:3:1"},
+                                         Mistake{"render hole.toml -o hole.xyz", "'.xyz' is not a kind of picture"},
+                                         Mistake{"render hole.toml -o picture", ".exr"},
+                                         Mistake{"render hole.toml -o missing/a.exr", "'missing' does not exist"},
+                                         Mistake{"render hole.toml -o /", "directory"},
+                                         Mistake{"render hole.toml --layers steps -o a.png", "layer 'color'"},
+                                         Mistake{"render hole.toml -o a.exr --json missing/a.json", "'missing' does not exist"},
+                                         Mistake{"check missing.toml", "missing.toml"}, Mistake{"print bad.toml", "rgg"},
+                                         Mistake{"print hole.toml -o missing/a", "missing"},
+                                         Mistake{"list sceens", "did you mean \"scenes\"?"}));
+
+INSTANTIATE_TEST_SUITE_P(Rays, WrongInput,
+                         testing::Values(Mistake{"trace hole.toml --rays missing.csv", "missing.csv"},
+                                         Mistake{"trace hole.toml --rays word.csv", "word.csv:3:5: 'zero'"},
+                                         Mistake{"trace hole.toml --rays short.csv -o out.csv", "expected 6 values, found 5"},
+                                         Mistake{"trace hole.toml --rays header.csv", "header.csv:1:13: 'w'"},
+                                         Mistake{"trace hole.toml --rays twice.csv", "twice"},
+                                         Mistake{"trace hole.toml --rays empty.csv", "x,y,z,dx,dy,dz"},
+                                         Mistake{"trace hole.toml --rays huge.csv", "1e999"},
+                                         Mistake{"trace hole.toml --rays rays.csv --observer statik", "did you mean \"static\"?"},
+                                         Mistake{"trace hole.toml --rays rays.csv --parameter -1", "greater than 0"},
+                                         Mistake{"trace hole.toml --rays rays.csv --path --json", "one of the two"},
+                                         Mistake{"trace hole.toml --rays rays.csv --repeat 3", "--json"},
+                                         Mistake{"trace hole.toml --rays rays.csv --json --repeat 0", "at least 1"}));
+
+TEST_F(Cli, VariablesAreCheckedLikeOptions) {
+    EXPECT_EQ(run("check hole.toml", "KAGERO_THREADS=many").status, 2);
+    EXPECT_EQ(run("check hole.toml", "KAGERO_ISA=sse9").status, 2);
+    EXPECT_EQ(run("check hole.toml", "KAGERO_THREADS=1").status, 0);
+}
+
+TEST_F(Cli, ColoursAreForTerminalsOrOnRequest) {
+    EXPECT_EQ(run("rendr").err.find('\033'), std::string::npos);
+    EXPECT_NE(run("render missing.toml --color always").err.find('\033'), std::string::npos);
+    EXPECT_EQ(run("render missing.toml --color never").err.find('\033'), std::string::npos);
+}
+
+TEST_F(Cli, ListShowsEveryTopic) {
+    const Outcome all = run("list --json");
+    ASSERT_EQ(all.status, 0) << all.err;
+    const json topics = json::parse(all.out);
+    for (const char* topic : {"hamiltonians", "integrators", "strategies", "isas", "scenes", "layers"}) {
+        ASSERT_TRUE(topics.contains(topic)) << topic;
+        EXPECT_FALSE(topics[topic].empty()) << topic;
+        const Outcome text = run(std::string("list ") + topic);
+        EXPECT_EQ(text.status, 0);
+        for (const json& item : topics[topic])
+            EXPECT_NE(text.out.find(item["name"].get<std::string>()), std::string::npos) << item;
+    }
+    EXPECT_EQ(json::parse(run("list --json layers").out).size(), 1u);
+}
+
+TEST_F(Cli, CheckAndPrintAgreeWithThemselves) {
+    const Outcome check = run("check hole.toml");
+    EXPECT_EQ(check.status, 0) << check.err;
+    const Outcome once = run("print hole.toml -D space.rg=0.25 --size 7x9");
+    ASSERT_EQ(once.status, 0) << once.err;
+    EXPECT_NE(once.out.find("0.25"), std::string::npos);
+    write("again.toml", once.out);
+    EXPECT_EQ(run("print again.toml").out, once.out);
+}
+
+TEST_F(Cli, RenderReportsAndWritesBesideTheWorkingDirectory) {
+    const Outcome outcome = run("render hole.toml --json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_TRUE(exists("hole.exr"));
+    const json report = json::parse(outcome.out);
+    for (const char* key : {"scene",       "isa",          "strategy",  "precision", "lanes",
+                            "threads",     "width",        "height",    "rays",      "seconds",
+                            "mrays_per_s", "steps",        "gradients", "queries",   "lane_occupancy",
+                            "status",      "energy_error", "load_s",    "write_s",   "iteration_occupancy"})
+        EXPECT_TRUE(report.contains(key)) << key;
+    EXPECT_EQ(report["rays"], 16 * 8);
+    std::uint64_t ends = 0;
+    for (const char* status : {"hit", "escaped", "captured", "step_limit", "failed"})
+        ends += report["status"][status].get<std::uint64_t>();
+    EXPECT_EQ(ends, 16u * 8u);
+    EXPECT_TRUE(report["energy_error"]["max"].is_number());
+}
+
+TEST_F(Cli, ThreadsAndReportsChangeNoByte) {
+    ASSERT_EQ(run("render hole.toml --layers color,steps,status -o one.exr --threads 1").status, 0);
+    ASSERT_EQ(run("render hole.toml --layers color,steps,status -o two.exr --threads 3 --json report.json").status, 0);
+    EXPECT_EQ(read("one.exr"), read("two.exr"));
+    EXPECT_TRUE(json::accept(read("report.json")));
+    EXPECT_EQ(file_count(), 4u);
+}
+
+TEST_F(Cli, JsonInFrontOfTheSceneDoesNotTakeIt) {
+    const Outcome outcome = run("render --json hole.toml -o a.png --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(json::accept(outcome.out));
+    EXPECT_NE(read("hole.toml").find("[space]"), std::string::npos);
+}
+
+TEST_F(Cli, PixelWritesItsPath) {
+    const Outcome outcome = run("render hole.toml --pixel 3,2");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const auto lines = lines_of(outcome.out);
+    ASSERT_GE(lines.size(), 2u);
+    EXPECT_EQ(lines[0], "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy");
+    EXPECT_EQ(lines[1].rfind("0,0,0,0,-2,0,", 0), 0u) << lines[1];
+    EXPECT_FALSE(exists("hole.exr"));
+}
+
+TEST_F(Cli, TraceAnswersEveryRayInOrder) {
+    // Columns in another order, as a spreadsheet on another system writes them; one ray that leaves, one that falls in, two
+    // unusable.
+    write("rays.csv", "dx,dy,dz,x,y,z\r\n0,-1,0,0,-2,0\r\n\r\n0,+1,0,0,-2,0\r\n 0, 0, 0,0,-2,0\r\nnan,0,0,0,-2,0\r\n");
+    const Outcome outcome = run("trace hole.toml", "<rays.csv");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const auto lines = lines_of(outcome.out);
+    ASSERT_EQ(lines.size(), 5u) << outcome.out;
+    EXPECT_EQ(lines[0], "ray,status,object,x,y,z,dx,dy,dz,px,py,pz,pt,parameter,steps,gradients,energy_error,reason");
+    EXPECT_EQ(lines[1].rfind("0,escaped,,", 0), 0u) << lines[1];
+    EXPECT_EQ(lines[2].rfind("1,captured,,", 0), 0u) << lines[2];
+    EXPECT_EQ(lines[3].rfind("2,failed,,", 0), 0u) << lines[3];
+    EXPECT_EQ(lines[4].rfind("3,failed,,", 0), 0u) << lines[4];
+    EXPECT_EQ(lines[1].back(), ',') << "an escaped ray needs no reason";
+    EXPECT_NE(lines[3].back(), ',') << "a failed ray needs a reason";
+}
+
+TEST_F(Cli, TraceReportsWithoutRows) {
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n0,-2,0,0,-1,0\n");
+    const Outcome alone = run("trace hole.toml --rays rays.csv --json --repeat 3");
+    ASSERT_EQ(alone.status, 0) << alone.err;
+    const json report = json::parse(alone.out);
+    for (const char* key : {"rays", "threads", "strategy", "precision", "isa", "ns_per_ray", "steps_per_ray", "gradients_per_ray",
+                            "lane_occupancy", "status"})
+        EXPECT_TRUE(report.contains(key)) << key;
+    EXPECT_EQ(report["rays"], 2);
+    EXPECT_LE(report["ns_per_ray"]["min"], report["ns_per_ray"]["median"]);
+    EXPECT_LE(report["ns_per_ray"]["median"], report["ns_per_ray"]["max"]);
+
+    const Outcome both = run("trace hole.toml --rays rays.csv --json report.json");
+    EXPECT_EQ(lines_of(both.out).size(), 3u);
+    EXPECT_TRUE(json::accept(read("report.json")));
+}
+
+TEST_F(Cli, TraceEndsAtAParameter) {
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n");
+    const Outcome ends = run("trace hole.toml --rays rays.csv --parameter 0.75");
+    ASSERT_EQ(ends.status, 0) << ends.err;
+    EXPECT_NE(ends.out.find("0,step_limit,,"), std::string::npos) << ends.out;
+    EXPECT_NE(ends.out.find(",0.75,"), std::string::npos) << ends.out;
+    const Outcome path = run("trace hole.toml --rays rays.csv --parameter 0.75 --path");
+    ASSERT_EQ(path.status, 0) << path.err;
+    EXPECT_EQ(lines_of(path.out).back().find(",0.75,"), lines_of(path.out).back().find(',', 2)) << path.out;
+}
+
+TEST_F(Cli, AFullDiskIsAFailureWhileRunning) {
+    const Outcome outcome = run("print hole.toml -o /dev/full");
+    EXPECT_EQ(outcome.status, 1) << outcome.err;
+    EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+TEST_F(Cli, InterruptedRenderingWritesWhatIsDone) {
+    // Large enough to still run when the signal comes.
+    const Outcome outcome = run("render hole.toml --size 512x512 -D integrator.step=0.0005 -o part.exr --json report.json",
+                                "timeout --preserve-status -s INT 2");
+    EXPECT_EQ(outcome.status, 130) << outcome.err;
+    EXPECT_TRUE(exists("part.exr"));
+    EXPECT_TRUE(json::parse(read("report.json"))["interrupted"].get<bool>());
+    EXPECT_EQ(file_count(), 3u);
+}
+
+}  // namespace

@@ -1,0 +1,194 @@
+// Films on disk: what is written is what is read, in every format, and nothing is left behind when writing fails.
+#include "film/film.h"
+
+#include "error.h"
+#include "film/image.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+namespace {
+
+using namespace kagero;
+namespace fs = std::filesystem;
+
+/// A directory of its own, gone afterwards.
+class FilmOnDisk : public testing::Test {
+protected:
+    void SetUp() override {
+        const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+        directory_ = fs::temp_directory_path() / ("kagero-film-" + test + "-" + std::to_string(::getpid()));
+        fs::create_directories(directory_);
+    }
+    void TearDown() override { fs::remove_all(directory_); }
+    std::string path(const std::string& name) const { return (directory_ / name).string(); }
+    std::size_t file_count() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()));
+    }
+    fs::path directory_;
+};
+
+constexpr std::uint32_t width = 5, height = 3;
+
+/// Every channel of every pixel differs; colours in 0…1.
+Film numbered_film(const std::vector<std::string>& layers) {
+    Film film(width, height, layers);
+    for (const LayerInfo* layer : film.layers())
+        for (std::uint32_t y = 0; y < height; ++y)
+            for (std::uint32_t x = 0; x < width; ++x)
+                for (std::size_t c = 0; c < layer->channels.size(); ++c) {
+                    const float number = static_cast<float>((y * width + x) * layer->channels.size() + c);
+                    film.pixel(layer->name, x, y)[c] = layer->half ? number / 64 : 1000 + number;
+                }
+    return film;
+}
+
+std::string bytes_of(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+double decode_srgb(int code) {
+    const double x = code / 255.0;
+    return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+}
+
+/// Greatest distance of an 8-bit code's value to what rounds to it: half a code, where the curve is steepest.
+double half_a_code() {
+    return 0.5 * (decode_srgb(255) - decode_srgb(254)) * 1.01;
+}
+
+TEST(Film, HoldsTheLayersAskedForOnce) {
+    Film film(4, 2, {"color", "steps", "color"});
+    ASSERT_EQ(film.layers().size(), 2u);
+    EXPECT_TRUE(film.has("steps"));
+    EXPECT_FALSE(film.has("depth"));
+    EXPECT_EQ(film.plane("depth"), nullptr);
+    EXPECT_EQ(film.pixel("color", 1, 1) - film.plane("color"), (4 + 1) * 3);
+    EXPECT_EQ(film.pixel("steps", 1, 1) - film.plane("steps"), 4 + 1);
+}
+
+TEST(Film, RefusesAnUnknownLayerWithANearMatch) {
+    try {
+        Film film(1, 1, {"stps"});
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("'steps'"), std::string::npos) << error.what();
+    }
+}
+
+TEST_F(FilmOnDisk, ExrHoldsEveryLayerAndAttribute) {
+    std::vector<std::string> names;
+    for (const LayerInfo& layer : all_layers()) names.push_back(layer.name);
+    Film film = numbered_film(names);
+    write_film(film, path("all.exr"), {{"isa", "none"}, {"scene", "two\nlines"}});
+
+    const auto in = OIIO::ImageInput::open(path("all.exr"));
+    ASSERT_TRUE(in) << OIIO::geterror();
+    const OIIO::ImageSpec& spec = in->spec();
+    EXPECT_EQ(spec.get_string_attribute("kagero/isa"), "none");
+    EXPECT_EQ(spec.get_string_attribute("kagero/scene"), "two\nlines");
+    EXPECT_EQ(spec.get_string_attribute("compression"), "zip");
+    std::vector<float> pixels(std::size_t{width} * height * spec.nchannels);
+    ASSERT_TRUE(in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels.data()));
+
+    int channels = 0;
+    for (const LayerInfo& layer : all_layers())
+        for (std::size_t c = 0; c < layer.channels.size(); ++c, ++channels) {
+            const int where = spec.channelindex(layer.name + "." + layer.channels[c]);
+            ASSERT_GE(where, 0) << layer.name << "." << layer.channels[c];
+            EXPECT_EQ(spec.channelformat(where), layer.half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) << layer.name;
+            for (std::uint32_t i = 0; i < width * height; ++i)
+                EXPECT_EQ(pixels[i * spec.nchannels + where], film.pixel(layer.name, i % width, i / width)[c]) << layer.name;
+        }
+    EXPECT_EQ(spec.nchannels, channels);
+}
+
+TEST_F(FilmOnDisk, HalfIsClampedAndFloatIsNot) {
+    Film film(1, 1, {"color", "steps"});
+    for (int c = 0; c < 3; ++c) film.plane("color")[c] = c == 1 ? -1e30f : 1e30f;
+    film.plane("steps")[0] = 1e6f;
+    write_film(film, path("bright.exr"), {});
+    const auto in = OIIO::ImageInput::open(path("bright.exr"));
+    ASSERT_TRUE(in);
+    float pixels[4];
+    ASSERT_TRUE(in->read_image(0, 0, 0, 4, OIIO::TypeDesc::FLOAT, pixels));
+    EXPECT_EQ(pixels[in->spec().channelindex("color.R")], 65504.0f);
+    EXPECT_EQ(pixels[in->spec().channelindex("color.G")], -65504.0f);
+    EXPECT_EQ(pixels[in->spec().channelindex("steps.V")], 1e6f);
+}
+
+TEST_F(FilmOnDisk, PicturesReadBackAsTheColoursTheyShow) {
+    const Film film = numbered_film({"color", "steps"});
+    for (const char* name : {"a.png", "a.tif", "a.bmp", "a.ppm", "a.PNG", "a.pfm"}) {
+        write_film(film, path(name), {});
+        const Image image = read_image(path(name), {});
+        ASSERT_EQ(image.width, static_cast<int>(width)) << name;
+        ASSERT_EQ(image.height, static_cast<int>(height)) << name;
+        const bool exact = std::string(name) == "a.pfm";
+        for (std::size_t i = 0; i < image.rgb.size(); ++i)
+            EXPECT_NEAR(image.rgb[i], film.plane("color")[i], exact ? 0 : half_a_code()) << name << " " << i;
+    }
+}
+
+TEST_F(FilmOnDisk, EightBitCodesAreRightAtTheEnds) {
+    Film film(2, 1, {"color"});
+    const float values[6] = {-1.0f, 0.0f,          1.0f,
+                             5.0f,  std::nanf(""), 0.2140411f};  // the last is code 127.5 of 255, within rounding
+    std::copy(std::begin(values), std::end(values), film.plane("color"));
+    write_film(film, path("codes.png"), {});
+    const auto in = OIIO::ImageInput::open(path("codes.png"));
+    ASSERT_TRUE(in);
+    unsigned char codes[6];
+    ASSERT_TRUE(in->read_image(0, 0, 0, 3, OIIO::TypeDesc::UINT8, codes));
+    EXPECT_EQ(codes[0], 0);
+    EXPECT_EQ(codes[1], 0);
+    EXPECT_EQ(codes[2], 255);
+    EXPECT_EQ(codes[3], 255);
+    EXPECT_EQ(codes[4], 0);
+    EXPECT_NEAR(codes[5], 127.5, 0.51);
+}
+
+TEST_F(FilmOnDisk, TheSamePixelsGiveTheSameBytesAtAnyTime) {
+    const Film film = numbered_film({"color", "steps"});
+    const auto extensions = {".exr", ".png", ".jpg", ".tif", ".pfm", ".hdr"};
+    for (const std::string extension : extensions) write_film(film, path("one" + extension), {});
+    std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // formats that hold dates hold seconds
+    for (const std::string extension : extensions) {
+        write_film(film, path("two" + extension), {});
+        EXPECT_EQ(bytes_of(path("one" + extension)), bytes_of(path("two" + extension))) << extension;
+    }
+}
+
+TEST_F(FilmOnDisk, NothingButTheFinishedFileIsThere) {
+    const Film film = numbered_film({"color"});
+    std::ofstream(path("a.png")) << "an older picture";
+    write_film(film, path("a.png"), {});
+    EXPECT_EQ(file_count(), 1u);
+    EXPECT_EQ(read_image(path("a.png"), {}).width, static_cast<int>(width));
+
+    EXPECT_THROW(write_film(film, path("missing/a.png"), {}), RunError);
+    EXPECT_THROW(write_film(numbered_film({"steps"}), path("b.png"), {}), RunError);
+    EXPECT_EQ(file_count(), 1u);
+}
+
+TEST_F(FilmOnDisk, CheckWritableRefusesWhatCannotBeWritten) {
+    EXPECT_NO_THROW(check_writable(path("a.exr")));
+    EXPECT_NO_THROW(check_writable(path("a.exr"), {"steps"}));
+    EXPECT_THROW(check_writable(path("a.png"), {"steps"}), InputError);
+    EXPECT_THROW(check_writable(path("a.xyz")), InputError);
+    EXPECT_THROW(check_writable(path("a")), InputError);
+    EXPECT_THROW(check_writable(path("missing/a.exr")), InputError);
+    fs::create_directory(path("folder.exr"));
+    EXPECT_THROW(check_writable(path("folder.exr")), InputError);
+}
+
+}  // namespace

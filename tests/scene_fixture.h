@@ -1,0 +1,98 @@
+/// What the scene tests share: a catalogue written by hand, a scene that uses every shape, files that vanish again.
+#pragma once
+
+#include "scene/description.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace kagero::test {
+
+inline const Catalogue& small_catalogue() {
+    static const ParameterInfo radius{"rg", 0.1, 0, 1000, false, "length", "radius of the horizon"};
+    static const HamiltonianInfo hamiltonians[] = {
+        {"flat", "straight rays", "", "", "", nullptr, 0, false, false, 0, "verlet", 0.5},
+        {"schwarzschild", "a black hole", "", "", "", &radius, 1, true, true, 0, "gauss8", 0.05},
+    };
+    static const IntegratorInfo integrators[] = {
+        {"verlet", 2, true, true, false, false, ""},
+        {"gauss8", 8, true, true, true, false, ""},
+        {"yoshida4", 4, true, true, false, false, ""},
+    };
+    static const Catalogue catalogue{hamiltonians, 2, integrators, 3, {"color", "status", "steps"}};
+    return catalogue;
+}
+
+inline const char* const good_scene = R"([space]
+hamiltonian = "schwarzschild"
+rg = 0.08
+[integrator]
+step = 0.05
+[camera]
+position = [0, -3, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+fov = 60
+[film]
+size = [64, 48]
+[sky]
+color = [0, 0, 0.1]
+[[object]]
+name = "ball"
+shape = "sphere"
+center = [1, 0, 0]
+radius = 0.25
+[[object]]
+name = "floor"
+shape = "rectangle"
+origin = [-1, -1, -1]
+edge_u = [2, 0, 0]
+edge_v = [0, 2, 0]
+checker = [4, 4]
+[[object]]
+name = "hall"
+shape = "room"
+min = [-4, -4, -4]
+max = [4, 4, 4]
+[object.faces]
+px = [1, 0, 0]
+ny = { color = [0, 1, 0], checker = [2, 3] }
+)";
+
+/// A directory of its own for each test.
+class SceneTest : public ::testing::Test {
+protected:
+    void SetUp() override {
+        const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+        const std::string name = std::string("kagero-") + info->name() + '-' + std::to_string(getpid());
+        directory_ = std::filesystem::temp_directory_path() / name;
+        std::filesystem::create_directories(directory_);
+    }
+    void TearDown() override { std::filesystem::remove_all(directory_); }
+
+    std::string write(const std::string& name, const std::string& text) const {
+        const std::string path = (directory_ / name).string();
+        std::ofstream(path, std::ios::binary) << text;
+        return path;
+    }
+    SceneDescription load(const std::string& text, const std::vector<std::string>& overrides = {}) const {
+        return load_scene(write("scene.toml", text), overrides, small_catalogue());
+    }
+    /// The message of the InputError that loading throws, or "" if it does not.
+    std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) const {
+        try {
+            load(text, overrides);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
+
+    std::filesystem::path directory_;
+};
+
+}  // namespace kagero::test

@@ -1,0 +1,108 @@
+// Meshes: what the importer lets through must be caught here.
+#include "scene/mesh.h"
+#include "scene_fixture.h"
+
+namespace kagero::test {
+
+namespace {
+
+std::string ply(int vertices, int faces, const std::string& body) {
+    return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertices) +
+           "\nproperty float x\nproperty float y\nproperty float z\nelement face " + std::to_string(faces) +
+           "\nproperty list uchar int vertex_indices\nend_header\n" + body;
+}
+
+/// Header of 9 lines, vertices from line 10.
+const std::string square = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+
+class LoadMesh : public SceneTest {
+protected:
+    TriangleMesh mesh(const std::string& name, const std::string& text) {
+        object_.name = "thing";
+        object_.shape = Shape::mesh;
+        object_.file = write(name, text);
+        object_.file_place = {"scene.toml", 7, 8};
+        return load_mesh(object_, space_center_, remarks_);
+    }
+    std::string mesh_refusal(const std::string& name, const std::string& text) {
+        try {
+            mesh(name, text);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
+
+    ObjectDescription object_;
+    Double3 space_center_{0, 0, 0};
+    std::vector<std::string> remarks_;
+};
+
+struct BadMesh {
+    const char* name;
+    std::string text;
+    const char* fragment;
+};
+
+}  // namespace
+
+TEST_F(LoadMesh, RefusesBrokenFiles) {
+    const BadMesh cases[] = {
+        {"nan.ply", ply(4, 1, "0 0 0\n1 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"), "scene.toml:7:8: object.thing.file"},
+        {"nan.ply", ply(4, 1, "0 0 0\n1 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"), "vertex 2 of part  is not finite"},
+        {"index.ply", ply(4, 2, square + "3 0 1 2\n3 0 2 9\n"), "face 1 names vertex 9, but there are only 4"},
+        {"negative.ply", ply(4, 1, square + "3 0 1 -1\n"), "face 0 names vertex 4294967295"},
+        {"short.ply", ply(4, 2, square + "3 0 1 2\n"), "short.ply:14: PLY: the header declares 2 elements \"face\""},
+        {"long.ply", ply(4, 1, square + "3 0 1 2\n3 0 2 3\n"), "long.ply:15: PLY: the file goes on after"},
+        {"vertices.ply", ply(9, 1, square + "3 0 1 2\n"), "vertices.ply:14: PLY: expected 3 numbers of a \"vertex\", got 4"},
+        {"cut.ply", ply(4, 1, "0 0 0\n1 0 0\n1 1 0\n0 1"), "cut.ply:13: PLY: expected 3 numbers of a \"vertex\", got 2"},
+        {"head.ply", "ply\nformat ascii 1.0\n", "the file ends inside the header"},
+        {"empty.ply", "", "empty.ply\": cannot be read"},
+        {"flat.ply", ply(4, 1, square + "3 0 0 1\n"), "has no triangle with an area"},
+        {"nan.obj", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "vertex 2 of part defaultobject is not finite"},
+        {"inf.obj", "v 0 0 0\nv 1 0 0\nv 1e400 1 0\nf 1 2 3\n", "is not finite"},
+        {"index.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n", "index out of range"},
+        {"points.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\n", "has no triangle with an area"},
+        {"junk.glb", "hello", "cannot be read"},
+    };
+    for (const BadMesh& entry : cases) {
+        const std::string message = mesh_refusal(entry.name, entry.text);
+        EXPECT_NE(message.find(entry.fragment), std::string::npos) << entry.name << "\n" << message;
+    }
+}
+
+TEST_F(LoadMesh, RefusesTruncatedBinaryPly) {
+    std::string text = ply(3, 1, "");
+    text.replace(text.find("ascii"), 5, "binary_little_endian");
+    const float points[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::int32_t indices[3] = {0, 1, 2};
+    text.append(reinterpret_cast<const char*>(points), sizeof points);
+    text += '\3';
+    text.append(reinterpret_cast<const char*>(indices), sizeof indices);
+    EXPECT_EQ(mesh("whole.ply", text).triangles.size(), 3u);
+    for (const std::size_t cut : {1u, 5u, 12u, 13u, 20u}) {
+        const std::string message = mesh_refusal("cut.ply", text.substr(0, text.size() - cut));
+        EXPECT_NE(message.find("but the file ends after"), std::string::npos) << cut << "\n" << message;
+    }
+    EXPECT_NE(mesh_refusal("more.ply", text + "more").find("the file goes on"), std::string::npos);
+}
+
+TEST_F(LoadMesh, DropsDegenerateTrianglesWithARemark) {
+    EXPECT_EQ(mesh("some.ply", ply(4, 3, square + "3 0 1 2\n3 0 0 2\n3 0 2 3\n")).triangles.size(), 6u);
+    ASSERT_EQ(remarks_.size(), 1u);
+    EXPECT_EQ(remarks_[0], "object thing: 1 triangles without area left out");
+}
+
+TEST_F(LoadMesh, TriangulatesAndPlaces) {
+    object_.scale = 2;
+    object_.rotate = {90, 0, 90};  // x → y, y → z, z → x
+    object_.translate = {10, 20, 30};
+    space_center_ = {1, 1, 1};
+    const TriangleMesh placed = mesh("square.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+    ASSERT_EQ(placed.triangles.size(), 6u);
+    EXPECT_EQ(vertex(placed, 0), (Double3{9, 19, 29}));
+    EXPECT_EQ(vertex(placed, 1), (Double3{9, 21, 29}));
+    EXPECT_EQ(vertex(placed, 3), (Double3{9, 19, 31}));
+}
+
+}  // namespace kagero::test

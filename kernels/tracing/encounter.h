@@ -84,7 +84,7 @@ private:
     /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries piece after piece.
     std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
         alignas(64) S sagitta[W];
-        int pieces[W], most = 1;
+        int pieces[W] = {}, most = 1;
         put(curve.sagitta(), sagitta);
         for (std::uint64_t rest = asking; rest; rest &= rest - 1) {
             const int i = __builtin_ctzll(rest);

@@ -1,4 +1,5 @@
-/// Quadruple precision as a value type, for measuring convergence orders that double cannot show. Arithmetic and √ only.
+/// Quadruple precision as a value type, for measuring convergence orders that double cannot show. Correct to some tens of roundings
+/// (sin, cos, tan absolutely, for moderate arguments); slow, and without care for overflow.
 #pragma once
 
 #include "kernels/numeric/lanes.h"
@@ -25,5 +26,50 @@ inline Quad neg_mul_add(Quad a, Quad b, Quad c) { return c - a * b; }
 inline Quad min(Quad a, Quad b) { return a < b ? a : b; }
 inline Quad max(Quad a, Quad b) { return a > b ? a : b; }
 inline Quad pick(bool m, Quad a, Quad b) { return m ? a : b; }
+
+namespace detail {
+/// The nearest whole number of units in a; `rest` becomes what is left. A unit is given as a sum of three doubles.
+inline int whole_units(Quad a, double u0, double u1, double u2, Quad& rest) {
+    const Quad unit = static_cast<Quad>(u0) + u1 + u2;
+    const int k = static_cast<int>(std::lrint(static_cast<double>(a / unit)));
+    rest = a - k * unit;
+    return k;
+}
+/// sin (first = 1) or cos (first = 0) of |x| < 1, by Taylor's series.
+inline Quad circular(Quad x, int first) {
+    Quad term = first ? x : Quad(1), sum = term;
+    for (int n = first + 2; n < 34; n += 2) sum += term *= -x * x / (n * (n - 1));
+    return sum;
+}
+inline Quad quadrant(Quad a, int shift) {
+    Quad rest;
+    const int k = (whole_units(a, 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33, rest) + shift) & 3;
+    const Quad value = circular(rest, k % 2 == 0);
+    return k >= 2 ? -value : value;
+}
+}  // namespace detail
+
+inline Quad exp(Quad a) {
+    Quad rest;
+    const int k = detail::whole_units(a, 0.6931471805599453, 2.3190468138462996e-17, 5.707708438416212e-34, rest);
+    Quad term = 1, sum = 1;
+    for (int n = 1; n < 34; ++n) sum += term *= rest / n;
+    return sum * std::ldexp(1.0, k);
+}
+inline Quad log(Quad a) {
+    Quad y = std::log(static_cast<double>(a));
+    for (int i = 0; i < 2; ++i) {
+        const Quad e = exp(y);
+        y += 2 * (a - e) / (a + e);
+    }
+    return y;
+}
+inline Quad sin(Quad a) { return detail::quadrant(a, 0); }
+inline Quad cos(Quad a) { return detail::quadrant(a, 1); }
+inline Quad tan(Quad a) { return sin(a) / cos(a); }
+inline Quad tanh(Quad a) {
+    const Quad e = exp(2 * a);
+    return (e - 1) / (e + 1);
+}
 
 }  // namespace kagero

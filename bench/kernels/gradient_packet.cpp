@@ -1,0 +1,17 @@
+// Gradients of (16) on packets: as many registers per variable as kagero uses, and one, and four.
+#include "bench/kernels/gradient.h"
+#include "kernels/tracing/packets.h"
+
+namespace {
+
+const bool added = [] {
+    using namespace kagero;
+    bench::add_gradients<PacketDouble>("packet_double");
+    bench::add_gradients<PacketFloat>("packet_float");
+    bench::add_gradients<Lanes<double, 1>>("one_register_double");
+    bench::add_gradients<Lanes<float, 1>>("one_register_float");
+    bench::add_gradients<Lanes<double, 4>>("four_registers_double");
+    return true;
+}();
+
+}  // namespace

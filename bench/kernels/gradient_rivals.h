@@ -1,0 +1,104 @@
+/// Ways to the six derivatives of (16), H, and of K = r·H: rivals of the reverse tape.
+#pragma once
+
+#include "bench/kernels/sparse_dual.h"
+#include "kernels/hamiltonians/schwarzschild.h"
+#include "kernels/numeric/dual.h"
+#include "kernels/stepping/system.h"
+
+namespace kagero::bench {
+
+using hamiltonians::Schwarzschild;
+
+/// The rival to beat: derivatives worked out with a pencil, common terms shared, products fused into sums, one 1/√.
+///
+///     H:  a = r_g u/r²,  ∂H/∂p = p − a q,          ∂H/∂q = (a/r)(3u/2 − p_t) q − a p
+///     K:  a = r_g u/r,   ∂K/∂p = r p − a q,        ∂K/∂q = (1/r)(T + a q·p/r) q − a p,     T = (|p|² − p_t²)/2
+template <class V, bool Rescaled>
+struct Hand {
+    static constexpr const char* name = "hand";
+    ScalarOf<V> rg;
+    explicit Hand(const double* parameters) : rg(ScalarOf<V>(parameters[0])) {}
+
+    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
+        using S = ScalarOf<V>;
+        const Vec3<V> q = s.q(), p = s.p();
+        const V pt = s.y[6];
+        const V r2 = fused_dot(q, q), ir = rsqrt(r2), pr = fused_dot(q, p) * ir, u = pr + pt;
+        V a, along_q, along_p;
+        if constexpr (Rescaled) {
+            a = V(rg) * u * ir;
+            const V twice_t = mul_add(p.x, p.x, mul_add(p.y, p.y, mul_sub(p.z, p.z, pt * pt)));
+            along_q = ir * mul_add(V(S(0.5)), twice_t, a * pr);
+            along_p = r2 * ir;
+        } else {
+            a = V(rg) * u * (ir * ir);
+            along_q = a * ir * mul_sub(V(S(1.5)), u, pt);
+        }
+        for (int k = 0; k < 3; ++k) {
+            out[k] = mul_sub(along_q, s.y[k], a * s.y[3 + k]);
+            if constexpr (Rescaled) out[3 + k] = mul_sub(along_p, s.y[3 + k], a * s.y[k]);
+            else out[3 + k] = neg_mul_add(a, s.y[k], s.y[3 + k]);
+        }
+    }
+
+private:
+    KAGERO_INLINE static V fused_dot(const Vec3<V>& a, const Vec3<V>& b) {
+        return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
+    }
+};
+
+/// The generic H on numbers that carry all six derivatives.
+template <class V, bool Rescaled>
+struct DenseForward {
+    static constexpr const char* name = "dense_forward";
+    using D = Dual<V, 6>;
+    double rg;
+    explicit DenseForward(const double* parameters) : rg(parameters[0]) {}
+
+    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
+        const auto variable = [&](int k) { return D::variable(s.y[k], k); };
+        const Vec3<D> q{variable(0), variable(1), variable(2)}, p{variable(3), variable(4), variable(5)};
+        const Schwarzschild::Parameters<D> k{D(rg)};
+        D pt;
+        pt.value = s.y[6];
+        D h = Schwarzschild::energy(k, q, p, pt);
+        if constexpr (Rescaled) h = Schwarzschild::rescale(k, q) * h;
+        for (int i = 0; i < 6; ++i) out[i] = h.derivative[static_cast<std::size_t>(i)];
+    }
+};
+
+/// H as printed, on numbers whose type knows which derivatives can differ from zero; products fused, one 1/√.
+template <class V, bool Rescaled>
+struct SparseForward {
+    static constexpr const char* name = "sparse_forward";
+    ScalarOf<V> rg;
+    explicit SparseForward(const double* parameters) : rg(ScalarOf<V>(parameters[0])) {}
+
+    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
+        using S = ScalarOf<V>;
+        const auto x = variable<0>(s.y[0]), y = variable<1>(s.y[1]), z = variable<2>(s.y[2]);
+        const auto px = variable<3>(s.y[3]), py = variable<4>(s.y[4]), pz = variable<5>(s.y[5]);
+        const SparseDual<V, 0> pt{s.y[6], {}}, half{V(S(0.5)), {}}, mass{V(rg), {}};
+        const auto r2 = x * x + y * y + z * z;
+        const auto ir = rsqrt(r2);
+        const auto u = pt + (x * px + y * py + z * pz) * ir;
+        const auto t = half * (px * px + py * py + pz * pz - pt * pt);
+        const auto h = [&] {
+            if constexpr (Rescaled) return (r2 * ir) * t - half * mass * (u * u);
+            else return t - half * (mass * ir) * (u * u);
+        }();
+        for (int i = 0; i < 6; ++i) out[i] = h.derivative[i];
+    }
+};
+
+/// What kagero runs.
+template <class V, bool Rescaled>
+struct ReverseTape {
+    static constexpr const char* name = "reverse_tape";
+    System<Schwarzschild, Rescaled, ScalarOf<V>> system;
+    explicit ReverseTape(const double* parameters) : system(parameters) {}
+    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const { system.derivatives(s, out); }
+};
+
+}  // namespace kagero::bench

@@ -1,0 +1,71 @@
+// What does a picture cost? scenes/room.toml on one thread, by every module this CPU can run.
+#include "modules/modules.h"
+#include "render/render.h"
+
+#include <benchmark/benchmark.h>
+
+#include <string>
+
+namespace {
+
+using namespace kagero;
+
+struct Integration {
+    const char* name;
+    std::vector<std::string> overrides;
+};
+const Integration integrations[] = {
+    {"default", {}},
+    {"gauss4", {"integrator.method=gauss4", "integrator.step=0.5"}},
+    {"verlet", {"integrator.method=verlet", "integrator.step=0.1"}},
+    {"verlet_fine", {"integrator.method=verlet", "integrator.step=0.05"}},
+};
+
+struct Question {
+    Options options;
+    std::vector<std::string> overrides;
+};
+
+void picture(benchmark::State& state, const Question& question) {
+    const auto plan = make_plan(load_scene(KAGERO_SCENES "/room.toml", question.overrides, catalogue(question.options.isa)),
+                                question.options);
+    Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
+    RunReport report;
+    for (auto _ : state) report = render(*plan, film);
+    const Counters& c = report.counters;
+    const double rays = double(report.rays);
+    using benchmark::Counter;
+    state.counters["rays/s"] = Counter(rays, Counter::kIsIterationInvariantRate);
+    state.counters["steps/s"] = Counter(double(c.steps), Counter::kIsIterationInvariantRate);
+    state.counters["steps/ray"] = double(c.steps) / rays;
+    state.counters["gradients/ray"] = double(c.gradients) / rays;
+    state.counters["queries/ray"] = double(c.queries) / rays;
+    state.counters["occupancy"] = double(c.active_lane_steps) / double(c.issued_lane_steps);
+    if (c.issued_iterations) state.counters["iterating"] = double(c.active_iterations) / double(c.issued_iterations);
+}
+
+void add(const std::string& isa, const std::string& strategy, const std::string& precision, const Integration& integration, bool cull) {
+    Question question{{}, integration.overrides};
+    question.options.isa = isa, question.options.strategy = strategy, question.options.precision = precision;
+    question.options.threads = 1;
+    question.overrides.push_back("film.size=[256,256]");
+    if (!cull) question.overrides.push_back("integrator.cull=false");
+    const std::string path = "render_room/" + isa + "/" + integration.name + (cull ? "/" : "_without_culling/") + strategy + "_" + precision;
+    benchmark::RegisterBenchmark(path.c_str(), [question](benchmark::State& state) { picture(state, question); })
+        ->UseRealTime()->Unit(benchmark::kMillisecond);
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+    for (const IsaInfo& isa : find_isas())
+        for (const Integration& integration : integrations)
+            for (const char* strategy : {"scalar", "packet"})
+                for (const char* precision : {"double", "float"})
+                    for (const bool cull : {true, false})
+                        if (isa.supported) add(isa.name, strategy, precision, integration, cull);
+    benchmark::Initialize(&count, arguments);
+    if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 2;
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
+}

@@ -1,0 +1,222 @@
+// The derivatives that the tape writes against the complex step, f'(x) = Im f(x + iε)/ε, which subtracts nothing and so is exact to
+// rounding; and second derivatives of nested duals against the complex step of first ones.
+#include "spaces.h"
+
+#include "kernels/tracing/packets.h"
+
+#include <complex>
+
+namespace kagero::test {
+
+/// A complex number that orders by its real part.
+struct Complex {
+    std::complex<double> z;
+    Complex(double x = 0) : z(x) {}
+    Complex(std::complex<double> w) : z(w) {}
+    friend Complex operator-(Complex a) { return -a.z; }
+    friend Complex operator+(Complex a, Complex b) { return a.z + b.z; }
+    friend Complex operator-(Complex a, Complex b) { return a.z - b.z; }
+    friend Complex operator*(Complex a, Complex b) { return a.z * b.z; }
+    friend Complex operator/(Complex a, Complex b) { return a.z / b.z; }
+    friend bool operator<(Complex a, Complex b) { return a.z.real() < b.z.real(); }
+    friend bool operator>(Complex a, Complex b) { return b < a; }
+    friend Complex sqrt(Complex a) { return std::sqrt(a.z); }
+    friend Complex exp(Complex a) { return std::exp(a.z); }
+    friend Complex log(Complex a) { return std::log(a.z); }
+    friend Complex sin(Complex a) { return std::sin(a.z); }
+    friend Complex cos(Complex a) { return std::cos(a.z); }
+    friend Complex tan(Complex a) { return std::tan(a.z); }
+    friend Complex tanh(Complex a) { return std::tanh(a.z); }
+    friend Complex min(Complex a, Complex b) { return a < b ? a : b; }
+    friend Complex max(Complex a, Complex b) { return a > b ? a : b; }
+};
+
+namespace {
+
+constexpr double complex_step = 1e-100;
+
+template <class H>
+class Gradients : public ::testing::Test {};
+TYPED_TEST_SUITE(Gradients, AllHamiltonians, HamiltonianName);
+
+/// x y z px py pz pt.
+using Point = std::array<double, 7>;
+
+/// H − H0 at y, or Ω·(H − H0), on any number type.
+template <class H, class T>
+T hamiltonian(const std::array<T, 7>& y, bool rescaled) {
+    const auto values = default_parameters<H>();
+    std::array<T, H::parameters.size() + 1> k;
+    for (std::size_t i = 0; i < k.size(); ++i) k[i] = T(values[i]);
+    const auto parameters = make_parameters<H>(k.data());
+    const Vec3<T> q{y[0], y[1], y[2]}, p{y[3], y[4], y[5]};
+    const T excess = H::energy(parameters, q, p, y[6]) - T(H::level);
+    if constexpr (Rescalable<H>) return rescaled ? H::rescale(parameters, q) * excess : excess;
+    else return excess;
+}
+
+template <class H>
+Point gradient_by_complex_step(const Point& y, bool rescaled) {
+    Point g;
+    for (int k = 0; k < 7; ++k) {
+        std::array<Complex, 7> z;
+        for (int i = 0; i < 7; ++i) z[i] = std::complex<double>(y[i], i == k ? complex_step : 0);
+        g[k] = hamiltonian<H>(z, rescaled).z.imag() / complex_step;
+    }
+    return g;
+}
+
+/// The first derivatives by T's own means, the second by duals over it.
+template <class H, class T>
+std::array<T, 7> gradient_by_duals(const std::array<T, 7>& y, bool rescaled) {
+    std::array<Dual<T, 7>, 7> x;
+    for (int i = 0; i < 7; ++i) x[i] = Dual<T, 7>::variable(y[i], i);
+    return hamiltonian<H>(x, rescaled).derivative;
+}
+template <class H>
+std::array<Point, 7> hessian_by_duals(const Point& y, bool rescaled) {
+    std::array<Dual<double, 7>, 7> x;
+    for (int i = 0; i < 7; ++i) x[i] = Dual<double, 7>::variable(y[i], i);
+    const auto g = gradient_by_duals<H>(x, rescaled);
+    std::array<Point, 7> hessian;
+    for (int i = 0; i < 7; ++i) hessian[i] = g[i].derivative;
+    return hessian;
+}
+template <class H>
+std::array<Point, 7> hessian_by_complex_step(const Point& y, bool rescaled) {
+    std::array<Point, 7> hessian;
+    for (int k = 0; k < 7; ++k) {
+        std::array<Complex, 7> z;
+        for (int i = 0; i < 7; ++i) z[i] = std::complex<double>(y[i], i == k ? complex_step : 0);
+        const auto g = gradient_by_duals<H>(z, rescaled);
+        for (int i = 0; i < 7; ++i) hessian[i][k] = g[i].z.imag() / complex_step;
+    }
+    return hessian;
+}
+
+/// What an ulp in every number costs each derivative: it changes by itself, and with every variable it is evaluated at.
+Point rounding_unit(const Point& y, const Point& gradient, const std::array<Point, 7>& hessian) {
+    Point unit;
+    for (int i = 0; i < 7; ++i) {
+        unit[i] = std::abs(gradient[i]);
+        for (int k = 0; k < 7; ++k) unit[i] += std::abs(hessian[i][k] * y[k]);
+    }
+    return unit;
+}
+/// Roundings that reach a result, of some fifty operations.
+constexpr double roundings = 32;
+
+/// States in the domain off H = H0, exact in float.
+template <class H>
+std::vector<Point> states(std::size_t n) {
+    Random random(3);
+    std::vector<Point> points;
+    for (const RayStart& ray : random_rays<H>(n, 2)) {
+        Point y;
+        for (int k = 0; k < 3; ++k) y[k] = static_cast<float>(ray.q[k]), y[3 + k] = static_cast<float>(ray.p[k] * random(0.5, 2));
+        y[6] = static_cast<float>(ray.pt * random(0.5, 2));
+        points.push_back(y);
+    }
+    return points;
+}
+
+template <class H, bool rescaled, class V>
+void check_tape() {
+    using S = ScalarOf<V>;
+    const System<H, rescaled, S> system(default_parameters<H>().data());
+    for (const Point& y : states<H>(40)) {
+        const Point expected = gradient_by_complex_step<H>(y, rescaled);
+        const Point unit = rounding_unit(y, expected, hessian_by_duals<H>(y, rescaled));
+        State<V> s;
+        for (int k = 0; k < 7; ++k) s.y[k] = V(S(y[k]));
+        V both[6];
+        system.derivatives(s, both);
+        const Vec3<V> dq = system.dq(s), dp = system.dp(s);
+        const V sides[6] = {dq.x, dq.y, dq.z, dp.x, dp.y, dp.z};
+        for (int k = 0; k < 6; ++k) {
+            const double tolerance = roundings * static_cast<double>(machine_epsilon<S>) * unit[k];
+            for (const int lane : {0, lane_count<V> - 1}) {
+                EXPECT_NEAR(static_cast<double>(get_lane(both[k], lane)), expected[k], tolerance) << "component " << k;
+                EXPECT_NEAR(static_cast<double>(get_lane(sides[k], lane)), expected[k], tolerance) << "component " << k;
+            }
+        }
+    }
+}
+template <class H, class V>
+void check_tapes() {
+    check_tape<H, false, V>();
+    if constexpr (Rescalable<H>) check_tape<H, true, V>();
+}
+
+TYPED_TEST(Gradients, OnPacketsOfDouble) { check_tapes<TypeParam, PacketDouble>(); }
+TYPED_TEST(Gradients, OnPacketsOfFloat) { check_tapes<TypeParam, PacketFloat>(); }
+TYPED_TEST(Gradients, OnDouble) { check_tapes<TypeParam, double>(); }
+TYPED_TEST(Gradients, OnFloat) { check_tapes<TypeParam, float>(); }
+
+TYPED_TEST(Gradients, SecondDerivativesByDuals) {
+    using H = TypeParam;
+    for (const bool rescaled : rescalings<H>()) {
+        for (const Point& y : states<H>(40)) {
+            const auto by_duals = hessian_by_duals<H>(y, rescaled), by_step = hessian_by_complex_step<H>(y, rescaled);
+            double size = 0;
+            for (const Point& row : by_step)
+                for (const double x : row) size = std::max(size, std::abs(x));
+            for (int i = 0; i < 7; ++i) {
+                for (int k = 0; k < 7; ++k) {
+                    EXPECT_NEAR(by_duals[i][k], by_step[i][k], roundings * machine_epsilon<double> * size) << i << ' ' << k;
+                    EXPECT_NEAR(by_duals[i][k], by_duals[k][i], roundings * machine_epsilon<double> * size) << i << ' ' << k;
+                }
+            }
+        }
+    }
+}
+
+// ∇(Ω (H − H0)) = Ω ∇H + (H − H0) ∇Ω, and dλ/dτ = Ω.
+TYPED_TEST(Gradients, OfTheRescaledHamiltonianByTheProductRule) {
+    using H = TypeParam;
+    if constexpr (!Rescalable<H>) {
+        GTEST_SKIP() << H::name << " declares no time transformation";
+    } else {
+        const auto k = default_parameters<H>();
+        const System<H, false, double> plain(k.data());
+        const System<H, true, double> transformed(k.data());
+        for (const Point& y : states<H>(40)) {
+            State<double> s;
+            std::copy(y.begin(), y.end(), s.y);
+            std::array<Dual<double, 3>, H::parameters.size() + 1> parameters;
+            for (std::size_t i = 0; i < k.size(); ++i) parameters[i] = k[i];
+            const auto at = [&](int i) { return Dual<double, 3>::variable(y[i], i); };
+            const auto omega = H::rescale(make_parameters<H>(parameters.data()), Vec3<Dual<double, 3>>{at(0), at(1), at(2)});
+            double of_h[6], of_k[6], excess, pv;
+            plain.derivatives(s, of_h), transformed.derivatives(s, of_k);
+            plain.energy(s, excess, pv);
+            EXPECT_NEAR(transformed.pace(s), omega.value, roundings * machine_epsilon<double> * omega.value);
+            const Point unit = rounding_unit(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
+            for (int i = 0; i < 6; ++i) {
+                const double expected = omega.value * of_h[i] + (i < 3 ? excess * omega.derivative[i] : 0);
+                EXPECT_NEAR(of_k[i], expected, 2 * roundings * machine_epsilon<double> * unit[i]) << "component " << i;
+            }
+        }
+    }
+}
+
+// H − H0 and p·∂H/∂p as the energy monitor gets them.
+TYPED_TEST(Gradients, EnergyAndItsSize) {
+    using H = TypeParam;
+    const System<H, false, double> system(default_parameters<H>().data());
+    for (const Point& y : states<H>(40)) {
+        State<double> s;
+        std::copy(y.begin(), y.end(), s.y);
+        double excess, pv;
+        system.energy(s, excess, pv);
+        const Point g = gradient_by_complex_step<H>(y, false), unit = rounding_unit(y, g, hessian_by_duals<H>(y, false));
+        double size = 0, expected_pv = 0;
+        for (int k = 0; k < 7; ++k) size += std::abs(y[k]) * unit[k];
+        for (int k = 3; k < 6; ++k) expected_pv += y[k] * g[k];
+        EXPECT_NEAR(excess, hamiltonian<H>(y, false), roundings * machine_epsilon<double> * size);
+        EXPECT_NEAR(pv, expected_pv, roundings * machine_epsilon<double> * size);
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -1,0 +1,204 @@
+// The error of every method falls with the power of the step that its table states, for position, momentum, H and parameter alike.
+#include "steps.h"
+
+#include <optional>
+
+namespace kagero::test {
+namespace {
+
+template <class H>
+class Orders : public ::testing::Test {};
+TYPED_TEST_SUITE(Orders, AllHamiltonians, HamiltonianName);
+
+/// Where a ray is at the end of the path, to the precision of its number type.
+struct End {
+    Quad y[6], energy, parameter;
+};
+enum Quantity { position, momentum, energy, parameter, quantities };
+constexpr const char* quantity_names[] = {"position", "momentum", "H", "parameter"};
+using Errors = std::array<double, quantities>;
+
+/// The same path in the integration parameter for all methods: some of the space's own steps.
+template <class H>
+constexpr double path_length = 8 * H::step;
+
+/// Nothing where a step had no solution: it was too long.
+template <class H, class V>
+std::optional<End> follow(const Method& method, bool rescaled, int ray, int steps) {
+    auto run = Steps<V>::template in<H>(method, rescaled);
+    run.begin(state_of<V>(bent_ray<H>(ray)), V(V(path_length<H>) / V(steps)));
+    for (int i = 0; i < steps; ++i) {
+        run.advance(1);
+        if (!run.flow.solved) return {};
+    }
+    End end;
+    for (int k = 0; k < 6; ++k) end.y[k] = run.flow.end.y[k];
+    end.energy = run.flow.energy, end.parameter = run.flow.end_parameter;
+    return end;
+}
+
+/// Relative to 1 + |value|; of vectors, the greatest component.
+Errors difference(const End& a, const End& b) {
+    const auto relative = [](const Quad* x, const Quad* y, int n) {
+        Quad size = 0, error = 0;
+        for (int k = 0; k < n; ++k) size = max(size, abs(y[k])), error = max(error, abs(x[k] - y[k]));
+        return static_cast<double>(error / (1 + size));
+    };
+    return {relative(a.y, b.y, 3), relative(a.y + 3, b.y + 3, 3), relative(&a.energy, &b.energy, 1),
+            relative(&a.parameter, &b.parameter, 1)};
+}
+
+const Method& method_named(const std::string& name) {
+    for (const Method& m : methods)
+        if (m.info.name == name) return m;
+    throw std::runtime_error("no method " + name);
+}
+
+/// The end of the path in quadruple precision by each of two other methods of high order, with many steps.
+struct Reference {
+    End by_gauss16, by_gauss12;
+    Errors uncertainty = difference(by_gauss16, by_gauss12);
+    /// For a method that is not the one measured.
+    const End& for_method(const Method& m) const { return std::string(m.info.name) == "gauss16" ? by_gauss12 : by_gauss16; }
+};
+template <class H>
+const Reference& reference(bool rescaled, int ray) {
+    static std::optional<Reference> known[2][bent_rays];
+    auto& r = known[rescaled][ray];
+    if (!r) r = Reference{*follow<H, Quad>(method_named("gauss16"), rescaled, ray, 48),
+                          *follow<H, Quad>(method_named("gauss12"), rescaled, ray, 192)};
+    return *r;
+}
+
+struct Point {
+    int steps;
+    double error;
+};
+/// Least-squares slope of −log error over log steps.
+double slope(const std::vector<Point>& points) {
+    double sx = 0, sy = 0, sxx = 0, sxy = 0;
+    const double n = static_cast<double>(points.size());
+    for (const Point& p : points) {
+        const double x = std::log(p.steps), y = -std::log(p.error);
+        sx += x, sy += y, sxx += x * x, sxy += x * y;
+    }
+    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+/// Errors summed over rays, so that an accidental zero of one ray's error does not bend the line; nothing where a step is too long.
+template <class H, class V>
+std::optional<Errors> errors(const Method& method, bool rescaled, int steps) {
+    Errors sum{};
+    for (int ray = 0; ray < bent_rays; ++ray) {
+        const auto end = follow<H, V>(method, rescaled, ray, steps);
+        if (!end) return {};
+        const Errors e = difference(*end, reference<H>(rescaled, ray).for_method(method));
+        for (int i = 0; i < quantities; ++i) sum[i] += e[i];
+    }
+    return sum;
+}
+
+/// Errors that may be rounding: some ε in every stage of every step. Only collocation has coefficients of more than double precision.
+template <class V>
+double rounding_floor(const Method& method, int steps) {
+    const int stages = std::max(1, static_cast<int>(method.fractions.size()));
+    const bool exact_coefficients = method.info.implicit && method.fractions.empty();
+    const double epsilon = static_cast<double>(machine_epsilon<V>);
+    return 30 * (exact_coefficients ? epsilon : std::max(epsilon, machine_epsilon<double>)) * steps * stages;
+}
+
+/// Steps per path at the fine end of the fit, where the next power of the step is small.
+int finest_steps(int order) { return order <= 2 ? 512 : order <= 5 ? 256 : order <= 6 ? 96 : order <= 12 ? 48 : 32; }
+
+/// The errors above rounding and above the reference's own error, from coarse to fine.
+template <class H, class V>
+std::array<std::vector<Point>, quantities> measure(const Method& method, bool rescaled) {
+    std::array<std::vector<Point>, quantities> points;
+    const int finest = finest_steps(static_cast<int>(method.info.order));
+    for (int coarse = 4; coarse <= finest; coarse *= 2) {
+        for (const int steps : {coarse, coarse + coarse / 2}) {
+            const auto e = errors<H, V>(method, rescaled, steps);
+            if (!e) continue;
+            for (int i = 0; i < quantities; ++i) {
+                const double floor = std::max(rounding_floor<V>(method, steps), 100 * reference<H>(rescaled, 0).uncertainty[i]);
+                if ((*e)[i] > floor) points[i].push_back({steps, (*e)[i]});
+            }
+        }
+    }
+    return points;
+}
+
+/// Fits the finest steps.
+template <class H, class V>
+void expect_stated_order(const Method& method, bool rescaled) {
+    constexpr std::size_t fitted = std::is_same_v<V, Quad> ? 4 : 6;  // at high orders two octaves hold all digits
+    constexpr double margin = 0.25;
+    SCOPED_TRACE(std::string(method.info.name) + (rescaled ? ", rescaled" : ""));
+    const int order = static_cast<int>(method.info.order);
+    const auto points = measure<H, V>(method, rescaled);
+    for (int i = 0; i < quantities; ++i) {
+        if (i == parameter && !rescaled) continue;  // it is the integration parameter itself
+        ASSERT_GE(points[i].size(), fitted) << quantity_names[i];
+        const double measured = slope({points[i].end() - fitted, points[i].end()});
+        EXPECT_GE(measured, order - margin) << quantity_names[i];
+        // Explicit formulas of high order are chosen for a small leading error, so that the next power of the step is seen as well.
+        EXPECT_LE(measured, order + (method.info.symmetric ? margin : 1 + margin)) << quantity_names[i];
+    }
+}
+
+/// On straight rays every method is exact to rounding.
+template <class H, class V>
+void expect_straight(const Method& method) {
+    SCOPED_TRACE(method.info.name);
+    for (int ray = 0; ray < bent_rays; ++ray) {
+        constexpr int steps = 16;
+        const End end = *follow<H, V>(method, false, ray, steps);
+        auto start = Steps<Quad>::in<H>(method, false);
+        start.begin(state_of<Quad>(bent_ray<H>(ray)), Quad(0));
+        const Vec3<Quad> q = advance(start.flow.start.q(), Quad(path_length<H>), start.flow.start_velocity);
+        const Quad expected[3] = {q.x, q.y, q.z};
+        for (int k = 0; k < 3; ++k) {
+            EXPECT_LE(static_cast<double>(abs(end.y[k] - expected[k])), rounding_floor<double>(method, steps));
+            EXPECT_TRUE(end.y[3 + k] == start.flow.start.y[3 + k]);
+        }
+    }
+}
+
+TYPED_TEST(Orders, InQuadruplePrecision) {
+    using H = TypeParam;
+    for (const Method& method : methods_for<H>()) {
+        if (!bends<H>()) expect_straight<H, Quad>(method);
+        else if (method.info.order >= 8)
+            for (const bool rescaled : rescalings<H>()) expect_stated_order<H, Quad>(method, rescaled);
+    }
+}
+
+TYPED_TEST(Orders, InDouble) {
+    using H = TypeParam;
+    for (const Method& method : methods_for<H>()) {
+        if (!bends<H>()) expect_straight<H, double>(method);
+        else if (method.info.order <= 6)
+            for (const bool rescaled : rescalings<H>()) expect_stated_order<H, double>(method, rescaled);
+    }
+}
+
+// Float leaves too few steps between those too coarse and rounding to fit a line; it must take double's steps to its own rounding.
+TYPED_TEST(Orders, InFloatAreThoseOfDouble) {
+    using H = TypeParam;
+    for (const bool rescaled : rescalings<H>()) {
+        for (const Method& method : methods_for<H>()) {
+            SCOPED_TRACE(std::string(method.info.name) + (rescaled ? ", rescaled" : ""));
+            for (int ray = 0; ray < bent_rays; ++ray) {
+                constexpr int steps = 16;
+                const auto in_float = follow<H, float>(method, rescaled, ray, steps);
+                const auto in_double = follow<H, double>(method, rescaled, ray, steps);
+                ASSERT_TRUE(in_float && in_double);
+                const Errors e = difference(*in_float, *in_double);
+                for (int i = 0; i < quantities; ++i) EXPECT_LE(e[i], rounding_floor<float>(method, steps)) << quantity_names[i];
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

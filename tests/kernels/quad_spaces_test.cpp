@@ -1,0 +1,55 @@
+// Every Hamiltonian on quadruple precision, compiled once for all tests that need it.
+
+// g++ 12 mistakes the unrolled loops of `moved` for accesses past the sixth component.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Waggressive-loop-optimizations"
+#endif
+
+#include "steps.h"
+
+#include "kernels/stepping/steppers.h"
+
+namespace kagero {
+
+#define KAGERO_HAMILTONIAN(TYPE) template const SpaceKernel<Quad>& space_kernel<hamiltonians::TYPE, Quad>(bool);
+#include "hamiltonians.inc"
+#undef KAGERO_HAMILTONIAN
+
+namespace test {
+namespace {
+
+template <class H>
+class QuadSpaces : public ::testing::Test {};
+TYPED_TEST_SUITE(QuadSpaces, AllHamiltonians, HamiltonianName);
+
+TEST(Quad, SquareRootsAreExactToTheLastDigits) {
+    Random random(1);
+    for (int i = 0; i < 100; ++i) {
+        const Quad x = std::exp(random(-40, 40)), r = sqrt(x);
+        EXPECT_LE(static_cast<double>(abs(r * r - x) / (x * machine_epsilon<Quad>)), 4);
+    }
+}
+
+// A step in quadruple precision is the step in double without its rounding errors: a few for every operation of the longest method.
+TYPED_TEST(QuadSpaces, StepsAreThoseOfDoubleWithoutItsRounding) {
+    using H = TypeParam;
+    for (const Method& method : methods_for<H>()) {
+        for (const bool rescaled : rescalings<H>()) {
+            SCOPED_TRACE(std::string(method.info.name) + (rescaled ? ", rescaled" : ""));
+            auto exact = Steps<Quad>::in<H>(method, rescaled);
+            auto rounded = Steps<double>::in<H>(method, rescaled);
+            exact.begin(state_of<Quad>(bent_ray<H>()), Quad(0.125));
+            rounded.begin(state_of<double>(bent_ray<H>()), 0.125);
+            exact.step(), rounded.step();
+            EXPECT_TRUE(exact.flow.solved && rounded.flow.solved);
+            for (int k = 0; k < 6; ++k) {
+                const double y = static_cast<double>(exact.flow.end.y[k]);
+                EXPECT_NEAR(rounded.flow.end.y[k], y, 100 * machine_epsilon<double> * (1 + std::abs(y)));
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace test
+}  // namespace kagero

@@ -1,0 +1,116 @@
+/// Every Hamiltonian of this build as a list of types, with its default parameters and rays to try it on.
+#pragma once
+
+// First, because the templates below call these functions on a type without a namespace to find them by.
+#include "kernels/numeric/quad.h"
+
+#include "all_hamiltonians.inc"
+#include "kernels/stepping/system.h"
+#include "kernels/tracing/observers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace kagero::test {
+
+namespace detail {
+template <class First, class... Rest>
+struct AllButFirst {
+    using Types = ::testing::Types<Rest...>;
+};
+}  // namespace detail
+
+// clang-format off
+using AllHamiltonians = detail::AllButFirst<void
+#define KAGERO_HAMILTONIAN(TYPE) , hamiltonians::TYPE
+#include "hamiltonians.inc"
+#undef KAGERO_HAMILTONIAN
+    >::Types;
+// clang-format on
+
+/// Typed tests are named after their Hamiltonian.
+struct HamiltonianName {
+    template <class H>
+    static std::string GetName(int) { return H::name; }
+};
+
+/// The parameters a scene gets that sets none; room for one more, because a Hamiltonian may have none.
+template <class H>
+std::array<double, H::parameters.size() + 1> default_parameters() {
+    std::array<double, H::parameters.size() + 1> values{};
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) values[i] = H::parameters[i].fallback;
+    return values;
+}
+
+/// H alone, and Ω·(H − H0) where H declares an Ω.
+template <class H>
+std::vector<bool> rescalings() {
+    if constexpr (Rescalable<H>) return {false, true};
+    else return {false};
+}
+
+template <class H>
+bool bends() {
+    if constexpr (SometimesStraight<H>) return !H::straight(make_parameters<H>(default_parameters<H>().data()));
+    else return true;
+}
+
+/// Uniform numbers, the same on every machine.
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : engine_(seed) {}
+    double operator()(double least, double greatest) {
+        return least + (greatest - least) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
+    }
+    int below(int n) { return static_cast<int>(engine_() % static_cast<std::uint64_t>(n)); }
+
+private:
+    std::mt19937_64 engine_;
+};
+
+/// Rays with H = H0 in random directions from random places of the domain, some scene lengths wide, none captured from the start.
+template <class H>
+std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
+    Random random(seed);
+    const auto k = default_parameters<H>();
+    std::vector<RayStart> rays;
+    for (int attempt = 0; rays.size() < n && attempt < 10000; ++attempt) {
+        const double q[3] = {random(-6, 6), random(-6, 6), random(-6, 6)}, d[3] = {random(-1, 1), random(-1, 1), random(-1, 1)};
+        RayStart ray;
+        if (start_along<H>(k.data(), q, d, ray) != Failure::none) continue;
+        if constexpr (Capturing<H>) {
+            const Vec3<double> at{q[0], q[1], q[2]}, along{d[0], d[1], d[2]};
+            if (!(H::captured(make_parameters<H>(k.data()), at, along) > 0)) continue;
+        }
+        rays.push_back(ray);
+    }
+    EXPECT_EQ(rays.size(), n) << "too few places from which " << H::name << " starts a ray";
+    return rays;
+}
+
+/// Rays that bend much and are not captured soon: sideways past the origin, three scene lengths away. Exact in float, so that every
+/// number type starts on the same ray; H = H0 to the rounding of float only.
+template <class H>
+RayStart bent_ray(int which = 0) {
+    constexpr double q[3] = {3.125, 0.375, 0.75}, d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
+    RayStart ray;
+    EXPECT_EQ(start_along<H>(default_parameters<H>().data(), q, d[which], ray), Failure::none) << H::name;
+    for (double& p : ray.p) p = static_cast<float>(p);
+    return ray;
+}
+inline constexpr int bent_rays = 3;
+
+template <class V>
+State<V> state_of(const RayStart& ray) {
+    using S = ScalarOf<V>;
+    State<V> s;
+    for (int k = 0; k < 3; ++k) s.y[k] = V(S(ray.q[k])), s.y[3 + k] = V(S(ray.p[k]));
+    s.y[6] = V(S(ray.pt));
+    return s;
+}
+
+}  // namespace kagero::test

@@ -1,0 +1,226 @@
+// What the tape simplifies keeps its value, what it differentiates is the derivative: random expressions, recorded and evaluated
+// again node by node, against the same expressions evaluated directly.
+#include "spaces.h"
+
+#include <cstdio>
+#include <memory>
+
+namespace kagero::test {
+namespace {
+
+constexpr int inputs = 4, parameters = 2;
+using Values = std::array<Quad, inputs>;
+using Slopes = Dual<Quad, inputs>;
+
+/// The numbers that a tape's leaves stand for.
+struct Leaves {
+    Values input;
+    std::array<Quad, parameters> parameter;
+};
+Leaves random_leaves(Random& random) {
+    Leaves l;
+    for (Quad& x : l.input) x = random(0.5, 2);
+    for (Quad& x : l.parameter) x = random(0.5, 2);
+    return l;
+}
+
+/// One operation as its name says, here on quadruple precision.
+Quad operate(const Node& n, Quad a, Quad b, Quad c) {
+    switch (n.op) {
+        case Op::add: return a + b;
+        case Op::sub: return a - b;
+        case Op::mul: return a * b;
+        case Op::neg: return -a;
+        case Op::recip: return 1 / a;
+        case Op::sqrt: return sqrt(a);
+        case Op::rsqrt: return 1 / sqrt(a);
+        case Op::exp: return exp(a);
+        case Op::log: return log(a);
+        case Op::sin: return sin(a);
+        case Op::cos: return cos(a);
+        case Op::tan: return tan(a);
+        case Op::tanh: return tanh(a);
+        case Op::min: return min(a, b);
+        case Op::max: return max(a, b);
+        case Op::at_least: return a >= b ? 1 : 0;
+        case Op::mul_add: return a * b + c;
+        case Op::mul_sub: return a * b - c;
+        case Op::neg_mul_add: return c - a * b;
+        default: return 0;
+    }
+}
+/// The values of `count` nodes, tape or program alike.
+template <class Nodes>
+std::vector<Quad> evaluate(const Nodes& nodes, int count, const Leaves& leaves) {
+    std::vector<Quad> value(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) {
+        const Node& n = nodes[i];
+        const auto operand = [&](int k) { return k >= 0 ? value[static_cast<std::size_t>(k)] : Quad(0); };
+        if (n.op == Op::constant) value[i] = n.value;
+        else if (n.op == Op::parameter) value[i] = leaves.parameter[n.a];
+        else if (n.op == Op::input) value[i] = leaves.input[n.a];
+        else value[i] = operate(n, operand(n.a), operand(n.b), operand(n.c));
+    }
+    return value;
+}
+
+/// An expression under construction: written on the tape, and evaluated with its slopes at the same time.
+struct Term {
+    Recorded recorded;
+    Slopes direct;
+};
+
+/// A random operation on terms chosen at random; often the same one twice, and often on constants, as simplification likes it.
+Term random_operation(Random& random, const std::vector<Term>& terms) {
+    const auto any_term = [&] { return terms[static_cast<std::size_t>(random.below(static_cast<int>(terms.size())))]; };
+    const Term a = any_term(), b = random.below(5) == 0 ? a : any_term();
+    const bool positive = a.direct.value > Quad(0.1), moderate = abs(a.direct.value) < 3;
+    switch (random.below(16)) {
+        case 0: case 1: return {a.recorded + b.recorded, a.direct + b.direct};
+        case 2: case 3: return {a.recorded - b.recorded, a.direct - b.direct};
+        case 4: case 5: case 6: return {a.recorded * b.recorded, a.direct * b.direct};
+        case 7: if (abs(b.direct.value) > Quad(0.1)) return {a.recorded / b.recorded, a.direct / b.direct}; break;
+        case 8: return {-a.recorded, -a.direct};
+        case 9: case 10: if (positive) return {sqrt(a.recorded), sqrt(a.direct)}; break;
+        case 11: if (moderate) return {exp(a.recorded), exp(a.direct)}; break;
+        case 12: if (positive) return {log(a.recorded), log(a.direct)}; break;
+        case 13: if (moderate) return {tanh(sin(a.recorded)), tanh(sin(a.direct))}; break;
+        case 14: if (moderate) return {cos(a.recorded) * tan(b.recorded), cos(a.direct) * tan(b.direct)}; break;
+        default: if (abs(a.direct.value - b.direct.value) > Quad(0.1)) return {max(a.recorded, b.recorded), max(a.direct, b.direct)};
+    }
+    return {min(a.recorded, a.recorded + 1.0), min(a.direct, a.direct + 1.0)};
+}
+
+/// A random expression of `leaves` on the tape, with its input nodes.
+Term random_expression(Random& random, Tape& t, const Leaves& leaves, std::array<int, inputs>& nodes) {
+    std::vector<Term> terms;
+    for (int i = 0; i < inputs; ++i) {
+        nodes[i] = t.input(i);
+        terms.push_back({Recorded(&t, nodes[i]), Slopes::variable(leaves.input[i], i)});
+    }
+    for (int i = 0; i < parameters; ++i) terms.push_back({Recorded(&t, t.parameter(i)), Slopes(leaves.parameter[i])});
+    for (const double c : {0.0, 1.0, -1.0, 2.0}) terms.push_back({Recorded(&t, t.constant(c)), Slopes(c)});
+    for (int i = 0; i < 25; ++i) {
+        const Term next = random_operation(random, terms);
+        Quad size = abs(next.direct.value);
+        for (const Quad d : next.direct.derivative) size = max(size, abs(d));
+        if (size < 1e4) terms.push_back(next);
+    }
+    Term sum = terms.back();  // of everything late, so that little is dropped
+    for (std::size_t i = terms.size() / 2; i + 1 < terms.size(); ++i)
+        sum = {sum.recorded + terms[i].recorded, sum.direct + terms[i].direct};
+    return sum;
+}
+
+/// Constants are folded in double, and some of their rounding is enlarged on the way; all else here is in 34 digits.
+void expect_equal(Quad a, Quad b, const char* what) {
+    EXPECT_LE(static_cast<double>(abs(a - b)), 4096 * machine_epsilon<double> * (1 + static_cast<double>(abs(b)))) << what;
+}
+
+constexpr int expressions = 300;
+
+TEST(Tape, SimplificationKeepsValues) {
+    Random random(21);
+    for (int round = 0; round < expressions; ++round) {
+        auto t = std::make_unique<Tape>();
+        const Leaves leaves = random_leaves(random);
+        std::array<int, inputs> nodes;
+        const Term e = random_expression(random, *t, leaves, nodes);
+        ASSERT_LT(t->size, Tape::capacity);
+        expect_equal(evaluate(t->nodes, t->size, leaves)[e.recorded.node], e.direct.value, "value");
+    }
+}
+
+TEST(Tape, ReverseSweepGivesTheSlopesOfDuals) {
+    Random random(22);
+    for (int round = 0; round < expressions; ++round) {
+        auto t = std::make_unique<Tape>();
+        const Leaves leaves = random_leaves(random);
+        std::array<int, inputs> nodes, gradient{};
+        const Term e = random_expression(random, *t, leaves, nodes);
+        record_gradient<inputs>(*t, e.recorded.node, nodes, gradient);
+        ASSERT_LT(t->size, Tape::capacity);
+        const auto value = evaluate(t->nodes, t->size, leaves);
+        for (int k = 0; k < inputs; ++k) expect_equal(value[gradient[k]], e.direct.derivative[k], "slope");
+    }
+}
+
+// Dropping, fusing and numbering again.
+TEST(Tape, ProgramsComputeWhatTheTapeDoes) {
+    Random random(23);
+    for (int round = 0; round < expressions; ++round) {
+        auto t = std::make_unique<Tape>();
+        const Leaves leaves = random_leaves(random);
+        std::array<int, inputs> nodes, gradient{};
+        const Term e = random_expression(random, *t, leaves, nodes);
+        record_gradient<inputs>(*t, e.recorded.node, nodes, gradient);
+        const auto p = kagero::detail::extract_all<inputs>(*t, gradient);
+        EXPECT_LE(p.size, t->size);
+        const auto value = evaluate(p.nodes, p.size, leaves);
+        for (int k = 0; k < inputs; ++k) expect_equal(value[p.outputs[k]], e.direct.derivative[k], "slope");
+    }
+}
+
+TEST(Tape, MultiplyThroughIsMultiplication) {
+    Random random(24);
+    for (int round = 0; round < expressions; ++round) {
+        auto t = std::make_unique<Tape>();
+        const Leaves leaves = random_leaves(random);
+        std::array<int, inputs> nodes;
+        const Term e = random_expression(random, *t, leaves, nodes);
+        // A factor that e contains, as Ω does: √(x² + y²), its cube, or an input; e with and without it in denominators.
+        const Recorded x(t.get(), nodes[0]), y(t.get(), nodes[1]), r = sqrt(x * x + y * y);
+        const Recorded factor = round % 3 == 0 ? r : round % 3 == 1 ? r * r * r : x;
+        const Recorded whole = e.recorded / factor - 0.5 * (x / r) * e.recorded * e.recorded + e.recorded;
+        const int product = multiply_through(*t, factor.on(*t), whole.on(*t));
+        const auto value = evaluate(t->nodes, t->size, leaves);
+        expect_equal(value[product] / (1 + abs(e.direct.value)),
+                     value[factor.node] * value[whole.node] / (1 + abs(e.direct.value)), "product");
+    }
+}
+
+TEST(Tape, FoldsWhatItKnows) {
+    Tape t;
+    const Recorded x(&t, t.input(0)), y(&t, t.input(1)), k(&t, t.parameter(0)), s = x * x + y * y, r = sqrt(s);
+    const auto node = [](const Recorded& a) { return a.node; };
+    EXPECT_EQ(node(r * r), node(s));
+    EXPECT_EQ(node(x * y), node(y * x));
+    EXPECT_EQ(node(x + 0.0), node(x));
+    EXPECT_EQ(node(1.0 * x), node(x));
+    EXPECT_EQ(node(-(-x)), node(x));
+    EXPECT_EQ(node(x - x), node(0.0 * y));
+    EXPECT_EQ(node((2.0 * x) * k), node((2.0 * k) * x));
+    EXPECT_EQ(multiply_through(t, r.node, (1.0 / r).node), t.constant(1));
+}
+
+template <class H>
+class TapeOf : public ::testing::Test {};
+TYPED_TEST_SUITE(TapeOf, AllHamiltonians, HamiltonianName);
+
+/// Operations that a program does for every ray.
+int operations(const auto& program) {
+    int n = 0;
+    for (const Node& node : program.nodes) n += !node.uniform && node.op != Op::input;
+    return n;
+}
+
+// The counts are on record, to be seen when they grow; the one-sided programs never do more than the whole.
+TYPED_TEST(TapeOf, OperationCounts) {
+    using H = TypeParam;
+    const auto record = [](const std::string& form, int whole, int force, int velocity) {
+        ::testing::Test::RecordProperty(form + "derivatives", whole);
+        ::testing::Test::RecordProperty(form + "force", force);
+        ::testing::Test::RecordProperty(form + "velocity", velocity);
+        std::printf("%s%s: %d operations for all derivatives, %d for the force, %d for the velocity\n", form.c_str(), H::name, whole, force,
+                    velocity);
+        EXPECT_LE(force, whole);
+        EXPECT_LE(velocity, whole);
+    };
+    record("", operations(derivatives_program<H, false>), operations(force_program<H, false>), operations(velocity_program<H, false>));
+    if constexpr (Rescalable<H>)
+        record("rescaled_", operations(derivatives_program<H, true>), operations(force_program<H, true>),
+               operations(velocity_program<H, true>));
+}
+
+}  // namespace
+}  // namespace kagero::test

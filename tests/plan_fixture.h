@@ -1,0 +1,41 @@
+/// From the text of a scene to a plan, as the program makes it.
+#pragma once
+
+#include "render/plan.h"
+#include "render/render.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace kagero::test {
+
+using Overrides = std::vector<std::string>;
+
+inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides, const Options& options = {},
+                                          bool with_camera = true) {
+    return make_plan(load_scene(path, overrides, catalogue(options.isa)), options, with_camera);
+}
+
+/// The text is a file only while it is read.
+inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrides& overrides, const Options& options = {},
+                                          bool with_camera = true) {
+    const auto path = std::filesystem::temp_directory_path() / ("kagero-scene-" + std::to_string(::getpid()) + ".toml");
+    std::ofstream(path) << text;
+    auto plan = plan_of_file(path.string(), overrides, options, with_camera);
+    std::filesystem::remove(path);
+    return plan;
+}
+
+/// Options with a strategy: "scalar" or "packet".
+inline Options with_strategy(const std::string& strategy) {
+    Options options;
+    options.strategy = strategy;
+    options.threads = 1;
+    return options;
+}
+
+}  // namespace kagero::test

@@ -1,0 +1,75 @@
+/// Runs the program as its users do, in a directory of its own.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace kagero::test {
+
+inline std::string text_of(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline std::vector<std::string> lines_of(const std::string& text) {
+    std::istringstream in(text);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+struct Outcome {
+    int status;  ///< of the exit; −1 when a signal ended the program
+    std::string out, err;
+};
+
+/// A test with an empty directory to run the program in. What it prints is kept outside of it.
+class ProgramTest : public testing::Test {
+protected:
+    void SetUp() override {
+        std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+        for (char& c : test)
+            if (c == '/') c = '-';
+        directory_ = std::filesystem::temp_directory_path() / ("kagero-" + test + "-" + std::to_string(::getpid()));
+        output_ = directory_.string() + "-output";
+        std::filesystem::create_directories(directory_);
+        std::filesystem::create_directories(output_);
+    }
+    void TearDown() override {
+        std::filesystem::remove_all(directory_);
+        std::filesystem::remove_all(output_);
+    }
+
+    void write(const std::string& name, const std::string& text) const {
+        std::ofstream(directory_ / name, std::ios::binary) << text;
+    }
+    bool exists(const std::string& name) const { return std::filesystem::exists(directory_ / name); }
+    std::string read(const std::string& name) const { return text_of(directory_ / name); }
+    std::set<std::string> files() const {
+        std::set<std::string> names;
+        for (const auto& entry : std::filesystem::directory_iterator(directory_)) names.insert(entry.path().filename().string());
+        return names;
+    }
+
+    /// `arguments` as typed in a shell behind "kagero"; `before` may set variables or feed stdin.
+    Outcome run(const std::string& arguments, const std::string& before = "") const {
+        const std::string command = "cd '" + directory_.string() + "' && " + before + " '" KAGERO_BINARY "' " + arguments +
+                                    " >'" + (output_ / "out").string() + "' 2>'" + (output_ / "err").string() + "'";
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(output_ / "out"), text_of(output_ / "err")};
+    }
+
+    std::filesystem::path directory_, output_;
+};
+
+}  // namespace kagero::test

@@ -11,6 +11,9 @@ template <int s>
 struct Gauss {
     static_assert(s <= max_stages);
 
+    template <class System>
+    static constexpr const char* refusal() { return nullptr; }
+
     /// Before the first step: every stage has the derivative at the start.
     template <class System, class V>
     static void begin(const System& system, Flow<V>& f) {

@@ -16,6 +16,8 @@ template <class V>
 struct SpaceKernel {
     /// Puts the system with these parameters into storage.
     void (*construct)(SystemStorage&, const double* parameters);
+    /// Per kind: null where it serves this Hamiltonian, else why not.
+    const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.
     void (*begin[kind_count])(const SystemStorage&, Flow<V>&);
     /// One step from flow.start to flow.end.

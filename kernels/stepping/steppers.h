@@ -41,6 +41,7 @@ template <class System, class Step, class V>
 void begin(const SystemStorage& storage, Flow<V>& f) {
     const System& system = system_in<System>(storage);
     f.start_velocity = system.dp(f.start);
+    f.start_domain = f.domain = system.domain(f.start);
     if (f.want_energy) watch_energy(system, f.start, f);
     Step::begin(system, f);
 }
@@ -53,6 +54,8 @@ void step(const SystemStorage& storage, Flow<V>& f, [[maybe_unused]] Fractions f
     f.end.y[6] = f.start.y[6];
     f.end_velocity = system.dp(f.end);
     if (f.want_energy) watch_energy(system, f.end, f);
+    if constexpr (Bounded<typename System::Hamiltonian>) f.domain = system.domain(f.end);
+    else f.domain = V(ScalarOf<V>(1));
     if constexpr (Capturing<typename System::Hamiltonian>) f.captured = system.captured(f.end.q(), f.end_velocity);
     else f.captured = V(ScalarOf<V>(1));
 }
@@ -63,8 +66,11 @@ constexpr SpaceKernel<V> make_space_kernel() {
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {
-            kernel.begin[k] = begin<System, Step, V>;
-            kernel.step[k] = step<System, Step, V>;
+            kernel.refusal[k] = Step::template refusal<System>();
+            if constexpr (!Step::template refusal<System>()) {
+                kernel.begin[k] = begin<System, Step, V>;
+                kernel.step[k] = step<System, Step, V>;
+            }
         });
     }
     kernel.begin_straight = begin<System, Straight, V>;

@@ -47,7 +47,7 @@ struct Composition {
             f.gradients += V(S(1));
         }
         f.end.set(q, p);
-        f.end_parameter = parameter;
+        f.end_parameter = System::rescaled ? parameter : f.start_parameter + f.h;
         f.stage[0][0] = force.x, f.stage[0][1] = force.y, f.stage[0][2] = force.z;
         f.stage[1][0] = velocity.x, f.stage[1][1] = velocity.y, f.stage[1][2] = velocity.z;
     }

@@ -87,7 +87,8 @@ private:
     KAGERO_INLINE static void finish(const System& system, Flow<V>& f, const V (&g)[s][6]) {
         using S = ScalarOf<V>;
         for (int k = 0; k < 6; ++k) f.end.y[k] = moved(f, g, gauss_table<s>.b, k);
-        if (f.want_parameter) {
+        f.end_parameter = f.start_parameter + f.h;
+        if (System::rescaled && f.want_parameter) {
             V pace(S(0));
             for (int i = 0; i < s; ++i) {
                 State<V> y;

@@ -87,7 +87,7 @@ struct RungeKutta {
             (stage<I>(system, f, g, pace), ...);
         }(std::make_integer_sequence<int, s>{});
         for (int k = 0; k < 6; ++k) f.end.y[k] = moved<s>(f, g, table.b, k);
-        f.end_parameter = mul_add(f.h, pace, f.start_parameter);
+        f.end_parameter = System::rescaled ? mul_add(f.h, pace, f.start_parameter) : f.start_parameter + f.h;
         f.gradients += V(S(s));
         f.solved = V(S(0)) <= V(S(0));
         if constexpr (adaptive) control(f, g);
@@ -120,7 +120,7 @@ private:
         for (int k = 0; k < 6; ++k) y.y[k] = moved<I>(f, g, table.a[I], k);
         y.y[6] = f.start.y[6];
         system.derivatives(y, g[I]);
-        if (f.want_parameter) pace = mul_add(V(S(table.b[I])), system.pace(y), pace);
+        if (System::rescaled && f.want_parameter) pace = mul_add(V(S(table.b[I])), system.pace(y), pace);
     }
     template <int used, class V>
     KAGERO_INLINE static V moved(const Flow<V>& f, const V (&g)[s][6], const double (&weight)[s], int k) {

@@ -35,7 +35,7 @@ struct Nystroem {
             kick = !kick;
         }
         f.end.set(q, p);
-        f.end_parameter = parameter;
+        f.end_parameter = System::rescaled ? parameter : f.start_parameter + f.h;
         f.solved = V(S(0)) <= V(S(0));
     }
 };

@@ -144,7 +144,11 @@ V PacketTracer<V>::step_length() const {
         const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
         h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
     }
-    if (std::isfinite(job_.parameter_limit)) h = min(h, V(S(job_.parameter_limit)) - flow_.start_parameter);
+    if (std::isfinite(job_.parameter_limit)) {
+        // The last step ends at the limit, without a sliver of another one behind it.
+        const V left = V(S(job_.parameter_limit)) - flow_.start_parameter;
+        h = pick(left <= h * V(S(1 + 1e-6)), pick(h > V(S(0)), left, h), h);
+    }
     return h;
 }
 
@@ -189,7 +193,11 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounte
     for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
     staying &= ~captured;
     std::uint64_t limited = 0;
-    if (std::isfinite(job_.parameter_limit)) limited = staying & to_bits(flow_.end_parameter >= V(S(job_.parameter_limit)));
+    if (std::isfinite(job_.parameter_limit)) {
+        const S limit = S(job_.parameter_limit);
+        limited = staying & to_bits(flow_.end_parameter >= V(limit * (1 - 4 * machine_epsilon<S>)));
+        flow_.end_parameter = pick(from_bits<V>(limited), V(limit), flow_.end_parameter);
+    }
     for (std::uint64_t rest = staying; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         if (steps_[i] >= job_.max_steps) limited |= std::uint64_t(1) << i;

@@ -8,7 +8,6 @@
 /// with χ for every part, stays at order 1.
 #pragma once
 
-#include "kernels/stepping/fractions.h"
 #include "kernels/stepping/newton.h"
 
 namespace kagero {
@@ -18,21 +17,21 @@ struct Composition {
     static constexpr const char* refusal() { return nullptr; }
     /// stage[0][0..2] carries ∂K/∂q, stage[1][0..2] carries ∂K/∂p, as starts of the implicit solves.
     template <class System, class V>
-    static void begin(const System& system, Flow<V>& f) {
+    static void begin(const System& system, Flow<V>& f, const Coefficients&) {
         V g[6];
         system.derivatives(f.start, g);
         for (int k = 0; k < 3; ++k) f.stage[0][k] = g[k], f.stage[1][k] = g[3 + k];
     }
 
     template <class System, class V>
-    static void step(const System& system, Flow<V>& f, Fractions fractions) {
+    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         Vec3<V> force{f.stage[0][0], f.stage[0][1], f.stage[0][2]}, velocity{f.stage[1][0], f.stage[1][1], f.stage[1][2]};
         V parameter = f.start_parameter;
         f.solved = V(S(0)) <= V(S(0));
-        for (std::size_t i = 0; i < fractions.size(); ++i) {
-            const V tau = f.h * V(S(fractions[i]));
+        for (std::size_t i = 0; i < coefficients.fractions.size(); ++i) {
+            const V tau = f.h * V(S(coefficients.fractions[i]));
             if (i % 2 == 0) {
                 if (f.want_parameter) parameter = mul_add(tau, system.pace(joined(f, q, p)), parameter);
                 p = kick(system, f, q, p, tau, force);

@@ -1,11 +1,10 @@
 /// The rays of one packet and the step they are taking, in memory between the tracing loop and a stepper.
 #pragma once
 
+#include "kernels/stepping/coefficients.h"
 #include "kernels/stepping/system.h"
 
 namespace kagero {
-
-inline constexpr int max_stages = 8;
 
 template <class V>
 struct Flow {

@@ -29,7 +29,7 @@ enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q 
 /// drift, M = ∂²K/∂q∂p. The solution that grows out of the start as τ grows from zero keeps its determinant positive: a second root,
 /// beyond a fold, is never accepted.
 template <Side side, class System, class V>
-Vec3<V> newton(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
+__attribute__((noinline)) Vec3<V> newton(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
     using S = ScalarOf<V>;
     constexpr int max_iterations = 12;
     Convergence<V> convergence(f);

@@ -16,15 +16,15 @@ struct Recipe {
         return Parted<typename System::Hamiltonian> ? nullptr : "its Hamiltonian declares no parts H_A and H_B";
     }
     template <class System, class V>
-    static void begin(const System&, Flow<V>&) {}
+    static void begin(const System&, Flow<V>&, const Coefficients&) {}
 
-    /// `weights`: of S2.
+    /// The fractions are weights of S2.
     template <class System, class V>
-    static void step(const System& system, Flow<V>& f, Fractions weights) {
+    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         f.solved = V(S(0)) <= V(S(0));
-        for (const double weight : weights) {
+        for (const double weight : coefficients.fractions) {
             euler(system.part_a(), f, q, p, f.h * V(S(weight / 2)));
             euler(system.part_b(), f, q, p, f.h * V(S(weight)));
             euler(system.part_a(), f, q, p, f.h * V(S(weight / 2)));

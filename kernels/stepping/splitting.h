@@ -7,22 +7,21 @@ namespace kagero {
 
 /// K = ½|p|² + V(q), as it is or after rescaling: drift q += t p, kick p −= t ∂V/∂q. With the Runge–Kutta–Nyström fractions of Blanes
 /// & Moan (2002).
-template <bool kick_first>
 struct Nystroem {
     template <class System>
     static constexpr const char* refusal() {
         return System::separable ? nullptr : "its Hamiltonian is not of the form |p|^2/2 + V(q)";
     }
     template <class System, class V>
-    static void begin(const System&, Flow<V>&) {}
+    static void begin(const System&, Flow<V>&, const Coefficients&) {}
 
     template <class System, class V>
-    static void step(const System& system, Flow<V>& f, Fractions fractions) {
+    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         V parameter = f.start_parameter;
-        bool kick = kick_first;
-        for (const double fraction : fractions) {
+        bool kick = coefficients.kick_first;
+        for (const double fraction : coefficients.fractions) {
             const V t = f.h * V(S(fraction));
             if (kick) {
                 const State<V> here = joined(f, q, p);
@@ -48,15 +47,15 @@ struct ExactSplit {
         return ExactlySplit<typename System::Hamiltonian> ? nullptr : "its Hamiltonian has no exact Kerr-Schild split";
     }
     template <class System, class V>
-    static void begin(const System&, Flow<V>&) {}
+    static void begin(const System&, Flow<V>&, const Coefficients&) {}
 
     template <class System, class V>
-    static void step(const System& system, Flow<V>& f, Fractions fractions) {
+    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         const auto k = system.template parameters<V>();
         Vec3<V> q = f.start.q(), p = f.start.p();
         bool drift = true;
-        for (const double fraction : fractions) {
+        for (const double fraction : coefficients.fractions) {
             const V t = f.h * V(S(fraction));
             if (drift) {
                 q = advance(q, t, p);

@@ -24,10 +24,10 @@ struct Task {
         kernel.construct(system, job.parameters);
     }
     void begin(Flow<V>& f) const {
-        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f);
+        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f, method.coefficients);
     }
     void step(Flow<V>& f) const {
-        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.fractions);
+        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.coefficients);
     }
 };
 

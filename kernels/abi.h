@@ -195,8 +195,8 @@ struct Module {
     const KernelInfo* kernels;
     std::uint32_t kernel_count;
 
-    /// Null when the integrator serves the Hamiltonian, else why not.
-    const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator);
+    /// Null when the integrator serves the Hamiltonian, rescaled or as it is, else why not.
+    const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled);
     /// True where these parameters make every ray straight, so that no integrator is needed.
     bool (*straight)(std::uint32_t hamiltonian, const double* parameters);
     /// The momenta an observer of this kind at q assigns to directions of its rest frame.

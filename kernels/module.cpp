@@ -45,7 +45,12 @@ auto visit_hamiltonian(std::uint32_t index, const Visit& visit) {
     return decltype(visit.template operator()<hamiltonians::Flat>()){};
 }
 
-const char* refusal(std::uint32_t, std::uint32_t) { return nullptr; }
+const char* refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) {
+    return visit_hamiltonian(hamiltonian, [&]<class H>() -> const char* {
+        if (rescaled && !Rescalable<H>) return "its Hamiltonian declares no rescaling";
+        return space_kernel<H, double>(rescaled).refusal[static_cast<int>(methods[integrator].kind)];
+    });
+}
 
 template <std::size_t n>
 void copy(const double* from, double (&to)[n]) {

@@ -40,6 +40,37 @@ struct Schwarzschild {
         return 0.5 * (dot(p, p) - pt * pt) - 0.5 * (k.rg / r) * u * u;
     }
 
+    /// The paper's two parts, eq. (10).
+    template <class V>
+    static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V& pt) {
+        return 0.5 * (dot(p, p) - pt * pt);
+    }
+    template <class V>
+    static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        const V r = norm(q);
+        const V u = pt + dot(q, p) / r;
+        return -0.5 * (k.rg / r) * u * u;
+    }
+
+    /// The exact flow of part_b for a time t. Along it n = x/r, the angular momentum and w = u/√r are constant, so
+    /// r^{3/2} falls linearly: c = r^{3/2} − (3/2) r_g w t, r' = c^{2/3}. The cube root is Halley's iteration from √r.
+    template <class V>
+    static constexpr void flow_of_rest(const Parameters<V>& k, Vec3<V>& q, Vec3<V>& p, const V& pt, const V& t) {
+        const V r = norm(q), root = sqrt(r);
+        const Vec3<V> n = (1.0 / r) * q;
+        const V pr = dot(n, p), w = (pt + pr) / root;
+        const V c = max(r * root - 1.5 * k.rg * w * t, 1e-9 * r * root);  // c ≤ 0 is the centre itself: captured
+        V s = root;
+        for (int i = 0; i < 6; ++i) {
+            const V cube = s * s * s;
+            s = s * (cube + 2.0 * c) / (2.0 * cube + c);
+        }
+        const V now = s * s;
+        const V along = w * s - pt;
+        p = along * n + (r / now) * (p - pr * n);
+        q = now * n;
+    }
+
     /// The only scale a ray meets is its distance from the centre.
     template <class V>
     static constexpr V rescale(const Parameters<V>&, const Vec3<V>& q) {

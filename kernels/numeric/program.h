@@ -24,6 +24,11 @@ struct Program {
             if (nodes[k].op == Op::input && nodes[k].a >= first && nodes[k].a < last) return true;
         return false;
     }
+    /// Whether output k is input i itself.
+    constexpr bool returns_input(int k, int i) const {
+        const Node& n = nodes[outputs[k]];
+        return n.op == Op::input && n.a == i;
+    }
 };
 
 namespace detail {

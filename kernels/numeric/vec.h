@@ -13,7 +13,7 @@ constexpr Vec3<V> operator+(const Vec3<V>& a, const Vec3<V>& b) { return {a.x + 
 template <class V>
 constexpr Vec3<V> operator-(const Vec3<V>& a, const Vec3<V>& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 template <class S, class V>
-constexpr Vec3<V> operator*(const S& s, const Vec3<V>& a) { return {s * a.x, s * a.y, s * a.z}; }
+constexpr Vec3<V> operator*(const S& s, const Vec3<V>& a) { return {V(s) * a.x, V(s) * a.y, V(s) * a.z}; }
 template <class V>
 constexpr V dot(const Vec3<V>& a, const Vec3<V>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 /// Euclidean length.

@@ -4,77 +4,69 @@
 ///     χ*_τ:  q' = q + τ ∂H/∂p(q', p),   p' = p − τ ∂H/∂q(q', p)
 ///
 /// χ alone is of order 1; χ*_{τ/2} χ_{τ/2} is self-adjoint and of order 2, the generalised Störmer–Verlet method (Hairer, Lubich &
-/// Wanner 2006, §VI.3), and higher orders are compositions of it with the fractions of `methods.h`. The printed recipe, eqs. (11)–(15)
+/// Wanner 2006, §VI.3), and higher orders are compositions of it with the fractions of `fractions.h`. The printed recipe, eqs. (11)–(15)
 /// with χ for every part, stays at order 1.
 #pragma once
 
-#include "kernels/stepping/implicit.h"
-
-#include <span>
+#include "kernels/stepping/newton.h"
 
 namespace kagero {
 
-/// Fractions of the step, taken by χ and χ* in turn.
-using Fractions = std::span<const double>;
-
 struct Composition {
+    template <class System>
+    static constexpr const char* refusal() { return nullptr; }
     /// stage[0][0..2] carries ∂K/∂q, stage[1][0..2] carries ∂K/∂p, as starts of the implicit solves.
     template <class System, class V>
-    static void begin(const System& system, Flow<V>& f) {
+    static void begin(const System& system, Flow<V>& f, const Coefficients&) {
         V g[6];
         system.derivatives(f.start, g);
         for (int k = 0; k < 3; ++k) f.stage[0][k] = g[k], f.stage[1][k] = g[3 + k];
     }
 
     template <class System, class V>
-    static void step(const System& system, Flow<V>& f, Fractions fractions) {
+    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         Vec3<V> force{f.stage[0][0], f.stage[0][1], f.stage[0][2]}, velocity{f.stage[1][0], f.stage[1][1], f.stage[1][2]};
         V parameter = f.start_parameter;
         f.solved = V(S(0)) <= V(S(0));
-        for (std::size_t i = 0; i < fractions.size(); ++i) {
-            const V tau = f.h * V(S(fractions[i]));
+        for (std::size_t i = 0; i < coefficients.fractions.size(); ++i) {
+            const V tau = f.h * V(S(coefficients.fractions[i]));
             if (i % 2 == 0) {
-                if (f.want_parameter) parameter = mul_add(tau, system.pace(state(f, q, p)), parameter);
+                if (f.want_parameter) parameter = mul_add(tau, system.pace(joined(f, q, p)), parameter);
                 p = kick(system, f, q, p, tau, force);
-                velocity = system.dp(state(f, q, p));
+                velocity = system.dp(joined(f, q, p));
                 q = advance(q, tau, velocity);
             } else {
                 q = drift(system, f, q, p, tau, velocity);
-                force = system.dq(state(f, q, p));
+                force = system.dq(joined(f, q, p));
                 p = retreat(p, tau, force);
-                if (f.want_parameter) parameter = mul_add(tau, system.pace(state(f, q, p)), parameter);
+                if (f.want_parameter) parameter = mul_add(tau, system.pace(joined(f, q, p)), parameter);
             }
             f.gradients += V(S(1));
         }
         f.end.set(q, p);
-        f.end_parameter = parameter;
+        f.end_parameter = System::rescaled ? parameter : f.start_parameter + f.h;
         f.stage[0][0] = force.x, f.stage[0][1] = force.y, f.stage[0][2] = force.z;
         f.stage[1][0] = velocity.x, f.stage[1][1] = velocity.y, f.stage[1][2] = velocity.z;
     }
 
 private:
-    template <class V>
-    KAGERO_INLINE static State<V> state(const Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p) {
-        return {{q.x, q.y, q.z, p.x, p.y, p.z, f.start.y[6]}};
-    }
-
     /// p' = p − τ ∂K/∂q(q, p'); `force` is the first guess of the gradient.
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> kick(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                       const Vec3<V>& force) {
-        const auto next = [&](const Vec3<V>& guess) { return retreat(p, tau, system.dq(state(f, q, guess))); };
+        const auto next = [&](const Vec3<V>& guess) { return retreat(p, tau, system.dq(joined(f, q, guess))); };
         if constexpr (!System::force_needs_p) return evaluated(f, next(p));
-        else return solve(f, retreat(p, tau, force), next, [](const Convergence<V>& c, const V& d) { return c.relative_p(d); });
+        else return solve<Side::kick>(system, f, q, p, tau, retreat(p, tau, force), next);
     }
     /// q' = q + τ ∂K/∂p(q', p).
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> drift(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                        const Vec3<V>& velocity) {
-        const auto next = [&](const Vec3<V>& guess) { return advance(q, tau, system.dp(state(f, guess, p))); };
+        const auto next = [&](const Vec3<V>& guess) { return advance(q, tau, system.dp(joined(f, guess, p))); };
         if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
-        else return solve(f, advance(q, tau, velocity), next, [](const Convergence<V>& c, const V& d) { return c.relative_q(d); });
+        else return solve<Side::drift>(system, f, q, p, tau, advance(q, tau, velocity), next);
     }
     template <class V>
     KAGERO_INLINE static Vec3<V> evaluated(Flow<V>& f, const Vec3<V>& x) {
@@ -82,21 +74,30 @@ private:
         return x;
     }
 
-    /// Fixed-point iteration x = next(x), lane by lane.
-    template <class V, class Next, class Relative>
-    KAGERO_INLINE static Vec3<V> solve(Flow<V>& f, Vec3<V> x, const Next& next, const Relative& relative) {
+    /// Fixed-point iteration x = next(x), lane by lane; lanes that it leaves open are tried again by Newton's method.
+    template <Side side, class System, class V, class Next>
+    KAGERO_INLINE static Vec3<V> solve(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
+                                       const Vec3<V>& guess, const Next& next) {
         using S = ScalarOf<V>;
         Convergence<V> convergence(f);
+        Vec3<V> x = guess;
         for (int i = 0; i < Convergence<V>::max_iterations && any(convergence.open()); ++i) {
             f.open_iterations += count(convergence.open());
             f.issued_iterations += lane_count<V>;
             f.gradients += pick(convergence.open(), V(S(1)), V(S(0)));
             const Vec3<V> fresh = next(x);
-            const V change = relative(convergence, greatest_difference(fresh, x));
+            const V change = greatest_difference(fresh, x);
             x = pick<V>(convergence.open(), fresh, x);
-            convergence.update(change);
+            convergence.update(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
         }
-        f.solved = f.solved & !convergence.open();
+        if (any(convergence.open())) {
+            const MaskOf<V> open = convergence.open(), solved = f.solved;
+            const V gradients = f.gradients;
+            const Vec3<V> other = newton<side>(system, f, q, p, tau, guess);
+            x = pick<V>(open, other, x);
+            f.solved = solved & (f.solved | !open);
+            f.gradients = pick(open, f.gradients, gradients);
+        }
         return x;
     }
 };

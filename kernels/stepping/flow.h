@@ -1,11 +1,10 @@
 /// The rays of one packet and the step they are taking, in memory between the tracing loop and a stepper.
 #pragma once
 
+#include "kernels/stepping/coefficients.h"
 #include "kernels/stepping/system.h"
 
 namespace kagero {
-
-inline constexpr int max_stages = 8;
 
 template <class V>
 struct Flow {
@@ -14,9 +13,11 @@ struct Flow {
     Vec3<V> start_velocity;    ///< dq/dτ there
     V h;                       ///< step length in the integration parameter τ; 0 in finished lanes, which makes a step the identity
     V start_parameter;         ///< λ of H
+    V start_domain;            ///< `domain` at the start
     bool want_parameter = false;
     bool want_energy = false;
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
+    ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
 
     // Set by the stepper.
     State<V> end;
@@ -24,8 +25,11 @@ struct Flow {
     V end_parameter;
     V energy_error;            ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;                  ///< H at the end
+    V domain;                  ///< ≤ 0 where the ray has left the medium at the end
     V captured;                ///< ≤ 0 where the ray is captured at the end
     MaskOf<V> solved;          ///< the implicit equations were solved
+    MaskOf<V> accepted;        ///< adaptive methods: the local error is within the tolerance
+    V suggested;               ///< adaptive methods: the length of the next step, or of this one if it is to be taken again
     V gradients;               ///< derivative evaluations of each ray, accumulated
 
     // Carried from step to step by the stepper.

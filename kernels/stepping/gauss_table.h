@@ -79,4 +79,22 @@ constexpr GaussTable<s> make_gauss_table() {
 template <int s>
 inline constexpr GaussTable<s> gauss_table = detail::make_gauss_table<s>();
 
+inline constexpr int max_stages = 8;
+
+/// The same as run-time data; stages without use are zero.
+struct GaussTableau {
+    int stages;
+    __float128 a[max_stages][max_stages], b[max_stages], ahead[max_stages][max_stages];
+};
+template <int s>
+inline constexpr GaussTableau gauss_tableau = [] {
+    GaussTableau t{};
+    t.stages = s;
+    for (int i = 0; i < s; ++i) {
+        t.b[i] = gauss_table<s>.b[i];
+        for (int j = 0; j < s; ++j) t.a[i][j] = gauss_table<s>.a[i][j], t.ahead[i][j] = gauss_table<s>.ahead[i][j];
+    }
+    return t;
+}();
+
 }  // namespace kagero

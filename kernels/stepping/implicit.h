@@ -38,6 +38,14 @@ public:
         previous_ = change;
     }
 
+    /// The same where iterations converge quadratically (Newton): the next change is about the square of this one.
+    void update_quadratic(const V& change) {
+        const V tolerance(tolerance_), rounding(S(64) * epsilon);
+        const MaskOf<V> done = (change * change <= tolerance) | ((change <= rounding) & (previous_ <= change + change));
+        open_ = open_ & !done;
+        previous_ = change;
+    }
+
 private:
     static constexpr S epsilon = machine_epsilon<S>;
     static V size(const Vec3<V>& a) { return abs(a.x) + abs(a.y) + abs(a.z); }

@@ -1,72 +1,77 @@
-/// Explicit Runge–Kutta methods with fixed step: not symplectic, for comparison and where a ray passes only once.
+/// Explicit Runge–Kutta methods, with fixed step or with step control lane by lane: not symplectic, for comparison and where a ray
+/// passes only once.
 #pragma once
 
 #include "kernels/stepping/implicit.h"
 
 namespace kagero {
 
-/// Butcher's table; a is strictly lower triangular, zeros cost nothing.
-template <int s>
-struct ButcherTable {
-    double a[s][s];
-    double b[s];
-};
-
-/// Kutta (1901).
-inline constexpr ButcherTable<4> classical_rk4{
-    {{}, {1. / 2}, {0, 1. / 2}, {0, 0, 1}},
-    {1. / 6, 1. / 3, 1. / 3, 1. / 6},
-};
-/// Dormand & Prince (1980), the fifth-order formula of RK5(4)7M.
-inline constexpr ButcherTable<6> dormand_prince5{
-    {{},
-     {1. / 5},
-     {3. / 40, 9. / 40},
-     {44. / 45, -56. / 15, 32. / 9},
-     {19372. / 6561, -25360. / 2187, 64448. / 6561, -212. / 729},
-     {9017. / 3168, -355. / 33, 46732. / 5247, 49. / 176, -5103. / 18656}},
-    {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84},
-};
-
-template <const auto& table>
+/// Any table: coefficients are data, so that one copy of the derivative program serves them all.
 struct RungeKutta {
-    static constexpr int s = static_cast<int>(sizeof(table.b) / sizeof(double));
+    template <class System>
+    static constexpr const char* refusal() { return nullptr; }
+    template <class System, class V>
+    static void begin(const System&, Flow<V>&, const Coefficients&) {}
 
     template <class System, class V>
-    static void begin(const System&, Flow<V>&) {}
-
-    template <class System, class V>
-    static void step(const System& system, Flow<V>& f) {
+    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+        const ButcherTable& table = *coefficients.table;
         using S = ScalarOf<V>;
-        V g[s][6];
+        V g[max_rk_stages][6];
         V pace(S(0));
-        [&]<int... I>(std::integer_sequence<int, I...>) {
-            (stage<I>(system, f, g, pace), ...);
-        }(std::make_integer_sequence<int, s>{});
-        for (int k = 0; k < 6; ++k) f.end.y[k] = moved<s>(f, g, table.b, k);
-        f.end_parameter = mul_add(f.h, pace, f.start_parameter);
-        f.gradients += V(S(s));
+        for (int i = 0; i < table.stages; ++i) {
+            State<V> y;
+            if (i == 0) y = f.start;
+            else move(f, g, table.a[i], i, y);
+            system.derivatives(y, g[i]);
+            if (System::rescaled && f.want_parameter) pace = mul_add(V(S(table.b[i])), system.pace(y), pace);
+        }
+        move(f, g, table.b, table.stages, f.end);
+        f.end_parameter = System::rescaled ? mul_add(f.h, pace, f.start_parameter) : f.start_parameter + f.h;
+        f.gradients += V(S(table.stages));
         f.solved = V(S(0)) <= V(S(0));
+        if (table.estimate_order) control(f, g, table);
     }
 
 private:
-    template <int I, class System, class V>
-    KAGERO_INLINE static void stage(const System& system, const Flow<V>& f, V (&g)[s][6], V& pace) {
+    /// Σ_j weight_j g_j over the stages with a weight; g as it comes, ∂K/∂q then ∂K/∂p.
+    template <class V>
+    KAGERO_INLINE static void sum(const V (&g)[max_rk_stages][6], const double* weight, int stages, V (&total)[6]) {
         using S = ScalarOf<V>;
-        State<V> y;
-        for (int k = 0; k < 6; ++k) y.y[k] = moved<I>(f, g, table.a[I], k);
-        y.y[6] = f.start.y[6];
-        system.derivatives(y, g[I]);
-        if (f.want_parameter) pace = mul_add(V(S(table.b[I])), system.pace(y), pace);
+        for (V& t : total) t = V(S(0));
+        for (int j = 0; j < stages; ++j) {
+            if (weight[j] == 0) continue;
+            const V w{S(weight[j])};
+            for (int k = 0; k < 6; ++k) total[k] = mul_add(w, g[j][k], total[k]);
+        }
     }
-    template <int used, class V>
-    KAGERO_INLINE static V moved(const Flow<V>& f, const V (&g)[s][6], const double (&weight)[s], int k) {
+    /// y = start + h Σ weight_j f_j.
+    template <class V>
+    KAGERO_INLINE static void move(const Flow<V>& f, const V (&g)[max_rk_stages][6], const double* weight, int stages, State<V>& y) {
+        V total[6];
+        sum(g, weight, stages, total);
+        for (int k = 0; k < 3; ++k) {
+            y.y[k] = mul_add(f.h, total[3 + k], f.start.y[k]);
+            y.y[3 + k] = neg_mul_add(f.h, total[k], f.start.y[3 + k]);
+        }
+        y.y[6] = f.start.y[6];
+    }
+
+    /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated local error exceeds
+    /// the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a safety factor.
+    template <class V>
+    KAGERO_INLINE static void control(Flow<V>& f, const V (&g)[max_rk_stages][6], const ButcherTable& table) {
         using S = ScalarOf<V>;
-        const int d = k < 3 ? k + 3 : k - 3;
-        V sum(S(0));
-        for (int j = 0; j < used; ++j)
-            if (weight[j] != 0) sum = mul_add(V(S(weight[j])), g[j][d], sum);
-        return k < 3 ? mul_add(f.h, sum, f.start.y[k]) : neg_mul_add(f.h, sum, f.start.y[k]);
+        V total[6], error(S(0));
+        sum(g, table.error, table.stages, total);
+        for (int k = 0; k < 3; ++k) {
+            error = max(error, abs(f.h * total[3 + k]) / (V(S(1)) + abs(f.end.y[k])));
+            error = max(error, abs(f.h * total[k]) / (V(S(1)) + abs(f.end.y[3 + k])));
+        }
+        const V relative = max(error * V(S(1) / f.tolerance), V(S(1e-6)));
+        const V factor = exp(log(relative) * V(S(-1.0 / (table.estimate_order + 1))));
+        f.accepted = relative <= V(S(1));
+        f.suggested = f.h * max(min(V(S(0.9)) * factor, V(S(4))), V(S(0.2)));
     }
 };
 

@@ -16,13 +16,15 @@ template <class V>
 struct SpaceKernel {
     /// Puts the system with these parameters into storage.
     void (*construct)(SystemStorage&, const double* parameters);
+    /// Per kind: null where it serves this Hamiltonian, else why not.
+    const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.
-    void (*begin[kind_count])(const SystemStorage&, Flow<V>&);
+    void (*begin[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
     /// One step from flow.start to flow.end.
-    void (*step[kind_count])(const SystemStorage&, Flow<V>&, Fractions);
+    void (*step[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
     /// The same for rays known to be straight.
-    void (*begin_straight)(const SystemStorage&, Flow<V>&);
-    void (*step_straight)(const SystemStorage&, Flow<V>&, Fractions);
+    void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
+    void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
 };
 
 /// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.

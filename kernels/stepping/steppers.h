@@ -8,9 +8,9 @@ namespace kagero {
 /// A ray that needs no integrator.
 struct Straight {
     template <class System, class V>
-    static void begin(const System&, Flow<V>&) {}
+    static void begin(const System&, Flow<V>&, const Coefficients&) {}
     template <class System, class V>
-    static void step(const System&, Flow<V>& f, Fractions) {
+    static void step(const System&, Flow<V>& f, const Coefficients&) {
         f.end = f.start;
         f.end.set(advance(f.start.q(), f.h, f.start_velocity), f.start.p());
         f.end_parameter = f.start_parameter + f.h;
@@ -37,24 +37,36 @@ void watch_energy(const System& system, const State<V>& s, Flow<V>& f) {
     f.energy_error = abs(excess) / (abs(pv) + V(level < 0 ? -level : level));
 }
 
-template <class System, class Step, class V>
-void begin(const SystemStorage& storage, Flow<V>& f) {
-    const System& system = system_in<System>(storage);
+/// What the loop wants to know of the start of a ray. Not inlined, so that all kinds of step share it; so is `arrive`.
+template <class System, class V>
+__attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
     f.start_velocity = system.dp(f.start);
+    f.start_domain = f.domain = system.domain(f.start);
     if (f.want_energy) watch_energy(system, f.start, f);
-    Step::begin(system, f);
 }
-
-template <class System, class Step, class V>
-void step(const SystemStorage& storage, Flow<V>& f, [[maybe_unused]] Fractions fractions) {
-    const System& system = system_in<System>(storage);
-    if constexpr (requires { Step::step(system, f, fractions); }) Step::step(system, f, fractions);
-    else Step::step(system, f);
+/// … and of the end of a step.
+template <class System, class V>
+__attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     f.end.y[6] = f.start.y[6];
     f.end_velocity = system.dp(f.end);
+    f.domain = system.domain(f.end);
     if (f.want_energy) watch_energy(system, f.end, f);
     if constexpr (Capturing<typename System::Hamiltonian>) f.captured = system.captured(f.end.q(), f.end_velocity);
     else f.captured = V(ScalarOf<V>(1));
+}
+
+template <class System, class Step, class V>
+void begin(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
+    const System& system = system_in<System>(storage);
+    depart(system, f);
+    Step::begin(system, f, coefficients);
+}
+
+template <class System, class Step, class V>
+void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
+    const System& system = system_in<System>(storage);
+    Step::step(system, f, coefficients);
+    arrive(system, f);
 }
 
 template <class System, class V>
@@ -63,8 +75,11 @@ constexpr SpaceKernel<V> make_space_kernel() {
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {
-            kernel.begin[k] = begin<System, Step, V>;
-            kernel.step[k] = step<System, Step, V>;
+            kernel.refusal[k] = Step::template refusal<System>();
+            if constexpr (!Step::template refusal<System>()) {
+                kernel.begin[k] = begin<System, Step, V>;
+                kernel.step[k] = step<System, Step, V>;
+            }
         });
     }
     kernel.begin_straight = begin<System, Straight, V>;

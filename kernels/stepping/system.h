@@ -22,7 +22,16 @@ struct State {
 template <class H>
 concept Rescalable = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::rescale(k, q); };
 template <class H>
+concept Bounded = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::domain(k, q); };
+template <class H>
 concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q); };
+/// States H as a sum of two parts, the paper's H_A and H_B (eq. 10).
+template <class H>
+concept Parted = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::part_a(k, q, q, 1.0); };
+/// States the exact flow of H − ½(|p|² − p_t²).
+template <class H>
+concept ExactlySplit =
+    requires(const typename H::template Parameters<double>& k, Vec3<double>& q) { H::flow_of_rest(k, q, q, 1.0, 1.0); };
 template <class H>
 concept SometimesStraight = requires(const typename H::template Parameters<double>& k) { H::straight(k); };
 
@@ -77,6 +86,21 @@ struct MakeSide {
         return {all[from], all[from + 1], all[from + 2]};
     }
 };
+/// ∂²K/∂q_i∂p_j, row by row: reverse sweeps over the force, on the same tape.
+template <class H, bool Rescaled>
+struct MakeMixed {
+    constexpr std::array<int, 9> operator()(Tape& t) const {
+        const auto force = MakeSide<H, Rescaled, 0>{}(t);
+        const Recording<H> r(t);
+        std::array<int, 9> mixed{};
+        for (int i = 0; i < 3; ++i) {
+            std::array<int, 3> row{};
+            record_gradient<3>(t, force[i], {r.input[3], r.input[4], r.input[5]}, row);
+            for (int j = 0; j < 3; ++j) mixed[3 * i + j] = row[j];
+        }
+        return mixed;
+    }
+};
 /// H − H0 and p·∂H/∂p.
 template <class H>
 struct MakeEnergy {
@@ -90,6 +114,15 @@ struct MakeEnergy {
 template <class H>
 struct MakeRescale {
     constexpr std::array<int, 1> operator()(Tape& t) const { return {Recording<H>(t).rescale}; }
+};
+/// The domain's edge, or a constant where there is none.
+template <class H>
+struct MakeDomain {
+    constexpr std::array<int, 1> operator()(Tape& t) const {
+        const Recording<H> r(t);
+        if constexpr (Bounded<H>) return {H::domain(make_parameters<H>(r.k), r.q).on(t)};
+        else return {t.constant(1)};
+    }
 };
 /// The capture condition, from position (inputs 0–2) and velocity (inputs 3–5).
 template <class H>
@@ -107,10 +140,14 @@ template <class H, bool Rescaled>
 inline constexpr auto force_program = extract<3, MakeSide<H, Rescaled, 0>{}>();
 template <class H, bool Rescaled>
 inline constexpr auto velocity_program = extract<3, MakeSide<H, Rescaled, 3>{}>();
+template <class H, bool Rescaled>
+inline constexpr auto mixed_program = extract<9, MakeMixed<H, Rescaled>{}>();
 template <class H>
 inline constexpr auto energy_program = extract<2, MakeEnergy<H>{}>();
 template <class H>
 inline constexpr auto rescale_program = extract<1, MakeRescale<H>{}>();
+template <class H>
+inline constexpr auto domain_program = extract<1, MakeDomain<H>{}>();
 template <class H>
 inline constexpr auto captured_program = extract<1, MakeCaptured<H>{}>();
 
@@ -123,6 +160,33 @@ struct Uniforms {
 struct NoUniforms {
     template <class S>
     explicit NoUniforms(const S*) {}
+};
+
+/// One part of a Hamiltonian as a Hamiltonian of its own.
+template <class H, bool second>
+struct Part {
+    static constexpr const auto& parameters = H::parameters;
+    static constexpr double level = 0;
+    template <class V>
+    using Parameters = typename H::template Parameters<V>;
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        if constexpr (second) return H::part_b(k, q, p, pt);
+        else return H::part_a(k, q, p, pt);
+    }
+};
+
+template <class H, bool Rescaled, class S>
+class System;
+
+template <class H, class S>
+struct PartSystems {
+    System<Part<H, false>, false, S> a;
+    System<Part<H, true>, false, S> b;
+    explicit PartSystems(const double* parameters) : a(parameters), b(parameters) {}
+};
+struct NoParts {
+    explicit NoParts(const double*) {}
 };
 
 template <class H, bool Rescaled, class S>
@@ -138,8 +202,14 @@ public:
     /// Whether ∂K/∂q depends on p, ∂K/∂p on q: where not, the half steps of eq. (9) are explicit.
     static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
+    /// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
+    static constexpr bool separable = !force_needs_p && velocity_.returns_input(0, 3) && velocity_.returns_input(1, 4) &&
+                                      velocity_.returns_input(2, 5);
 
-    explicit System(const double* parameters) : System(Numbers(parameters)) {}
+    explicit System(const double* parameters) : System(parameters, Numbers(parameters)) {}
+    /// The parts H_A and H_B as systems of their own.
+    const auto& part_a() const requires Parted<H> { return parts_.a; }
+    const auto& part_b() const requires Parted<H> { return parts_.b; }
 
     /// out = ∂K/∂q (3), ∂K/∂p (3).
     template <class V>
@@ -150,6 +220,16 @@ public:
     /// ∂K/∂p alone: dq/dτ.
     template <class V>
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side<velocity_>(velocity_u_.values, s); }
+    /// ∂²K/∂q_i∂p_j (9, row by row).
+    template <class V>
+    KAGERO_INLINE void mixed(const State<V>& s, V* out) const { run<mixed_program<H, Rescaled>>(mixed_u_.values, s.y, out); }
+    /// The parameters, for flows that a Hamiltonian states in closed form.
+    template <class V>
+    KAGERO_INLINE auto parameters() const {
+        V k[H::parameters.size() + 1];
+        for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(numbers_.k[i]);
+        return make_parameters<H>(k);
+    }
     /// H − H0 and p·∂H/∂p, of the Hamiltonian itself.
     template <class V>
     KAGERO_INLINE void energy(const State<V>& s, V& h, V& pv) const {
@@ -162,6 +242,13 @@ public:
     KAGERO_INLINE V pace(const State<V>& s) const {
         V out[1] = {V(S(1))};
         if constexpr (Rescaled) run<rescale_program<H>>(rescale_u_.values, s.y, out);
+        return out[0];
+    }
+    /// ≤ 0 beyond the edge of the medium.
+    template <class V>
+    KAGERO_INLINE V domain(const State<V>& s) const {
+        V out[1];
+        run<domain_program<H>>(domain_u_.values, s.y, out);
         return out[0];
     }
     /// ≤ 0 where a ray at q that moves along v is captured.
@@ -181,8 +268,9 @@ private:
             for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = S(parameters[i]);
         }
     };
-    explicit System(const Numbers& n)
-        : derivatives_u_(n.k), force_u_(n.k), velocity_u_(n.k), energy_u_(n.k), rescale_u_(n.k), captured_u_(n.k) {}
+    System(const double* parameters, const Numbers& n)
+        : numbers_(n), parts_(parameters), derivatives_u_(n.k), force_u_(n.k), velocity_u_(n.k), mixed_u_(n.k), energy_u_(n.k), rescale_u_(n.k),
+          domain_u_(n.k), captured_u_(n.k) {}
 
     template <const auto& P, class V>
     KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
@@ -197,11 +285,21 @@ private:
         else return std::type_identity<NoUniforms>{};
     }
 
+    template <class Self>
+    static constexpr auto parts() {
+        if constexpr (Parted<Self> && !Rescaled) return std::type_identity<PartSystems<Self, S>>{};
+        else return std::type_identity<NoParts>{};
+    }
+
+    Numbers numbers_;
+    [[no_unique_address]] typename decltype(parts<H>())::type parts_;
     Uniforms<derivatives_program<H, Rescaled>, S> derivatives_u_;
     Uniforms<force_program<H, Rescaled>, S> force_u_;
     Uniforms<velocity_program<H, Rescaled>, S> velocity_u_;
+    Uniforms<mixed_program<H, Rescaled>, S> mixed_u_;
     Uniforms<energy_program<H>, S> energy_u_;
     Uniforms<rescale_program<H>, S> rescale_u_;
+    Uniforms<domain_program<H>, S> domain_u_;
     typename decltype(captured_uniforms<H>())::type captured_u_;
 };
 

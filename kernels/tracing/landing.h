@@ -1,4 +1,4 @@
-/// Delivering rays onto what ends them: a surface or the escape sphere.
+/// Delivering rays onto what ends them: a surface, the escape sphere, or the edge of the medium.
 ///
 /// Dense output finds the event; its order is lower than the step's. So a ray that has met something waits, with the step it was
 /// taking, until the rest of its packet is done; then all of them redo that step at the fraction where the surface lies, and correct
@@ -29,6 +29,12 @@ public:
         set_lane(lo_, lane, S(lo)), set_lane(hi_, lane, S(hi)), set_lane(s_, lane, S(s));
         waiting |= std::uint64_t(1) << lane;
     }
+    /// A lane of `from` that leaves the medium during its step: where the Hamiltonian's `domain` falls to zero.
+    void wait_for_edge(const Flow<V>& from, int lane) {
+        const double inside = double(get_lane(from.start_domain, lane)), outside = double(get_lane(from.domain, lane));
+        wait(from, lane, {}, 0, 1, inside / (inside - outside));
+        edge_ |= std::uint64_t(1) << lane;
+    }
 
     /// `deliver`: redo the step; else the Hermite curve alone places the hit.
     template <class Begin, class Step>
@@ -50,6 +56,7 @@ private:
         copy3(flow.start_velocity, from.start_velocity), copy3(flow.end_velocity, from.end_velocity);
         copy(flow.h, from.h), copy(flow.start_parameter, from.start_parameter), copy(flow.end_parameter, from.end_parameter);
         copy(flow.gradients, from.gradients), copy(flow.energy_error, from.energy_error);
+        copy(flow.start_domain, from.start_domain), copy(flow.domain, from.domain);
     }
 
     /// Newton on the Hermite curve, kept inside the piece that was hit.
@@ -62,23 +69,28 @@ private:
             const V next = s - level_.value(q) / level_.slope(q, curve.slope(s));
             s = pick(is_finite(next), min(max(next, least), greatest), s);
         }
-        const MaskOf<V> inside = (s > least) & (s < greatest);
-        unrefined = to_bits(mask & !inside);
-        s_ = pick(mask & inside, s, s_);
+        const MaskOf<V> inside = (s > least) & (s < greatest), smooth = mask & !from_bits<V>(edge_);
+        unrefined = to_bits(smooth & !inside);
+        s_ = pick(smooth & inside, s, s_);
     }
 
-    /// Partial steps with Newton's correction of the fraction; a lane that stands on its surface keeps its fraction.
+    /// Partial steps with Newton's correction of the fraction (for edges the secant's); a lane that has arrived keeps its fraction.
     template <class Begin, class Step>
     void deliver(const Begin& begin, const Step& step, const MaskOf<V>& mask, const V& full) {
         const V close(S(16) * machine_epsilon<S>);
+        const MaskOf<V> edge = from_bits<V>(edge_);
         MaskOf<V> open = mask & !from_bits<V>(unrefined);
+        V last_s(S(0)), last_domain = flow.start_domain;
         begin(flow);
         for (int i = 0; i < max_corrections; ++i) {
             flow.h = s_ * full;
             const V before = flow.gradients;
             step(flow);
             flow.gradients = pick(i == 0 ? mask : open, flow.gradients, before);
-            const V change = level_.value(flow.end.q()) / (level_.slope(flow.end.q(), flow.end_velocity) * full);
+            const V newton = level_.value(flow.end.q()) / (level_.slope(flow.end.q(), flow.end_velocity) * full);
+            const V secant = flow.domain * (s_ - last_s) / (flow.domain - last_domain);
+            const V change = pick(edge, secant, newton);
+            last_s = s_, last_domain = flow.domain;
             open = open & (abs(change) > close) & (abs(change) < V(S(0.5)));
             if (!any(open) || i + 1 == max_corrections) break;
             s_ = pick(open, s_ - change, s_);
@@ -93,8 +105,9 @@ private:
         flow.end_velocity = way;
     }
 
-    static constexpr int max_corrections = 6;
+    static constexpr int max_corrections = 8;
 
+    std::uint64_t edge_ = 0;
     Level<V> level_{};
     V lo_{}, hi_{}, s_{};
 };

@@ -24,10 +24,10 @@ struct Task {
         kernel.construct(system, job.parameters);
     }
     void begin(Flow<V>& f) const {
-        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f);
+        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f, method.coefficients);
     }
     void step(Flow<V>& f) const {
-        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.fractions);
+        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.coefficients);
     }
 };
 
@@ -61,7 +61,10 @@ public:
 private:
     void fill(const RayStart (&starts)[W], std::uint64_t lanes);
     void advance_once(Landing<V>& landing, Encounter<V>* encounter);
-    std::uint64_t retry(std::uint64_t bad, std::uint64_t unsolved);
+    std::uint64_t leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving);
+    void retry(std::uint64_t bad, std::uint64_t unsolved);
+    void reject(std::uint64_t lanes);
+    void fail(std::uint64_t lanes, std::uint64_t unsolved);
     void commit(std::uint64_t lanes, std::uint64_t staying);
     std::uint64_t wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits);
     void wait_for_sphere(Landing<V>& landing, std::uint64_t lanes);
@@ -79,6 +82,7 @@ private:
     std::uint64_t active_ = 0;
     std::uint32_t steps_[W] = {};
     std::uint8_t halvings_[W] = {};
+    std::uint8_t rejections_[W] = {};
     std::uint32_t surface_[W], primitive_[W];
     std::uint64_t fell_on_surface_ = 0;
     RayEnd* const* ends_ = nullptr;
@@ -86,6 +90,8 @@ private:
 
     /// How often a step without solution is halved before its ray fails.
     static constexpr int max_halvings = 8;
+    /// How often in a row an adaptive step is rejected before its ray fails.
+    static constexpr int max_rejections = 60;
 };
 
 template <class V>
@@ -103,6 +109,7 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     flow_.want_energy = (job_.outputs & output_energy) != 0 || job_.path_sink;
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
+    flow_.tolerance = S(job_.tolerance);
     flow_.start_parameter = flow_.end_parameter = V(S(0));
     flow_.gradients = V(S(0));
     flow_.energy_error = flow_.energy = V(S(0));
@@ -113,11 +120,12 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
         const int i = __builtin_ctzll(rest);
         retire(flow_, i, Status::failed, starts[i].failure);
     }
-    // A ray that starts beyond the escape sphere and moves outward has escaped where it starts.
+    // A ray that starts outside the medium, or beyond the escape sphere and moves outward, has escaped where it starts.
     const Vec3<V> q = flow_.start.q();
     const V outward = dot(q, flow_.start_velocity);
     const S radius = S(job_.escape_radius);
-    const std::uint64_t away = active_ & to_bits((dot(q, q) >= V(radius * radius)) & (outward > V(S(0))));
+    const std::uint64_t away =
+        active_ & to_bits(((dot(q, q) >= V(radius * radius)) & (outward > V(S(0)))) | (flow_.start_domain <= V(S(0))));
     for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
     active_ &= ~away;
     nominal_ = pick(from_bits<V>(active_), V(S(job_.step)), V(S(0)));
@@ -136,7 +144,11 @@ V PacketTracer<V>::step_length() const {
         const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
         h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
     }
-    if (std::isfinite(job_.parameter_limit)) h = min(h, V(S(job_.parameter_limit)) - flow_.start_parameter);
+    if (std::isfinite(job_.parameter_limit)) {
+        // The last step ends at the limit, without a sliver of another one behind it.
+        const V left = V(S(job_.parameter_limit)) - flow_.start_parameter;
+        h = pick(left <= h * V(S(1 + 1e-6)), pick(h > V(S(0)), left, h), h);
+    }
     return h;
 }
 
@@ -151,53 +163,92 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
     const std::uint64_t finite = to_bits(is_finite(size)), solved = to_bits(flow_.solved);
     std::uint64_t moving = active_ & finite & solved;
     if (moving != active_) retry(active_ & ~moving, active_ & ~solved);
+    if (task_.method.info.adaptive && !task_.straight) {
+        const std::uint64_t accepted = to_bits(flow_.accepted);
+        reject(moving & ~accepted);
+        moving &= accepted;
+        nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
+    }
     for (std::uint64_t rest = moving; rest; rest &= rest - 1) ++steps_[__builtin_ctzll(rest)];
     worst_energy_ = pick(from_bits<V>(moving), max(worst_energy_, flow_.energy_error), worst_energy_);
+    const std::uint64_t staying = moving & ~leave(landing, encounter, moving);
+    report_path(flow_, staying, false);
+    commit(moving, staying);
+}
 
+/// The lanes of `moving` whose rays end with this step: they wait for landing, or are retired at once.
+template <class V>
+std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving) {
     std::uint64_t staying = moving;
     if (encounter) staying &= ~wait_for_surface(landing, *encounter, encounter->meet(flow_, moving));
+    const std::uint64_t beyond = staying & to_bits(flow_.domain <= V(S(0)));
+    for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest));
+    staying &= ~beyond;
     const Vec3<V> q = flow_.end.q();
     const S radius = S(job_.escape_radius);
     const std::uint64_t outside = staying & to_bits((dot(q, q) >= V(radius * radius)) & (dot(q, flow_.end_velocity) > V(S(0))));
     if (outside) wait_for_sphere(landing, outside);
     staying &= ~outside;
     const std::uint64_t captured = staying & to_bits(flow_.captured <= V(S(0)));
+    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
+    staying &= ~captured;
     std::uint64_t limited = 0;
-    for (std::uint64_t rest = staying & ~captured; rest; rest &= rest - 1) {
+    if (std::isfinite(job_.parameter_limit)) {
+        const S limit = S(job_.parameter_limit);
+        limited = staying & to_bits(flow_.end_parameter >= V(limit * (1 - 4 * machine_epsilon<S>)));
+        flow_.end_parameter = pick(from_bits<V>(limited), V(limit), flow_.end_parameter);
+    }
+    for (std::uint64_t rest = staying; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         if (steps_[i] >= job_.max_steps) limited |= std::uint64_t(1) << i;
     }
-    if (std::isfinite(job_.parameter_limit))
-        limited |= staying & ~captured & to_bits(flow_.end_parameter >= V(S(job_.parameter_limit)));
-    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
     for (std::uint64_t rest = limited; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::step_limit, Failure::none);
-    staying &= ~(captured | limited);
-    report_path(flow_, staying, false);
-    commit(moving, staying);
+    return moving & ~(staying & ~limited);
+}
+
+/// Adaptive steps whose error was too large are taken again with the length that their error suggests.
+template <class V>
+void PacketTracer<V>::reject(std::uint64_t lanes) {
+    if (!lanes) return;
+    flow_.h = pick(from_bits<V>(lanes), flow_.suggested, flow_.h);
+    std::uint64_t failed = 0;
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (++rejections_[i] >= max_rejections) failed |= std::uint64_t(1) << i;
+    }
+    if (failed) fail(failed, failed);
 }
 
 /// Lanes whose step has no solution, or left the numbers, go back and try half of it; the last halving fails the ray.
 template <class V>
-std::uint64_t PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved) {
+void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved) {
     std::uint64_t failed = 0;
     for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
-        if (halvings_[i]++ < max_halvings) continue;
-        failed |= std::uint64_t(1) << i;
-        Flow<V> last = flow_;
-        last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
-        retire(last, i, Status::failed, (unsolved >> i) & 1 ? Failure::not_converged : Failure::not_finite);
+        if (halvings_[i]++ >= max_halvings) failed |= std::uint64_t(1) << i;
     }
     Flow<V> again = flow_;
     task_.begin(again);
-    const MaskOf<V> lanes = from_bits<V>(bad), gone = from_bits<V>(failed);
-    for (auto k = 0; k < max_stages; ++k)
+    const MaskOf<V> lanes = from_bits<V>(bad);
+    for (int k = 0; k < max_stages; ++k)
         for (int c = 0; c < 6; ++c) flow_.stage[k][c] = pick(lanes, again.stage[k][c], flow_.stage[k][c]);
     flow_.h = pick(lanes, flow_.h * V(S(0.5)), flow_.h);
+    if (failed) fail(failed, unsolved);
+}
+
+/// Ends rays as `failed` where their last good step ended.
+template <class V>
+void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved) {
+    Flow<V> last = flow_;
+    last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        retire(last, i, Status::failed, (unsolved >> i) & 1 ? Failure::not_converged : Failure::not_finite);
+    }
+    const MaskOf<V> gone = from_bits<V>(lanes);
     flow_.h = pick(gone, V(S(0)), flow_.h);
     nominal_ = pick(gone, V(S(0)), nominal_);
-    active_ &= ~failed;
-    return failed;
+    active_ &= ~lanes;
 }
 
 /// The step of `lanes` becomes the start of the next for those that stay.
@@ -211,8 +262,9 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     for (int k = 0; k < 6; ++k) flow_.start.y[k] = pick(go, flow_.end.y[k], flow_.start.y[k]);
     flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
     flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
+    flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);
     flow_.h = pick(go | done, step_length(), flow_.h);
-    for (std::uint64_t rest = staying; rest; rest &= rest - 1) halvings_[__builtin_ctzll(rest)] = 0;
+    for (std::uint64_t rest = staying; rest; rest &= rest - 1) halvings_[__builtin_ctzll(rest)] = rejections_[__builtin_ctzll(rest)] = 0;
 }
 
 /// Hits become waiting lanes, except those that lie beyond the escape sphere.

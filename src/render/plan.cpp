@@ -85,14 +85,30 @@ double chord_tolerance(const Plan& plan, bool with_camera) {
     return 0.1 * pixel * 0.5 * size;
 }
 
+/// Whether to integrate ΩH: where the space declares it, the scene does not forbid it, and the method can.
+bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
+    const auto why = [&](bool rescaled) { return plan.module->refusal(plan.job.hamiltonian, plan.job.integrator, rescaled); };
+    const bool wanted = info.rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
+    if (wanted && !why(true)) return true;
+    const char* reason = why(false);
+    if (!reason) return false;
+    std::string served;
+    for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
+        if (!plan.module->refusal(plan.job.hamiltonian, i, wanted) || !plan.module->refusal(plan.job.hamiltonian, i, false))
+            served += std::string(served.empty() ? "" : ", ") + plan.module->integrators[i].name;
+    throw InputError("integrator.method = \"" + plan.scene.integrator.method + "\" cannot serve " + info.name + ": " + reason +
+                     "; it is served by " + served);
+}
+
 void fill_job(Plan& plan, bool with_camera) {
     const SceneDescription& scene = plan.scene;
     Job& job = plan.job;
     job.parameters = plan.parameters.data();
     const HamiltonianInfo& info = plan.module->hamiltonians[job.hamiltonian];
     plan.straight = plan.module->straight(job.hamiltonian, job.parameters);
-    job.rescaled = info.rescales && scene.integrator.rescale == "auto" && !plan.straight;
+    job.rescaled = choose_rescaling(plan, info);
     job.step = scene.integrator.step;
+    job.tolerance = scene.integrator.tolerance;
     job.solver_tolerance = scene.integrator.solver_tolerance;
     job.max_steps = scene.integrator.max_steps;
     job.escape_radius = scene.integrator.escape_radius;
@@ -124,8 +140,6 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     const Module& m = *plan->module;
     plan->job.hamiltonian = index_of(s.space.hamiltonian, m.hamiltonians, m.hamiltonian_count);
     plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
-    if (const char* why = m.refusal(plan->job.hamiltonian, plan->job.integrator))
-        throw InputError("integrator '" + s.integrator.method + "' cannot serve '" + s.space.hamiltonian + "': " + why);
     for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
     plan->geometry = std::make_unique<SceneGeometry>(s);
     fill_job(*plan, with_camera);

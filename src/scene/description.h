@@ -24,7 +24,8 @@ struct SpaceDescription {
 
 struct IntegratorDescription {
     std::string method;                ///< resolved: never empty after loading
-    double step = 0;                   ///< resolved
+    double step = 0;                   ///< resolved; adaptive methods start with it
+    double tolerance = 1e-6;           ///< local error of adaptive methods, relative to 1 + |value|
     double solver_tolerance = 0;       ///< 0: to rounding
     std::uint32_t max_steps = 20000;
     double escape_radius = 50;

@@ -82,7 +82,6 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
 IntegratorDescription load_integrator(const Section& section, const std::string& hamiltonian, const Catalogue& catalogue) {
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
-    not_yet(section, "tolerance");
     not_yet(section, "refill", {"auto"});
     not_yet(section, "symmetry", {"auto", "none"});
     not_yet(section, "lanes", {"auto"});
@@ -98,6 +97,7 @@ IntegratorDescription load_integrator(const Section& section, const std::string&
         integrator.method = known[to_choice(*method, "integrator.method", known)];
     }
     read(section, "step", integrator.step, {0, 1e12, true});
+    read(section, "tolerance", integrator.tolerance, {0, 1, true, true});
     read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});
     read(section, "escape_radius", integrator.escape_radius, positive_length);
     if (const Value* steps = find(section, "max_steps")) {

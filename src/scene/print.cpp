@@ -101,6 +101,7 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     out << "\n[integrator]\n";
     line("method", integrator.method);
     line("step", integrator.step);
+    out << "tolerance = " << written(integrator.tolerance) << "  # of adaptive methods\n";
     out << "solver_tolerance = " << written(integrator.solver_tolerance)
         << (integrator.solver_tolerance == 0 ? "  # to rounding\n" : "\n");
     line("max_steps", integrator.max_steps);

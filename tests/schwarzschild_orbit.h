@@ -75,20 +75,18 @@ struct OrbitPlane {
     }
 };
 
-/// Components of dq/dλ along the radius and across it, ingoing, at radius r: H = 0 with p_⊥ = b/r fixes p_r, and
-/// dr/dλ = p_r − f (1 + p_r), f = 1/r.
-struct IngoingVelocity {
+/// Components of dq/dλ along the radius and across it at radius r, ingoing: with p_⊥ = b/r and H = 0, dr/dλ = (1−f) p_r − f is
+/// ∓√(1 − (1−f) b²/r²), f = 1/r.
+struct Velocity {
     double along, aside;
 };
-inline IngoingVelocity ingoing(double b, double r) {
-    const double f = 1 / r, across = b / r;
-    // (1−f) p_r² − 2f p_r + across² − 1 − f = 0; dr/dλ = (1−f) p_r − f is minus the root of its quarter discriminant.
-    return {-std::sqrt(f * f + (1 - f) * (1 + f - across * across)), across};
+inline Velocity ingoing(double b, double r) {
+    return {-std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), b / r};
 }
 
 /// A ray at radius r0 in direction `outward` of a plane, moving inward with impact parameter b.
 inline RayInput ray_inward(const OrbitPlane& plane, double b, double r0, const Double3& center) {
-    const IngoingVelocity v = ingoing(b, r0);
+    const Velocity v = ingoing(b, r0);
     RayInput ray{plane.at(r0, 0), plane.at(v.along, v.aside)};
     for (std::size_t k = 0; k < 3; ++k) ray.position[k] += center[k];
     return ray;

@@ -117,7 +117,7 @@ KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return sta
 
 // ---- packets -----------------------------------------------------------------------------------------------------------------
 
-#define KAGERO_BINARY(NAME, EXPRESSION)                                                  \
+#define KAGERO_LANES_BINARY(NAME, EXPRESSION)                                                  \
     template <class T, int R>                                                            \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b) {         \
         Lanes<T, R> c;                                                                   \
@@ -132,73 +132,73 @@ KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return sta
     KAGERO_INLINE Lanes<T, R> NAME(std::type_identity_t<T> a, const Lanes<T, R>& b) {    \
         return NAME(Lanes<T, R>(a), b);                                                  \
     }
-KAGERO_BINARY(operator+, a.v[i] + b.v[i])
-KAGERO_BINARY(operator-, a.v[i] - b.v[i])
-KAGERO_BINARY(operator*, a.v[i] * b.v[i])
-KAGERO_BINARY(operator/, a.v[i] / b.v[i])
-KAGERO_BINARY(min, xsimd::min(a.v[i], b.v[i]))
-KAGERO_BINARY(max, xsimd::max(a.v[i], b.v[i]))
-KAGERO_BINARY(atan2, xsimd::atan2(a.v[i], b.v[i]))
-#undef KAGERO_BINARY
+KAGERO_LANES_BINARY(operator+, a.v[i] + b.v[i])
+KAGERO_LANES_BINARY(operator-, a.v[i] - b.v[i])
+KAGERO_LANES_BINARY(operator*, a.v[i] * b.v[i])
+KAGERO_LANES_BINARY(operator/, a.v[i] / b.v[i])
+KAGERO_LANES_BINARY(min, xsimd::min(a.v[i], b.v[i]))
+KAGERO_LANES_BINARY(max, xsimd::max(a.v[i], b.v[i]))
+KAGERO_LANES_BINARY(atan2, xsimd::atan2(a.v[i], b.v[i]))
+#undef KAGERO_LANES_BINARY
 
-#define KAGERO_UNARY(NAME, EXPRESSION)                           \
+#define KAGERO_LANES_UNARY(NAME, EXPRESSION)                           \
     template <class T, int R>                                    \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a) {       \
         Lanes<T, R> c;                                           \
         for (int i = 0; i < R; ++i) c.v[i] = EXPRESSION;         \
         return c;                                                \
     }
-KAGERO_UNARY(operator-, -a.v[i])
-KAGERO_UNARY(abs, xsimd::abs(a.v[i]))
-KAGERO_UNARY(sqrt, xsimd::sqrt(a.v[i]))
-KAGERO_UNARY(exp, xsimd::exp(a.v[i]))
-KAGERO_UNARY(log, xsimd::log(a.v[i]))
-KAGERO_UNARY(sin, xsimd::sin(a.v[i]))
-KAGERO_UNARY(cos, xsimd::cos(a.v[i]))
-KAGERO_UNARY(tan, xsimd::tan(a.v[i]))
-KAGERO_UNARY(tanh, xsimd::tanh(a.v[i]))
-#undef KAGERO_UNARY
+KAGERO_LANES_UNARY(operator-, -a.v[i])
+KAGERO_LANES_UNARY(abs, xsimd::abs(a.v[i]))
+KAGERO_LANES_UNARY(sqrt, xsimd::sqrt(a.v[i]))
+KAGERO_LANES_UNARY(exp, xsimd::exp(a.v[i]))
+KAGERO_LANES_UNARY(log, xsimd::log(a.v[i]))
+KAGERO_LANES_UNARY(sin, xsimd::sin(a.v[i]))
+KAGERO_LANES_UNARY(cos, xsimd::cos(a.v[i]))
+KAGERO_LANES_UNARY(tan, xsimd::tan(a.v[i]))
+KAGERO_LANES_UNARY(tanh, xsimd::tanh(a.v[i]))
+#undef KAGERO_LANES_UNARY
 
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R>& operator+=(Lanes<T, R>& a, const Lanes<T, R>& b) { return a = a + b; }
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R>& operator-=(Lanes<T, R>& a, const Lanes<T, R>& b) { return a = a - b; }
 
-#define KAGERO_TERNARY(NAME, FUNCTION)                                                                          \
+#define KAGERO_LANES_TERNARY(NAME, FUNCTION)                                                                          \
     template <class T, int R>                                                                                   \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b, const Lanes<T, R>& c) {          \
         Lanes<T, R> d;                                                                                          \
         for (int i = 0; i < R; ++i) d.v[i] = registers::FUNCTION(a.v[i], b.v[i], c.v[i]);                       \
         return d;                                                                                               \
     }
-KAGERO_TERNARY(mul_add, fused)          // a·b + c
-KAGERO_TERNARY(mul_sub, fused_sub)      // a·b − c
-KAGERO_TERNARY(neg_mul_add, fused_neg)  // c − a·b
-#undef KAGERO_TERNARY
+KAGERO_LANES_TERNARY(mul_add, fused)          // a·b + c
+KAGERO_LANES_TERNARY(mul_sub, fused_sub)      // a·b − c
+KAGERO_LANES_TERNARY(neg_mul_add, fused_neg)  // c − a·b
+#undef KAGERO_LANES_TERNARY
 
-#define KAGERO_COMPARE(OPERATOR)                                                                    \
+#define KAGERO_LANES_COMPARE(OPERATOR)                                                                    \
     template <class T, int R>                                                                       \
     KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const Lanes<T, R>& a, const Lanes<T, R>& b) {    \
         LaneMask<T, R> m;                                                                           \
         for (int i = 0; i < R; ++i) m.v[i] = a.v[i] OPERATOR b.v[i];                                \
         return m;                                                                                   \
     }
-KAGERO_COMPARE(<)
-KAGERO_COMPARE(<=)
-KAGERO_COMPARE(>)
-KAGERO_COMPARE(>=)
-#undef KAGERO_COMPARE
+KAGERO_LANES_COMPARE(<)
+KAGERO_LANES_COMPARE(<=)
+KAGERO_LANES_COMPARE(>)
+KAGERO_LANES_COMPARE(>=)
+#undef KAGERO_LANES_COMPARE
 
-#define KAGERO_LOGIC(OPERATOR)                                                                            \
+#define KAGERO_LANES_LOGIC(OPERATOR)                                                                            \
     template <class T, int R>                                                                             \
     KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const LaneMask<T, R>& a, const LaneMask<T, R>& b) {    \
         LaneMask<T, R> m;                                                                                 \
         for (int i = 0; i < R; ++i) m.v[i] = a.v[i] OPERATOR b.v[i];                                      \
         return m;                                                                                         \
     }
-KAGERO_LOGIC(&)
-KAGERO_LOGIC(|)
-#undef KAGERO_LOGIC
+KAGERO_LANES_LOGIC(&)
+KAGERO_LANES_LOGIC(|)
+#undef KAGERO_LANES_LOGIC
 template <class T, int R>
 KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
     LaneMask<T, R> m;

@@ -2,6 +2,8 @@
 /// compiler in quadruple precision.
 #pragma once
 
+#include <utility>
+
 namespace kagero {
 
 template <int s>
@@ -27,7 +29,7 @@ constexpr Legendre legendre(int n, __float128 x) {
     }
     return {now, n * (x * now - before) / (x * x - 1)};
 }
-/// Zero number i of P_n, ascending: Newton with the zeros already found divided out.
+/// The zeros of P_n, ascending: Newton with the zeros already found divided out.
 template <int s>
 constexpr void zeros(__float128 (&x)[s]) {
     for (int i = 0; i < s; ++i) {
@@ -42,6 +44,8 @@ constexpr void zeros(__float128 (&x)[s]) {
         }
         x[i] = z;
     }
+    for (int i = 1; i < s; ++i)
+        for (int k = i; k > 0 && x[k] < x[k - 1]; --k) std::swap(x[k], x[k - 1]);
 }
 /// Lagrange's polynomial j on the nodes c, at x.
 template <int s>

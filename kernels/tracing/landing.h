@@ -20,6 +20,7 @@ public:
     Flow<V> flow;              ///< the waiting lanes' last steps; after `land` flow.end is where they stand
     std::uint64_t waiting = 0;
     std::uint64_t unrefined = 0;
+    std::uint64_t lost = 0;    ///< lanes whose partial step has no solution, or never arrives: the step was far too long
 
     /// A lane of `from` that meets `level` within fractions [lo, hi] of its step, probably at s.
     void wait(const Flow<V>& from, int lane, const Level<double>& level, double lo, double hi, double s) {
@@ -91,9 +92,12 @@ private:
             const V secant = flow.domain * (s_ - last_s) / (flow.domain - last_domain);
             const V change = pick(edge, secant, newton);
             last_s = s_, last_domain = flow.domain;
-            open = open & (abs(change) > close) & (abs(change) < V(S(0.5)));
-            if (!any(open) || i + 1 == max_corrections) break;
-            s_ = pick(open, s_ - change, s_);
+            const MaskOf<V> usable = flow.solved & is_finite(change) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
+            lost |= to_bits(mask & !usable);
+            open = open & usable & (abs(change) > close);
+            if (!any(open)) break;
+            if (i + 1 == max_corrections) lost |= to_bits(open & (abs(change) > V(S(1024) * close)));
+            else s_ = pick(open, max(min(s_ - change, V(S(1.25))), V(S(0))), s_);
         }
     }
 

@@ -31,6 +31,14 @@ struct Task {
     }
 };
 
+/// Finite exactly where state and velocity are (short of sums that overflow, which nothing survives either).
+template <class V>
+V sum_of_sizes(const State<V>& s, const Vec3<V>& v) {
+    V size = abs(v.x) + abs(v.y) + abs(v.z);
+    for (int k = 0; k < 6; ++k) size = size + abs(s.y[k]);
+    return size;
+}
+
 /// One packet of rays from start to end.
 template <class V>
 class PacketTracer {
@@ -60,11 +68,13 @@ public:
 
 private:
     void fill(const RayStart (&starts)[W], std::uint64_t lanes);
+    void retire_at_start(const RayStart (&starts)[W], std::uint64_t lanes);
     void advance_once(Landing<V>& landing, Encounter<V>* encounter);
     std::uint64_t leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving);
     void retry(std::uint64_t bad, std::uint64_t unsolved);
     void reject(std::uint64_t lanes);
     void fail(std::uint64_t lanes, std::uint64_t unsolved);
+    void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
     std::uint64_t wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits);
     void wait_for_sphere(Landing<V>& landing, std::uint64_t lanes);
@@ -96,13 +106,10 @@ private:
 
 template <class V>
 void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
-    const int donor = lanes ? __builtin_ctzll(lanes) : 0;
-    active_ = 0;
     for (int i = 0; i < W; ++i) {
-        const bool usable = ((lanes >> i) & 1) && starts[i].failure == Failure::none;
-        if (usable) active_ |= std::uint64_t(1) << i;
-        // A lane without a ray follows its neighbour with steps of length zero.
-        const RayStart& r = starts[((lanes >> i) & 1) ? i : donor];
+        const bool given = (lanes >> i) & 1;
+        if (given && starts[i].failure == Failure::none) active_ |= std::uint64_t(1) << i;
+        const RayStart& r = starts[given ? i : __builtin_ctzll(lanes)];
         for (int k = 0; k < 3; ++k) set_lane(flow_.start.y[k], i, S(r.q[k])), set_lane(flow_.start.y[3 + k], i, S(r.p[k]));
         set_lane(flow_.start.y[6], i, S(r.pt));
     }
@@ -116,21 +123,45 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     task_.begin(flow_);
     worst_energy_ = flow_.energy_error;
     flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
-    for (std::uint64_t rest = lanes & ~active_; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        retire(flow_, i, Status::failed, starts[i].failure);
-    }
-    // A ray that starts outside the medium, or beyond the escape sphere and moves outward, has escaped where it starts.
-    const Vec3<V> q = flow_.start.q();
-    const V outward = dot(q, flow_.start_velocity);
-    const S radius = S(job_.escape_radius);
-    const std::uint64_t away =
-        active_ & to_bits(((dot(q, q) >= V(radius * radius)) & (outward > V(S(0)))) | (flow_.start_domain <= V(S(0))));
-    for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
-    active_ &= ~away;
+    retire_at_start(starts, lanes);
     nominal_ = pick(from_bits<V>(active_), V(S(job_.step)), V(S(0)));
     flow_.h = step_length();
-    report_path(flow_, active_ | away, true);
+    report_path(flow_, active_, true);
+}
+
+/// Rays that end where they start: unusable ones, and those that start outside the medium, or beyond the escape sphere moving outward.
+template <class V>
+void PacketTracer<V>::retire_at_start(const RayStart (&starts)[W], std::uint64_t lanes) {
+    const Vec3<V> q = flow_.start.q();
+    const V size = sum_of_sizes(flow_.start, flow_.start_velocity), outward = dot(q, flow_.start_velocity);
+    const std::uint64_t usable = active_ & to_bits(is_finite(size));
+    const S radius = S(job_.escape_radius);
+    const std::uint64_t away =
+        usable & to_bits(((dot(q, q) >= V(radius * radius)) & (outward > V(S(0)))) | (flow_.start_domain <= V(S(0))));
+    report_path(flow_, away, true);
+    for (std::uint64_t rest = lanes & ~usable; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const Failure failure = starts[i].failure;
+        retire(flow_, i, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
+    }
+    for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
+    active_ = usable & ~away;
+    make_harmless(~usable);
+}
+
+/// Lanes without a usable state follow a neighbour that has one, with steps of length zero.
+template <class V>
+void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
+    if (!active_) return;
+    const int donor = __builtin_ctzll(active_);
+    for (int i = 0; i < W; ++i) {
+        if (!((lanes >> i) & 1)) continue;
+        const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
+        for (V& y : flow_.start.y) copy(y);
+        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain);
+        for (auto& stage : flow_.stage)
+            for (V& g : stage) copy(g);
+    }
 }
 
 /// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
@@ -157,10 +188,7 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(active_));
     task_.step(flow_);
-    V size(S(0));
-    for (int k = 0; k < 6; ++k) size = size + abs(flow_.end.y[k]);
-    size = size + abs(flow_.end_velocity.x) + abs(flow_.end_velocity.y) + abs(flow_.end_velocity.z);
-    const std::uint64_t finite = to_bits(is_finite(size)), solved = to_bits(flow_.solved);
+    const std::uint64_t finite = to_bits(is_finite(sum_of_sizes(flow_.end, flow_.end_velocity))), solved = to_bits(flow_.solved);
     std::uint64_t moving = active_ & finite & solved;
     if (moving != active_) retry(active_ & ~moving, active_ & ~solved);
     if (task_.method.info.adaptive && !task_.straight) {
@@ -249,6 +277,7 @@ void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved) {
     flow_.h = pick(gone, V(S(0)), flow_.h);
     nominal_ = pick(gone, V(S(0)), nominal_);
     active_ &= ~lanes;
+    make_harmless(lanes);
 }
 
 /// The step of `lanes` becomes the start of the next for those that stay.
@@ -317,6 +346,10 @@ void PacketTracer<V>::land(Landing<V>& landing) {
     if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
     for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
+        if ((landing.lost >> i) & 1) {
+            retire(landing.flow, i, Status::failed, Failure::not_converged);
+            continue;
+        }
         const bool hit = (fell_on_surface_ >> i) & 1;
         retire(landing.flow, i, hit ? Status::hit : Status::escaped, Failure::none);
         if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];

@@ -1,0 +1,137 @@
+// Where a bent ray meets a surface, against elliptic integrals: a chord throws the order of the method away, refinement keeps it.
+#include "plan_fixture.h"
+#include "schwarzschild_orbit.h"
+
+#include <gtest/gtest.h>
+
+namespace kagero::test {
+namespace {
+
+constexpr double start_radius = 20, ball_radius = 3;
+
+constexpr const char* hole = R"([space]
+hamiltonian = "schwarzschild"
+rg = 1
+[integrator]
+escape_radius = 25
+max_steps = 1000000
+[camera]
+position = [0, -10, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [8, 8]
+[[object]]
+)";
+
+/// A ball around the hole, reached before rays turn back; and a plane through the centre, across the direction of the start.
+constexpr const char* ball = "name = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 3\n";
+constexpr const char* plane =
+    "name = \"plane\"\nshape = \"rectangle\"\norigin = [0, -16, -15]\nedge_u = [0, 31, 0]\nedge_v = [0, 0, 32]\n";
+
+/// The hit of a ray with impact parameter b that starts on the axis of `outward`, in its orbital plane, and dq/dλ there.
+struct Hit {
+    double radius, angle;
+    Velocity velocity;
+};
+Hit exact_hit(bool on_ball, double b) {
+    if (on_ball) return {ball_radius, swept_by_quadrature(b, start_radius, ball_radius), ingoing(b, ball_radius)};
+    const Orbit orbit(b);
+    const double angle = std::numbers::pi / 2, radius = orbit.radius_after(start_radius, angle);
+    Velocity v = ingoing(b, radius);
+    if (angle > orbit.swept_around(start_radius) / 2) v.along = -v.along;  // beyond the turning point
+    return {radius, angle, v};
+}
+
+struct Errors {
+    double position, direction, off_surface;
+};
+
+/// Root mean squares over impact parameters: one ray's error depends on where in its step it hits.
+Errors errors(const std::string& strategy, bool on_ball, const char* method, const char* hit, double step) {
+    const auto plan = plan_of_text(std::string(hole) + (on_ball ? ball : plane),
+                                   {std::string("integrator.method=") + method, std::string("integrator.hit=") + hit,
+                                    "integrator.step=" + std::to_string(step)},
+                                   with_strategy(strategy), false);
+    const OrbitPlane tilted{{1, 0, 0}, {0, 0.8, 0.6}};
+    std::vector<RayInput> rays;
+    std::vector<double> impact;
+    for (int i = 0; i < 100; ++i) {
+        // From the ball's middle to nine tenths of where rays pass it; well off the hole for the plane.
+        impact.push_back((on_ball ? 2.1 : 5) + 0.0125 * i);
+        rays.push_back(ray_inward(tilted, impact.back(), start_radius, {0, 0, 0}));
+    }
+    std::vector<RayEnd> ends;
+    trace(*plan, start_rays(*plan, rays, ""), ends);
+    Errors sum{0, 0, 0};
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        EXPECT_EQ(ends[i].status, Status::hit) << method << " b = " << impact[i];
+        EXPECT_FALSE(ends[i].unrefined);
+        const auto [radius, angle, v] = exact_hit(on_ball, impact[i]);
+        const double c = std::cos(angle), s = std::sin(angle), speed = std::hypot(v.along, v.aside);
+        const Double3 q = tilted.at(radius * c, radius * s);
+        const Double3 d = tilted.at((v.along * c - v.aside * s) / speed, (v.along * s + v.aside * c) / speed);
+        for (std::size_t k = 0; k < 3; ++k) {
+            sum.position += std::pow(ends[i].q[k] - q[k], 2), sum.direction += std::pow(ends[i].v[k] - d[k], 2);
+        }
+        const double off = on_ball ? std::hypot(ends[i].q[0], ends[i].q[1], ends[i].q[2]) - ball_radius : ends[i].q[0];
+        sum.off_surface = std::max(sum.off_surface, std::abs(off));
+    }
+    const double n = static_cast<double>(ends.size());
+    return {std::sqrt(sum.position / n), std::sqrt(sum.direction / n), sum.off_surface};
+}
+
+class HitOrder : public testing::TestWithParam<std::tuple<const char*, bool>> {
+protected:
+    struct Slopes {
+        double position, direction;
+        Errors finest;
+    };
+    /// Orders from a step to a quarter of it, which bends by a tenth of a radian near the ball.
+    static Slopes slopes(const char* method, const char* hit) {
+        const auto [strategy, on_ball] = GetParam();
+        const Errors coarse = errors(strategy, on_ball, method, hit, 0.1), fine = errors(strategy, on_ball, method, hit, 0.025);
+        return {0.5 * std::log2(coarse.position / fine.position), 0.5 * std::log2(coarse.direction / fine.direction), fine};
+    }
+    /// Fitted over a factor of four, an order is good to a third.
+    static constexpr double third = 1.0 / 3;
+    /// A hit stands on its surface to a few roundings of a coordinate, 20 at the start of the ray's coordinates and less here.
+    static constexpr double rounding = 20 * std::numeric_limits<double>::epsilon();
+};
+
+TEST_P(HitOrder, OfAChordIsTwoWhateverTheMethod) {
+    for (const char* method : {"rk4", "suzuki4-nine", "gauss4", "gauss12"}) {
+        SCOPED_TRACE(method);
+        const Slopes order = slopes(method, "chord");
+        EXPECT_NEAR(order.position, 2, third);
+        EXPECT_NEAR(order.direction, 1, third);
+        EXPECT_LT(order.finest.off_surface, rounding);
+    }
+}
+
+TEST_P(HitOrder, OfARefinedHitIsTheMethods) {
+    constexpr std::pair<const char*, int> methods[] = {{"verlet", 2}, {"rk4", 4}, {"suzuki4-nine", 4}, {"gauss4", 4}, {"gauss6", 6}};
+    for (const auto& [method, order] : methods) {
+        SCOPED_TRACE(method);
+        const Slopes found = slopes(method, "hermite");
+        EXPECT_GT(found.position, order - third);
+        EXPECT_GT(found.direction, order - third);
+        EXPECT_LT(found.finest.off_surface, rounding);
+    }
+}
+
+// With a method of high order the hit is exact: what remains are roundings along the way, of 20 per coordinate and step.
+TEST_P(HitOrder, LeavesRoundingAlone) {
+    const auto [strategy, on_ball] = GetParam();
+    const Errors left = errors(strategy, on_ball, "gauss16", "hermite", 0.05);
+    EXPECT_LT(left.position, 100 * rounding);
+    EXPECT_LT(left.direction, 100 * rounding);
+}
+
+INSTANTIATE_TEST_SUITE_P(Surfaces, HitOrder, testing::Combine(testing::Values("packet", "scalar"), testing::Bool()),
+                         [](const auto& chosen) {
+                             return std::string(std::get<0>(chosen.param)) + (std::get<1>(chosen.param) ? "_ball" : "_plane");
+                         });
+
+}  // namespace
+}  // namespace kagero::test

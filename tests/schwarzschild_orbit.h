@@ -17,6 +17,15 @@ namespace kagero::test {
 
 inline const double critical_impact = 1.5 * std::sqrt(3.0);
 
+/// Components of dq/dλ along the radius and across it at radius r, ingoing: with p_⊥ = b/r and H = 0, dr/dλ = (1−f) p_r − f is
+/// ∓√(1 − (1−f) b²/r²), f = 1/r.
+struct Velocity {
+    double along, aside;
+};
+inline Velocity ingoing(double b, double r) {
+    return {-std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), b / r};
+}
+
 /// The orbit of a ray that turns back, b > b_c.
 struct Orbit {
     double b, ua, ub, uc;
@@ -43,6 +52,12 @@ struct Orbit {
     double radius_after(double r0, double angle) const {
         const double s = boost::math::jacobi_sn(modulus(), rate() * (phase(1 / r0) + angle));
         return 1 / (ua + (ub - ua) * s * s);
+    }
+    /// dq/dλ there: dφ/dλ = b u², so dr/dλ = −b du/dφ, without a root that loses digits where the ray turns.
+    Velocity velocity_after(double r0, double angle) const {
+        double cn, dn;
+        const double sn = boost::math::jacobi_elliptic(modulus(), rate() * (phase(1 / r0) + angle), &cn, &dn);
+        return {-b * 2 * (ub - ua) * sn * cn * dn * rate(), b / radius_after(r0, angle)};
     }
 };
 
@@ -74,15 +89,6 @@ struct OrbitPlane {
         return std::atan2(aside, along);
     }
 };
-
-/// Components of dq/dλ along the radius and across it at radius r, ingoing: with p_⊥ = b/r and H = 0, dr/dλ = (1−f) p_r − f is
-/// ∓√(1 − (1−f) b²/r²), f = 1/r.
-struct Velocity {
-    double along, aside;
-};
-inline Velocity ingoing(double b, double r) {
-    return {-std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), b / r};
-}
 
 /// A ray at radius r0 in direction `outward` of a plane, moving inward with impact parameter b.
 inline RayInput ray_inward(const OrbitPlane& plane, double b, double r0, const Double3& center) {

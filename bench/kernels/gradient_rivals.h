@@ -56,7 +56,8 @@ struct DenseForward {
     double rg;
     explicit DenseForward(const double* parameters) : rg(parameters[0]) {}
 
-    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
+    /// `flatten`: Dual leaves inlining to the compiler, which gives up on packets.
+    __attribute__((flatten)) void derivatives(const State<V>& s, V* out) const {
         const auto variable = [&](int k) { return D::variable(s.y[k], k); };
         const Vec3<D> q{variable(0), variable(1), variable(2)}, p{variable(3), variable(4), variable(5)};
         const Schwarzschild::Parameters<D> k{D(rg)};
@@ -88,7 +89,7 @@ struct SparseForward {
             if constexpr (Rescaled) return (r2 * ir) * t - half * mass * (u * u);
             else return t - half * (mass * ir) * (u * u);
         }();
-        for (int i = 0; i < 6; ++i) out[i] = h.derivative[i];
+        for (int i = 0; i < variables; ++i) out[i] = h.derivative[i];
     }
 };
 

@@ -3,71 +3,75 @@
 
 #include "kernels/numeric/lanes.h"
 
+#include <bit>
+#include <utility>
+
 namespace kagero::bench {
 
 using kagero::rsqrt;
 
-/// Bit k of `on` is variable k; derivatives off these bits are zero and never touched.
+inline constexpr int variables = 6;
+
+/// Bit k of `on`: the number depends on variable k. Only those derivatives are there.
+constexpr bool has(unsigned on, int k) { return ((on >> k) & 1) != 0; }
+constexpr int place(unsigned on, int k) { return std::popcount(on & ((1u << k) - 1)); }
+
 template <class V, unsigned on>
 struct SparseDual {
-    static constexpr int variables = 6;
-    static constexpr bool has(int k) { return ((on >> k) & 1) != 0; }
     V value;
-    V derivative[variables];
+    V derivative[std::popcount(on) + (on == 0)];
 };
 
+/// derivative<k> = rule<k>() for every variable of the result.
+template <class V, unsigned on, class Rule>
+KAGERO_INLINE SparseDual<V, on> with_derivatives(const V& value, const Rule& rule) {
+    SparseDual<V, on> d;
+    d.value = value;
+    const auto one = [&]<int k>() __attribute__((always_inline)) {
+        if constexpr (has(on, k)) d.derivative[place(on, k)] = rule.template operator()<k>();
+    };
+    [&]<int... k>(std::integer_sequence<int, k...>) __attribute__((always_inline)) {
+        (one.template operator()<k>(), ...);
+    }(std::make_integer_sequence<int, variables>{});
+    return d;
+}
+template <int k, class V, unsigned on>
+KAGERO_INLINE const V& derivative(const SparseDual<V, on>& x) {
+    return x.derivative[place(on, k)];
+}
 template <int k, class V>
 KAGERO_INLINE SparseDual<V, 1u << k> variable(const V& x) {
-    SparseDual<V, 1u << k> d;
-    d.value = x;
-    d.derivative[k] = V(ScalarOf<V>(1));
-    return d;
+    return {x, {V(ScalarOf<V>(1))}};
 }
 
 template <class V, unsigned a, unsigned b>
 KAGERO_INLINE SparseDual<V, a | b> operator+(const SparseDual<V, a>& x, const SparseDual<V, b>& y) {
-    SparseDual<V, a | b> d;
-    d.value = x.value + y.value;
-    for (int k = 0; k < x.variables; ++k) {
-        if (x.has(k) && y.has(k)) d.derivative[k] = x.derivative[k] + y.derivative[k];
-        else if (x.has(k)) d.derivative[k] = x.derivative[k];
-        else if (y.has(k)) d.derivative[k] = y.derivative[k];
-    }
-    return d;
+    return with_derivatives<V, a | b>(x.value + y.value, [&]<int k>() __attribute__((always_inline)) {
+        if constexpr (has(a, k) && has(b, k)) return derivative<k>(x) + derivative<k>(y);
+        else if constexpr (has(a, k)) return derivative<k>(x);
+        else return derivative<k>(y);
+    });
 }
-
 template <class V, unsigned a, unsigned b>
 KAGERO_INLINE SparseDual<V, a | b> operator-(const SparseDual<V, a>& x, const SparseDual<V, b>& y) {
-    SparseDual<V, a | b> d;
-    d.value = x.value - y.value;
-    for (int k = 0; k < x.variables; ++k) {
-        if (x.has(k) && y.has(k)) d.derivative[k] = x.derivative[k] - y.derivative[k];
-        else if (x.has(k)) d.derivative[k] = x.derivative[k];
-        else if (y.has(k)) d.derivative[k] = -y.derivative[k];
-    }
-    return d;
+    return with_derivatives<V, a | b>(x.value - y.value, [&]<int k>() __attribute__((always_inline)) {
+        if constexpr (has(a, k) && has(b, k)) return derivative<k>(x) - derivative<k>(y);
+        else if constexpr (has(a, k)) return derivative<k>(x);
+        else return -derivative<k>(y);
+    });
 }
-
 template <class V, unsigned a, unsigned b>
 KAGERO_INLINE SparseDual<V, a | b> operator*(const SparseDual<V, a>& x, const SparseDual<V, b>& y) {
-    SparseDual<V, a | b> d;
-    d.value = x.value * y.value;
-    for (int k = 0; k < x.variables; ++k) {
-        if (x.has(k) && y.has(k)) d.derivative[k] = mul_add(x.derivative[k], y.value, x.value * y.derivative[k]);
-        else if (x.has(k)) d.derivative[k] = x.derivative[k] * y.value;
-        else if (y.has(k)) d.derivative[k] = x.value * y.derivative[k];
-    }
-    return d;
+    return with_derivatives<V, a | b>(x.value * y.value, [&]<int k>() __attribute__((always_inline)) {
+        if constexpr (has(a, k) && has(b, k)) return mul_add(derivative<k>(x), y.value, x.value * derivative<k>(y));
+        else if constexpr (has(a, k)) return derivative<k>(x) * y.value;
+        else return x.value * derivative<k>(y);
+    });
 }
-
 template <class V, unsigned a>
 KAGERO_INLINE SparseDual<V, a> rsqrt(const SparseDual<V, a>& x) {
-    SparseDual<V, a> d;
-    d.value = rsqrt(x.value);
-    const V slope = V(ScalarOf<V>(-0.5)) * (d.value * d.value * d.value);
-    for (int k = 0; k < x.variables; ++k)
-        if (x.has(k)) d.derivative[k] = slope * x.derivative[k];
-    return d;
+    const V root = rsqrt(x.value), slope = V(ScalarOf<V>(-0.5)) * (root * root * root);
+    return with_derivatives<V, a>(root, [&]<int k>() __attribute__((always_inline)) { return slope * derivative<k>(x); });
 }
 
 }  // namespace kagero::bench

@@ -88,15 +88,11 @@ constexpr Program<Tape::capacity, Outputs> extract_all(Tape t, const std::array<
 
 }  // namespace detail
 
-/// The program that computes the nodes `outputs(tape)` of the tape `make()`. Both are captureless lambdas or function objects.
-template <int Outputs, auto Make>
+/// The program that computes the given nodes of `recording.tape`.
+template <const auto& recording, auto outputs>
 consteval auto extract() {
-    constexpr auto all = [] {
-        Tape t;
-        const std::array<int, Outputs> outputs = Make(t);
-        return detail::extract_all<Outputs>(t, outputs);
-    }();
-    Program<all.size, Outputs> p;
+    constexpr auto all = detail::extract_all<static_cast<int>(outputs.size())>(recording.tape, outputs);
+    Program<all.size, static_cast<int>(outputs.size())> p;
     for (int i = 0; i < all.size; ++i) {
         p.nodes[i] = all.nodes[i];
         p.slot[i] = all.slot[i];

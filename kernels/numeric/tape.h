@@ -27,7 +27,7 @@ struct Node {
 
 class Tape {
 public:
-    static constexpr int capacity = 1500;
+    static constexpr int capacity = 600;
     std::array<Node, capacity> nodes{};
     int size = 0;
 

@@ -51,8 +51,7 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     f.end_velocity = system.dp(f.end);
     f.domain = system.domain(f.end);
     if (f.want_energy) watch_energy(system, f.end, f);
-    if constexpr (Capturing<typename System::Hamiltonian>) f.captured = system.captured(f.end.q(), f.end_velocity);
-    else f.captured = V(ScalarOf<V>(1));
+    f.captured = system.captured(f.end.q(), f.end_velocity);
 }
 
 template <class System, class Step, class V>

@@ -66,100 +66,66 @@ struct Recording {
     constexpr int hamiltonian(Tape& t, bool rescaled) const { return rescaled ? multiply_through(t, rescale, energy) : energy; }
 };
 
-/// ∂K/∂(x y z px py pz).
+/// Everything the programs of a Hamiltonian are cut from: one tape, recorded once by the compiler.
 template <class H, bool Rescaled>
-struct MakeDerivatives {
-    constexpr std::array<int, 6> operator()(Tape& t) const {
+struct Master {
+    Tape tape{};
+    std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
+    std::array<int, 9> mixed{};     ///< ∂²K/∂q_i∂p_j, row by row: reverse sweeps over the force, on the same tape
+    std::array<int, 2> energy{};    ///< H − H0 and p·∂H/∂p (of H: present where not Rescaled)
+    std::array<int, 1> pace{};      ///< Ω
+    std::array<int, 1> domain{};    ///< the edge of the medium, or 1 where there is none
+    std::array<int, 1> captured{};  ///< the capture condition, with the velocity in the place of p, or 1
+
+    constexpr Master() {
+        Tape& t = tape;
         const Recording<H> r(t);
         const int k = r.hamiltonian(t, Rescaled);
-        std::array<int, 6> wanted{}, gradient{};
+        std::array<int, 6> wanted{};
         for (int i = 0; i < 6; ++i) wanted[i] = r.input[i];
         record_gradient<6>(t, k, wanted, gradient);
-        return gradient;
-    }
-};
-/// One side of the derivatives: from = 0 for ∂K/∂q, 3 for ∂K/∂p.
-template <class H, bool Rescaled, int from>
-struct MakeSide {
-    constexpr std::array<int, 3> operator()(Tape& t) const {
-        const auto all = MakeDerivatives<H, Rescaled>{}(t);
-        return {all[from], all[from + 1], all[from + 2]};
-    }
-};
-/// ∂²K/∂q_i∂p_j, row by row: reverse sweeps over the force, on the same tape.
-template <class H, bool Rescaled>
-struct MakeMixed {
-    constexpr std::array<int, 9> operator()(Tape& t) const {
-        const auto force = MakeSide<H, Rescaled, 0>{}(t);
-        const Recording<H> r(t);
-        std::array<int, 9> mixed{};
         for (int i = 0; i < 3; ++i) {
             std::array<int, 3> row{};
-            record_gradient<3>(t, force[i], {r.input[3], r.input[4], r.input[5]}, row);
+            record_gradient<3>(t, gradient[i], {r.input[3], r.input[4], r.input[5]}, row);
             for (int j = 0; j < 3; ++j) mixed[3 * i + j] = row[j];
         }
-        return mixed;
+        pace = {r.rescale};
+        domain = captured = {t.constant(1)};
+        if constexpr (!Rescaled) {
+            energy[0] = r.energy;
+            energy[1] = t.add(t.add(t.mul(r.input[3], gradient[3]), t.mul(r.input[4], gradient[4])), t.mul(r.input[5], gradient[5]));
+            if constexpr (Bounded<H>) domain = {H::domain(make_parameters<H>(r.k), r.q).on(t)};
+            if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p).on(t)};
+        }
     }
+    constexpr std::array<int, 3> side(int from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
 };
-/// H − H0 and p·∂H/∂p.
-template <class H>
-struct MakeEnergy {
-    constexpr std::array<int, 2> operator()(Tape& t) const {
-        const auto velocity = MakeSide<H, false, 3>{}(t);
-        const Recording<H> r(t);
-        const int pv = t.add(t.add(t.mul(r.input[3], velocity[0]), t.mul(r.input[4], velocity[1])), t.mul(r.input[5], velocity[2]));
-        return {r.energy, pv};
-    }
-};
-template <class H>
-struct MakeRescale {
-    constexpr std::array<int, 1> operator()(Tape& t) const { return {Recording<H>(t).rescale}; }
-};
-/// The domain's edge, or a constant where there is none.
-template <class H>
-struct MakeDomain {
-    constexpr std::array<int, 1> operator()(Tape& t) const {
-        const Recording<H> r(t);
-        if constexpr (Bounded<H>) return {H::domain(make_parameters<H>(r.k), r.q).on(t)};
-        else return {t.constant(1)};
-    }
-};
-/// The capture condition, from position (inputs 0–2) and velocity (inputs 3–5).
-template <class H>
-struct MakeCaptured {
-    constexpr std::array<int, 1> operator()(Tape& t) const {
-        const Recording<H> r(t);
-        return {H::captured(make_parameters<H>(r.k), r.q, r.p).on(t)};
-    }
-};
+template <class H, bool Rescaled>
+inline constexpr Master<H, Rescaled> master{};
 
-/// The programs of a Hamiltonian, made once by the compiler.
+/// The programs.
 template <class H, bool Rescaled>
-inline constexpr auto derivatives_program = extract<6, MakeDerivatives<H, Rescaled>{}>();
+inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
-inline constexpr auto force_program = extract<3, MakeSide<H, Rescaled, 0>{}>();
+inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0)>();
 template <class H, bool Rescaled>
-inline constexpr auto velocity_program = extract<3, MakeSide<H, Rescaled, 3>{}>();
+inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3)>();
 template <class H, bool Rescaled>
-inline constexpr auto mixed_program = extract<9, MakeMixed<H, Rescaled>{}>();
+inline constexpr auto mixed_program = extract<master<H, Rescaled>, master<H, Rescaled>.mixed>();
 template <class H>
-inline constexpr auto energy_program = extract<2, MakeEnergy<H>{}>();
+inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
 template <class H>
-inline constexpr auto rescale_program = extract<1, MakeRescale<H>{}>();
+inline constexpr auto rescale_program = extract<master<H, false>, master<H, false>.pace>();
 template <class H>
-inline constexpr auto domain_program = extract<1, MakeDomain<H>{}>();
+inline constexpr auto domain_program = extract<master<H, false>, master<H, false>.domain>();
 template <class H>
-inline constexpr auto captured_program = extract<1, MakeCaptured<H>{}>();
+inline constexpr auto captured_program = extract<master<H, false>, master<H, false>.captured>();
 
 /// A program's uniforms, as numbers of type S.
 template <const auto& P, class S>
 struct Uniforms {
     S values[P.uniforms + 1];
     explicit Uniforms(const S* parameters) { fill_uniforms<P>(parameters, values); }
-};
-struct NoUniforms {
-    template <class S>
-    explicit NoUniforms(const S*) {}
 };
 
 /// One part of a Hamiltonian as a Hamiltonian of its own.
@@ -253,7 +219,7 @@ public:
     }
     /// ≤ 0 where a ray at q that moves along v is captured.
     template <class V>
-    KAGERO_INLINE V captured(const Vec3<V>& q, const Vec3<V>& v) const requires Capturing<H> {
+    KAGERO_INLINE V captured(const Vec3<V>& q, const Vec3<V>& v) const {
         const V in[7] = {q.x, q.y, q.z, v.x, v.y, v.z, V(S(0))};
         V out[1];
         run<captured_program<H>>(captured_u_.values, in, out);
@@ -280,12 +246,6 @@ private:
     }
 
     template <class Self>
-    static constexpr auto captured_uniforms() {
-        if constexpr (Capturing<Self>) return std::type_identity<Uniforms<captured_program<Self>, S>>{};
-        else return std::type_identity<NoUniforms>{};
-    }
-
-    template <class Self>
     static constexpr auto parts() {
         if constexpr (Parted<Self> && !Rescaled) return std::type_identity<PartSystems<Self, S>>{};
         else return std::type_identity<NoParts>{};
@@ -300,7 +260,7 @@ private:
     Uniforms<energy_program<H>, S> energy_u_;
     Uniforms<rescale_program<H>, S> rescale_u_;
     Uniforms<domain_program<H>, S> domain_u_;
-    typename decltype(captured_uniforms<H>())::type captured_u_;
+    Uniforms<captured_program<H>, S> captured_u_;
 };
 
 }  // namespace kagero

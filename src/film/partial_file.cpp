@@ -38,7 +38,7 @@ PartialFile::PartialFile(const std::string& path) : final_(path) {
     fs::path target = path;
     if (fs::is_symlink(target, ignored)) target = fs::weakly_canonical(target);
     final_ = target.string();
-    const std::string name = "." + target.stem().string() + ".part" + std::to_string(getpid()) + target.extension().string();
+    const std::string name = std::string(".") + target.stem().string() + ".part" + std::to_string(getpid()) + target.extension().string();
     temporary_ = (target.parent_path() / name).string();
 }
 

@@ -18,10 +18,6 @@ enum Quantity { position, momentum, energy, parameter, quantities };
 constexpr const char* quantity_names[] = {"position", "momentum", "H", "parameter"};
 using Errors = std::array<double, quantities>;
 
-/// The same path in the integration parameter for all methods: some of the space's own steps.
-template <class H>
-constexpr double path_length = 8 * H::step;
-
 /// Nothing where a step had no solution: it was too long.
 template <class H, class V>
 std::optional<End> follow(const Method& method, bool rescaled, int ray, int steps) {
@@ -46,12 +42,6 @@ Errors difference(const End& a, const End& b) {
     };
     return {relative(a.y, b.y, 3), relative(a.y + 3, b.y + 3, 3), relative(&a.energy, &b.energy, 1),
             relative(&a.parameter, &b.parameter, 1)};
-}
-
-const Method& method_named(const std::string& name) {
-    for (const Method& m : methods)
-        if (m.info.name == name) return m;
-    throw std::runtime_error("no method " + name);
 }
 
 /// The end of the path in quadruple precision by each of two other methods of high order, with many steps.
@@ -98,13 +88,23 @@ std::optional<Errors> errors(const Method& method, bool rescaled, int steps) {
     return sum;
 }
 
-/// Errors that may be rounding: some ε in every stage of every step. Only collocation has coefficients of more than double precision.
+/// Errors that may be rounding: some ε in every stage of every step. Only collocation has coefficients of more than double precision;
+/// those of Blanes & Moan are published to 15 digits, a few ε of double.
 template <class V>
 double rounding_floor(const Method& method, int steps) {
-    const int stages = std::max(1, static_cast<int>(method.fractions.size()));
-    const bool exact_coefficients = method.info.implicit && method.fractions.empty();
     const double epsilon = static_cast<double>(machine_epsilon<V>);
-    return 30 * (exact_coefficients ? epsilon : std::max(epsilon, machine_epsilon<double>)) * steps * stages;
+    return 30 * (collocates(method) ? epsilon : std::max(epsilon, machine_epsilon<double>)) * steps * stages_of(method);
+}
+
+/// Whether the method has no error but rounding in a quantity: all on straight rays; from order 2 on parabolas, whose momentum changes
+/// evenly; and the quadratic H of a linear motion by collocation, which keeps quadratic invariants (Hairer, Lubich & Wanner 2006, §IV.2).
+bool is_exact(const Method& method, int order, Motion motion, int quantity) {
+    switch (motion) {
+        case Motion::straight: return true;
+        case Motion::uniform: return order > 1 || quantity == momentum;
+        case Motion::linear: return collocates(method) && quantity == energy;
+        default: return false;
+    }
 }
 
 /// Steps per path at the fine end of the fit, where the next power of the step is small.
@@ -114,7 +114,7 @@ int finest_steps(int order) { return order <= 2 ? 512 : order <= 5 ? 256 : order
 template <class H, class V>
 std::array<std::vector<Point>, quantities> measure(const Method& method, bool rescaled) {
     std::array<std::vector<Point>, quantities> points;
-    const int finest = finest_steps(static_cast<int>(method.info.order));
+    const int finest = finest_steps(order_on<H>(method));
     for (int coarse = 4; coarse <= finest; coarse *= 2) {
         for (const int steps : {coarse, coarse + coarse / 2}) {
             const auto e = errors<H, V>(method, rescaled, steps);
@@ -133,71 +133,49 @@ template <class H, class V>
 void expect_stated_order(const Method& method, bool rescaled) {
     constexpr std::size_t fitted = std::is_same_v<V, Quad> ? 4 : 6;  // at high orders two octaves hold all digits
     constexpr double margin = 0.25;
-    SCOPED_TRACE(std::string(method.info.name) + (rescaled ? ", rescaled" : ""));
-    const int order = static_cast<int>(method.info.order);
+    static const Motion motion = motion_in<H>();
+    const int order = order_on<H>(method);
     const auto points = measure<H, V>(method, rescaled);
     for (int i = 0; i < quantities; ++i) {
         if (i == parameter && !rescaled) continue;  // it is the integration parameter itself
-        ASSERT_GE(points[i].size(), fitted) << quantity_names[i];
-        const double measured = slope({points[i].end() - fitted, points[i].end()});
-        EXPECT_GE(measured, order - margin) << quantity_names[i];
-        // Explicit formulas of high order are chosen for a small leading error, so that the next power of the step is seen as well.
-        EXPECT_LE(measured, order + (method.info.symmetric ? margin : 1 + margin)) << quantity_names[i];
-    }
-}
-
-/// On straight rays every method is exact to rounding.
-template <class H, class V>
-void expect_straight(const Method& method) {
-    SCOPED_TRACE(method.info.name);
-    for (int ray = 0; ray < bent_rays; ++ray) {
-        constexpr int steps = 16;
-        const End end = *follow<H, V>(method, false, ray, steps);
-        auto start = Steps<Quad>::in<H>(method, false);
-        start.begin(state_of<Quad>(bent_ray<H>(ray)), Quad(0));
-        const Vec3<Quad> q = advance(start.flow.start.q(), Quad(path_length<H>), start.flow.start_velocity);
-        const Quad expected[3] = {q.x, q.y, q.z};
-        for (int k = 0; k < 3; ++k) {
-            EXPECT_LE(static_cast<double>(abs(end.y[k] - expected[k])), rounding_floor<double>(method, steps));
-            EXPECT_TRUE(end.y[3 + k] == start.flow.start.y[3 + k]);
+        SCOPED_TRACE(quantity_names[i]);
+        if (is_exact(method, order, motion, i)) {
+            EXPECT_TRUE(points[i].empty()) << "not exact: " << points[i].front().error;
+            continue;
         }
+        ASSERT_GE(points[i].size(), fitted);
+        const double measured = slope({points[i].end() - fitted, points[i].end()});
+        EXPECT_GE(measured, order - margin);
+        // Explicit formulas of high order are chosen for a small leading error, so that the next power of the step is seen as well.
+        EXPECT_LE(measured, order + (symmetric_on<H>(method) ? margin : 1 + margin));
     }
 }
 
 TYPED_TEST(Orders, InQuadruplePrecision) {
-    using H = TypeParam;
-    for (const Method& method : methods_for<H>()) {
-        if (!bends<H>()) expect_straight<H, Quad>(method);
-        else if (method.info.order >= 8)
-            for (const bool rescaled : rescalings<H>()) expect_stated_order<H, Quad>(method, rescaled);
-    }
+    for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
+        if (method.info.order >= 8) expect_stated_order<TypeParam, Quad>(method, rescaled);
+    });
 }
 
 TYPED_TEST(Orders, InDouble) {
-    using H = TypeParam;
-    for (const Method& method : methods_for<H>()) {
-        if (!bends<H>()) expect_straight<H, double>(method);
-        else if (method.info.order <= 6)
-            for (const bool rescaled : rescalings<H>()) expect_stated_order<H, double>(method, rescaled);
-    }
+    for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
+        if (method.info.order <= 6) expect_stated_order<TypeParam, double>(method, rescaled);
+    });
 }
 
 // Float leaves too few steps between those too coarse and rounding to fit a line; it must take double's steps to its own rounding.
 TYPED_TEST(Orders, InFloatAreThoseOfDouble) {
-    using H = TypeParam;
-    for (const bool rescaled : rescalings<H>()) {
-        for (const Method& method : methods_for<H>()) {
-            SCOPED_TRACE(std::string(method.info.name) + (rescaled ? ", rescaled" : ""));
-            for (int ray = 0; ray < bent_rays; ++ray) {
-                constexpr int steps = 16;
-                const auto in_float = follow<H, float>(method, rescaled, ray, steps);
-                const auto in_double = follow<H, double>(method, rescaled, ray, steps);
-                ASSERT_TRUE(in_float && in_double);
-                const Errors e = difference(*in_float, *in_double);
-                for (int i = 0; i < quantities; ++i) EXPECT_LE(e[i], rounding_floor<float>(method, steps)) << quantity_names[i];
-            }
+    for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
+        if (method.info.order > 4) return;
+        for (int ray = 0; ray < bent_rays; ++ray) {
+            constexpr int steps = 16;
+            const auto in_float = follow<TypeParam, float>(method, rescaled, ray, steps);
+            const auto in_double = follow<TypeParam, double>(method, rescaled, ray, steps);
+            ASSERT_TRUE(in_float && in_double);
+            const Errors e = difference(*in_float, *in_double);
+            for (int i = 0; i < quantities; ++i) EXPECT_LE(e[i], rounding_floor<float>(method, steps)) << quantity_names[i];
         }
-    }
+    });
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // Rays that no method can follow, through the kernels' own entry: each ends in a status of its own and moves no other ray.
+#include "places.h"
+
 #include "kernels/abi.h"
 
 #include <gtest/gtest.h>
@@ -71,8 +73,9 @@ void for_everything(const Check& check) {
     const Module& m = module();
     for (std::uint32_t h = 0; h < m.hamiltonian_count; ++h) {
         for (std::uint32_t i = 0; i < m.integrator_count; ++i) {
-            if (m.refusal(h, i)) continue;
-            const Space space{h, i, m.hamiltonians[h].rescales};
+            const bool rescaled = m.hamiltonians[h].rescales && !m.refusal(h, i, true);
+            if (!rescaled && m.refusal(h, i, false)) continue;
+            const Space space{h, i, rescaled};
             for (std::uint32_t k = 0; k < m.kernel_count; ++k) {
                 SCOPED_TRACE(space.name() + ", " + std::to_string(m.kernels[k].lanes) + " lanes of " +
                              (m.kernels[k].precision == Precision::float64 ? "double" : "float"));

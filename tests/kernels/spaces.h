@@ -1,6 +1,8 @@
 /// Every Hamiltonian of this build as a list of types, with its default parameters and rays to try it on.
 #pragma once
 
+#include "places.h"
+
 // First, because the templates below call these functions on a type without a namespace to find them by.
 #include "kernels/numeric/quad.h"
 
@@ -53,12 +55,6 @@ std::vector<bool> rescalings() {
     else return {false};
 }
 
-template <class H>
-bool bends() {
-    if constexpr (SometimesStraight<H>) return !H::straight(make_parameters<H>(default_parameters<H>().data()));
-    else return true;
-}
-
 /// Uniform numbers, the same on every machine.
 class Random {
 public:
@@ -72,36 +68,42 @@ private:
     std::mt19937_64 engine_;
 };
 
-/// Rays with H = H0 in random directions from random places of the domain, some scene lengths wide, none captured from the start.
+/// Rays with H = H0 in random directions from random places of the domain, none captured from the start.
 template <class H>
 std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
     Random random(seed);
     const auto k = default_parameters<H>();
+    const double reach = place_in(H::name).reach;
+    const auto anywhere = [&] { return random(-reach, reach); };
     std::vector<RayStart> rays;
     for (int attempt = 0; rays.size() < n && attempt < 10000; ++attempt) {
-        const double q[3] = {random(-6, 6), random(-6, 6), random(-6, 6)}, d[3] = {random(-1, 1), random(-1, 1), random(-1, 1)};
+        const double q[3] = {anywhere(), anywhere(), anywhere()}, d[3] = {random(-1, 1), random(-1, 1), random(-1, 1)};
         RayStart ray;
         if (start_along<H>(k.data(), q, d, ray) != Failure::none) continue;
-        if constexpr (Capturing<H>) {
-            const Vec3<double> at{q[0], q[1], q[2]}, along{d[0], d[1], d[2]};
+        const Vec3<double> at{q[0], q[1], q[2]}, along{d[0], d[1], d[2]};
+        if constexpr (Bounded<H>)
+            if (!(H::domain(make_parameters<H>(k.data()), at) > 0)) continue;
+        if constexpr (Capturing<H>)
             if (!(H::captured(make_parameters<H>(k.data()), at, along) > 0)) continue;
-        }
         rays.push_back(ray);
     }
     EXPECT_EQ(rays.size(), n) << "too few places from which " << H::name << " starts a ray";
     return rays;
 }
 
-/// Rays that bend much and are not captured soon: sideways past the origin, three scene lengths away. Exact in float, so that every
-/// number type starts on the same ray; H = H0 to the rounding of float only.
+/// Rays that bend much, and are neither captured nor out of the medium on the path. Exact in float, so that every number type starts
+/// on the same ray; H = H0 to the rounding of float only.
 template <class H>
 RayStart bent_ray(int which = 0) {
-    constexpr double q[3] = {3.125, 0.375, 0.75}, d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
+    constexpr double d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
     RayStart ray;
-    EXPECT_EQ(start_along<H>(default_parameters<H>().data(), q, d[which], ray), Failure::none) << H::name;
+    EXPECT_EQ(start_along<H>(default_parameters<H>().data(), place_in(H::name).q, d[which], ray), Failure::none) << H::name;
     for (double& p : ray.p) p = static_cast<float>(p);
     return ray;
 }
+/// The same path in the integration parameter for all methods.
+template <class H>
+inline constexpr double path_length = place_in(H::name).path;
 inline constexpr int bent_rays = 3;
 
 template <class V>
@@ -111,6 +113,35 @@ State<V> state_of(const RayStart& ray) {
     for (int k = 0; k < 3; ++k) s.y[k] = V(S(ray.q[k])), s.y[3 + k] = V(S(ray.p[k]));
     s.y[6] = V(S(ray.pt));
     return s;
+}
+
+/// How the right-hand sides of Hamilton's equations depend on the state.
+enum class Motion { straight, uniform, linear, general };
+
+/// Found by trying: differences between derivatives at random states and at the states halfway between.
+template <class H>
+Motion motion_in() {
+    const System<H, false, double> system(default_parameters<H>().data());
+    const auto rays = random_rays<H>(12, 17);
+    const auto at = [&](const State<double>& s) {
+        std::array<double, 6> g;
+        system.derivatives(s, g.data());
+        return g;
+    };
+    double force = 0, change = 0, bend = 0, size = 0;
+    for (std::size_t i = 1; i < rays.size(); ++i) {
+        const auto a = state_of<double>(rays[0]), b = state_of<double>(rays[i]);
+        State<double> half = a;
+        for (int k = 0; k < 6; ++k) half.y[k] = 0.5 * (a.y[k] + b.y[k]);
+        const auto ga = at(a), gb = at(b), gh = at(half);
+        for (int k = 0; k < 6; ++k) {
+            if (k < 3) force = std::max(force, std::abs(ga[k])), change = std::max(change, std::abs(gb[k] - ga[k]));
+            bend = std::max(bend, std::abs(ga[k] + gb[k] - 2 * gh[k]));
+            size = std::max(size, std::abs(gb[k]));
+        }
+    }
+    const double rounding = 100 * machine_epsilon<double> * size;
+    return bend > rounding ? Motion::general : change > rounding ? Motion::linear : force > rounding ? Motion::uniform : Motion::straight;
 }
 
 }  // namespace kagero::test

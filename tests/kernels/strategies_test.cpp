@@ -1,4 +1,5 @@
-// Every ray of a packet takes the steps that it takes alone, to the last bit, whatever its neighbours do.
+// Every ray of a packet takes the steps that it takes alone, to the last bit, whatever its neighbours do. Packets have their own sines
+// and exponentials, as good as the standard library's but not the same: where H uses one, the steps agree to rounding.
 #include "steps.h"
 
 #include "kernels/tracing/packets.h"
@@ -21,7 +22,7 @@ std::vector<ScalarOf<V>> outcome(const Flow<V>& f, int lane) {
     const auto add = [&](const V& v) { values.push_back(get_lane(v, lane)); };
     for (int k = 0; k < 7; ++k) add(f.end.y[k]);
     add(f.end_velocity.x), add(f.end_velocity.y), add(f.end_velocity.z);
-    add(f.end_parameter), add(f.energy), add(f.energy_error), add(f.captured), add(f.gradients);
+    add(f.end_parameter), add(f.energy), add(f.energy_error), add(f.domain), add(f.captured), add(f.gradients);
     values.push_back(static_cast<ScalarOf<V>>((to_bits(f.solved) >> lane) & 1));
     return values;
 }
@@ -42,15 +43,29 @@ State<V> packet_of(const std::vector<RayStart>& rays) {
     return s;
 }
 
-/// Calls check(method, rescaled) for all methods and forms of H.
-template <class H, class Check>
-void for_all_methods(const Check& check) {
-    for (const Method& method : methods_for<H>()) {
-        for (const bool rescaled : rescalings<H>()) {
-            SCOPED_TRACE(std::string(method.info.name) + (rescaled ? ", rescaled" : ""));
-            check(method, rescaled);
-        }
-    }
+/// Whether a program computes functions that packets and the standard library round differently.
+bool is_transcendental(const auto& program) {
+    for (const Node& n : program.nodes)
+        if (!n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::sin || n.op == Op::cos || n.op == Op::tan || n.op == Op::tanh))
+            return true;
+    return false;
+}
+template <class H>
+bool bits_must_agree() { return !is_transcendental(derivatives_program<H, false>) && !is_transcendental(energy_program<H>); }
+
+/// The end of the ray, without the counts that a rounding may change.
+template <class V>
+void expect_near(const Flow<V>& packet, int lane, const Flow<ScalarOf<V>>& alone, double tolerance) {
+    using S = ScalarOf<V>;
+    const std::string what = "lane " + std::to_string(lane);
+    const auto check = [&](const V& together, S single, int i) {
+        EXPECT_NEAR(get_lane(together, lane), single, tolerance * (1 + std::abs(single))) << what << ", value " << i;
+    };
+    for (int k = 0; k < 7; ++k) check(packet.end.y[k], alone.end.y[k], k);
+    check(packet.end_velocity.x, alone.end_velocity.x, 7), check(packet.end_velocity.y, alone.end_velocity.y, 8);
+    check(packet.end_velocity.z, alone.end_velocity.z, 9), check(packet.end_parameter, alone.end_parameter, 10);
+    check(packet.energy, alone.energy, 11), check(packet.domain, alone.domain, 12);
+    EXPECT_EQ((to_bits(packet.solved) >> lane) & 1, to_bits(alone.solved)) << what;
 }
 
 template <class H, class V>
@@ -58,16 +73,18 @@ void expect_lanes_are_scalars() {
     using S = ScalarOf<V>;
     const auto rays = random_rays<H>(lane_count<V>, 5);
     for_all_methods<H>([&](const Method& method, bool rescaled) {
-        const S h = S(H::step / 4);
+        const S h = S(path_length<H> / 64);
         auto together = Steps<V>::template in<H>(method, rescaled);
         together.begin(packet_of<V>(rays), V(h));
         auto alone = std::vector(lane_count<V>, Steps<S>::template in<H>(method, rescaled));
         for (int i = 0; i < lane_count<V>; ++i) alone[i].begin(state_of<S>(rays[i]), h);
-        for (const int steps : {1, 49}) {
-            together.advance(steps);
+        int taken = 0;
+        for (const int steps : {1, 31}) {
+            together.advance(steps), taken += steps;
             for (int i = 0; i < lane_count<V>; ++i) {
                 alone[i].advance(steps);
-                expect_same(outcome(together.flow, i), outcome(alone[i].flow, 0), "lane " + std::to_string(i));
+                if (bits_must_agree<H>()) expect_same(outcome(together.flow, i), outcome(alone[i].flow, 0), "lane " + std::to_string(i));
+                else expect_near(together.flow, i, alone[i].flow, 100 * taken * stages_of(method) * machine_epsilon<S>);
             }
         }
     });
@@ -92,7 +109,7 @@ void expect_neighbours_unmoved() {
     for_all_methods<H>([&](const Method& method, bool rescaled) {
         const auto run = [&](const std::vector<RayStart>& rays) {
             auto steps = Steps<V>::template in<H>(method, rescaled);
-            steps.begin(packet_of<V>(rays), V(S(H::step / 4)));
+            steps.begin(packet_of<V>(rays), V(S(path_length<H> / 64)));
             steps.advance(8);
             return steps;
         };

@@ -1,0 +1,112 @@
+// The same scene, options and instruction set give the same pixels, however the work is cut up.
+#include "plan_fixture.h"
+#include "program.h"
+
+#include <cmath>
+
+namespace kagero::test {
+namespace {
+
+const Overrides overrides{"film.size=[100,80]", "film.layers=[\"color\",\"status\",\"steps\",\"energy_error\",\"object\",\"depth\"]"};
+
+constexpr const char* layers[] = {"color", "status", "steps", "energy_error", "object", "depth"};
+
+std::unique_ptr<Plan> room(const Options& options) {
+    return plan_of_file(KAGERO_SCENES "/room.toml", overrides, options);
+}
+
+class Determinism : public ProgramTest {
+protected:
+    /// The file of a rendered film.
+    std::string exr(const std::string& name, const Film& film) const {
+        const std::string path = (directory_ / name).string();
+        write_film(film, path, {});
+        return text_of(path);
+    }
+};
+
+TEST_F(Determinism, ThreadsChangeNoByte) {
+    std::string first;
+    for (const unsigned threads : {1u, 2u, 5u}) {
+        Options options;
+        options.threads = threads;
+        const auto plan = room(options);
+        Film film(100, 80, plan->scene.film.layers);
+        render(*plan, film);
+        const std::string bytes = exr("room.exr", film);
+        if (first.empty()) first = bytes;
+        EXPECT_EQ(bytes == first, true) << threads << " threads";
+    }
+}
+
+TEST_F(Determinism, FilesOfTheProgramAreTheSame) {
+    std::string first;
+    for (const char* threads : {"1", "2", "5"}) {
+        const Outcome outcome = run("render '" KAGERO_SCENES "/room.toml' --size 100x80 --layers color,steps,status -o a.exr --quiet --threads " +
+                                    std::string(threads));
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        if (first.empty()) first = read("a.exr");
+        EXPECT_EQ(read("a.exr") == first, true) << threads << " threads";
+    }
+    EXPECT_EQ(files(), (std::set<std::string>{"a.exr"}));
+}
+
+TEST_F(Determinism, ACropIsAPartOfThePicture) {
+    const auto plan = room(with_strategy("packet"));
+    Film whole(100, 80, plan->scene.film.layers);
+    render(*plan, whole);
+    using Crop = std::array<std::uint32_t, 4>;
+    for (const Crop& crop : {Crop{0, 0, 100, 80}, Crop{13, 7, 71, 41}, Crop{99, 79, 100, 80}, Crop{31, 0, 33, 80}, Crop{50, 40, 51, 41}}) {
+        Options options = with_strategy("packet");
+        options.crop = crop;
+        const auto part = room(options);
+        const auto [x0, y0, x1, y1] = crop;
+        Film film(x1 - x0, y1 - y0, part->scene.film.layers);
+        render(*part, film);
+        for (const char* layer : layers)
+            for (std::uint32_t y = y0; y < y1; ++y)
+                for (std::uint32_t x = x0; x < x1; ++x)
+                    ASSERT_EQ(*film.pixel(layer, x - x0, y - y0), *whole.pixel(layer, x, y)) << layer << " " << x << "," << y;
+    }
+}
+
+/// Rays one after the other, in any packets: what a lane's neighbours do is nothing to it.
+TEST_F(Determinism, TheOrderOfRaysChangesNoBit) {
+    const auto plan = room(with_strategy("packet"));
+    std::vector<RayStart> starts;
+    for (std::uint32_t i = 0; i < 700; ++i) starts.push_back(pixel_ray(*plan, i * 37 % 100, i * 11 % 80));
+    std::vector<RayEnd> ends, turned;
+    trace(*plan, starts, ends);
+    std::rotate(starts.begin(), starts.begin() + 3, starts.end());
+    std::reverse(starts.begin() + 100, starts.end());
+    trace(*plan, starts, turned);
+    std::reverse(turned.begin() + 100, turned.end());
+    std::rotate(turned.begin(), turned.end() - 3, turned.end());
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        ASSERT_EQ(ends[i].status, turned[i].status) << i;
+        ASSERT_EQ(ends[i].steps, turned[i].steps) << i;
+        for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].q[k], turned[i].q[k]) << i;
+        for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].p[k], turned[i].p[k]) << i;
+    }
+}
+
+// Sums, products, quotients and roots round alike in scalar and packet code, and both fuse where the source says so; iterations of an
+// implicit step end alike. So the paths agree to the last bit, and only Embree's scalar and packet queries could tell them apart.
+TEST_F(Determinism, ScalarAndPacketAgree) {
+    const auto packet = room(with_strategy("packet")), scalar = room(with_strategy("scalar"));
+    std::vector<RayStart> starts;
+    for (std::uint32_t y = 0; y < 80; ++y)
+        for (std::uint32_t x = 0; x < 100; ++x) starts.push_back(pixel_ray(*packet, x, y));
+    std::vector<RayEnd> a, b;
+    trace(*packet, starts, a), trace(*scalar, starts, b);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ASSERT_EQ(a[i].status, b[i].status) << i;
+        ASSERT_EQ(a[i].surface, b[i].surface) << i;
+        ASSERT_EQ(a[i].primitive, b[i].primitive) << i;
+        ASSERT_EQ(a[i].steps, b[i].steps) << i;
+        for (int k = 0; k < 3; ++k) ASSERT_EQ(a[i].q[k], b[i].q[k]) << i;
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

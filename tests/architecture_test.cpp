@@ -86,7 +86,8 @@ TEST(Kernels, KnowNothingOfTheProgram) {
 
 // Inner loops neither throw nor allocate; placement new into given storage is neither.
 TEST(Kernels, NeitherThrowNorAllocate) {
-    static const std::regex words(R"(\b(throw|try|catch|malloc|calloc|realloc|std::vector|std::string|delete\s+\w)\b|\bnew\s+[A-Za-z_])");
+    static const std::regex words(
+        R"(\b(throw|try|catch|malloc|calloc|realloc|std::vector|std::string|delete\s+\w)\b|\bnew\s+[A-Za-z_])");
     for (const Source& source : sources_below("kernels")) {
         std::smatch found;
         EXPECT_FALSE(std::regex_search(source.code, found, words)) << source.path << ": " << found.str();
@@ -142,8 +143,8 @@ TEST(Program, SeesOfTheKernelsTheirAbiAlone) {
 
 TEST(Program, KeepsEachLibraryInItsRoom) {
     const std::vector<std::pair<const char*, const char*>> homes{
-        {"OpenImageIO/", "src/film/"}, {"toml++/", "src/scene/toml.cpp"}, {"assimp/", "src/scene/mesh.cpp"}, {"CLI/", "src/cli/"},
-        {"rtcore.h", "src/scene/"},    {"nlohmann/", "src/report/"},
+        {"OpenImageIO/", "src/film/"}, {"toml++/", "src/scene/toml.cpp"}, {"assimp/", "src/scene/mesh.cpp"},
+        {"CLI/", "src/cli/"},          {"rtcore.h", "src/scene/"},        {"nlohmann/", "src/report/"},
     };
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes)
@@ -164,7 +165,8 @@ TEST(Program, PrintsAndExitsInTheCommandLineAlone) {
 TEST(House, HasHeadersReadOnce) {
     for (const char* room : {"kernels", "src", "tests"})
         for (const Source& source : sources_below(room))
-            EXPECT_EQ(std::count(source.lines.begin(), source.lines.end(), "#pragma once"), source.path.ends_with(".h")) << source.path;
+            EXPECT_EQ(std::count(source.lines.begin(), source.lines.end(), "#pragma once"), source.path.ends_with(".h"))
+                << source.path;
 }
 
 // About 300 lines, and never more than half as many again.

@@ -1,5 +1,5 @@
-// Rays around a Schwarzschild hole against elliptic integrals: angles swept, captured or escaped, what is conserved, and the shadow a
-// static observer sees. All through the library as the program uses it.
+// Rays around a Schwarzschild hole against elliptic integrals: angles swept, captured or escaped, what is conserved, and the
+// shadow a static observer sees. All through the library as the program uses it.
 #include "plan_fixture.h"
 #include "schwarzschild_orbit.h"
 
@@ -121,8 +121,8 @@ TEST_P(Deflection, SweepsTheEllipticIntegral) {
     }
 }
 
-// From a step to a quarter of it the error falls by 4^p, give or take half an order, until some thousand roundings of a state of size
-// 20 are left, 1e-11. The coarse error is (step/scale)^p with a constant that is 100 at most for these methods.
+// From a step to a quarter of it the error falls by 4^p, give or take half an order, until some thousand roundings of a state of
+// size 20 are left, 1e-11. The coarse error is (step/scale)^p with a constant that is 100 at most for these methods.
 TEST_P(Deflection, EveryMethodConvergesToIt) {
     const Bundle rays = bundle({5, 10});  // at b = 3 the error of some methods changes its sign near this step
     const auto any = plan("gauss4", 1);
@@ -153,11 +153,11 @@ TEST_P(Deflection, ClassesAreRightNearTheCriticalRay) {
 
 TEST_P(Deflection, AngularMomentumAndTimeMomentumStay) {
     const Bundle rays = bundle({critical_impact * (1 + 1e-4), 3, 10});
-    const auto cross = [](const Double3& a, const double (&b)[3]) {
+    const auto cross = [](const Double3& a, const double(&b)[3]) {
         return Double3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     };
-    // x × p is bilinear, so symplectic methods keep it to rounding: one of |q||p| = 20 in each of up to 3600 stages, were all of the
-    // same sense.
+    // x × p is bilinear, so symplectic methods keep it to rounding: one of |q||p| = 20 in each of up to 3600 stages, were all of
+    // the same sense.
     const double rounding = 3600 * start_radius * std::numeric_limits<double>::epsilon();
     for (const char* method : {"verlet", "suzuki4-nine", "gauss4", "gauss12"}) {
         const auto p = plan(method, fine_step());
@@ -197,8 +197,8 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Deflection,
                              return std::string(std::get<0>(chosen.param)) + "_rescale_" + std::get<1>(chosen.param);
                          });
 
-/// The angle from the hole's centre, in degrees, between captured and escaped rays of a static observer at radius r: 64 rays at a time
-/// until the gap is below 1e-8.
+/// The angle from the hole's centre, in degrees, between captured and escaped rays of a static observer at radius r: 64 rays at a
+/// time until the gap is below 1e-8.
 double shadow_edge(const Plan& plan, double r) {
     double inside = 0, outside = 90;
     while (outside - inside > 1e-8) {

@@ -7,7 +7,8 @@
 namespace kagero::test {
 namespace {
 
-const Overrides overrides{"film.size=[100,80]", "film.layers=[\"color\",\"status\",\"steps\",\"energy_error\",\"object\",\"depth\"]"};
+const Overrides overrides{"film.size=[100,80]",
+                          "film.layers=[\"color\",\"status\",\"steps\",\"energy_error\",\"object\",\"depth\"]"};
 
 constexpr const char* layers[] = {"color", "status", "steps", "energy_error", "object", "depth"};
 
@@ -42,8 +43,9 @@ TEST_F(Determinism, ThreadsChangeNoByte) {
 TEST_F(Determinism, FilesOfTheProgramAreTheSame) {
     std::string first;
     for (const char* threads : {"1", "2", "5"}) {
-        const Outcome outcome = run("render '" KAGERO_SCENES "/room.toml' --size 100x80 --layers color,steps,status -o a.exr --quiet --threads " +
-                                    std::string(threads));
+        const Outcome outcome =
+            run("render '" KAGERO_SCENES "/room.toml' --size 100x80 --layers color,steps,status -o a.exr --quiet --threads " +
+                std::string(threads));
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         if (first.empty()) first = read("a.exr");
         EXPECT_EQ(read("a.exr") == first, true) << threads << " threads";
@@ -56,7 +58,8 @@ TEST_F(Determinism, ACropIsAPartOfThePicture) {
     Film whole(100, 80, plan->scene.film.layers);
     render(*plan, whole);
     using Crop = std::array<std::uint32_t, 4>;
-    for (const Crop& crop : {Crop{0, 0, 100, 80}, Crop{13, 7, 71, 41}, Crop{99, 79, 100, 80}, Crop{31, 0, 33, 80}, Crop{50, 40, 51, 41}}) {
+    for (const Crop& crop :
+         {Crop{0, 0, 100, 80}, Crop{13, 7, 71, 41}, Crop{99, 79, 100, 80}, Crop{31, 0, 33, 80}, Crop{50, 40, 51, 41}}) {
         Options options = with_strategy("packet");
         options.crop = crop;
         const auto part = room(options);
@@ -90,8 +93,9 @@ TEST_F(Determinism, TheOrderOfRaysChangesNoBit) {
     }
 }
 
-// Sums, products, quotients and roots round alike in scalar and packet code, and both fuse where the source says so; iterations of an
-// implicit step end alike. So the paths agree to the last bit, and only Embree's scalar and packet queries could tell them apart.
+// Sums, products, quotients and roots round alike in scalar and packet code, and both fuse where the source says so; iterations
+// of an implicit step end alike. So the paths agree to the last bit, and only Embree's scalar and packet queries could tell them
+// apart.
 TEST_F(Determinism, ScalarAndPacketAgree) {
     const auto packet = room(with_strategy("packet")), scalar = room(with_strategy("scalar"));
     std::vector<RayStart> starts;

@@ -108,7 +108,8 @@ TEST_P(HitOrder, OfAChordIsTwoWhateverTheMethod) {
 }
 
 TEST_P(HitOrder, OfARefinedHitIsTheMethods) {
-    constexpr std::pair<const char*, int> methods[] = {{"verlet", 2}, {"rk4", 4}, {"suzuki4-nine", 4}, {"gauss4", 4}, {"gauss6", 6}};
+    constexpr std::pair<const char*, int> methods[] = {
+        {"verlet", 2}, {"rk4", 4}, {"suzuki4-nine", 4}, {"gauss4", 4}, {"gauss6", 6}};
     for (const auto& [method, order] : methods) {
         SCOPED_TRACE(method);
         const Slopes found = slopes(method, "hermite");

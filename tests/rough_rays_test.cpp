@@ -37,13 +37,14 @@ constexpr const char* good[] = {"0.1,-0.9,0.1,0.1,1,0", "-0.9,0.3,0,1,0,0", "0,-
                                 "0.3,0.1,0,-1,0,0",     "0.5,0,0,0,1,0.01", "0,0,0.7,0.3,0,-1",    "0.2,0.2,0.2,1,1,1"};
 
 /// Nothing can be followed from these.
-constexpr const char* bad[] = {"nan,0,0,1,0,0",         "0.5,0,nan,1,0,0", "0.5,0,0,nan,0,0", "inf,0,0,1,0,0",
-                               "0.5,0,0,0,-inf,0",      "0.5,0,0,0,0,0",   "0,0,0,1,0,0",     "-0.9,0.1,0,inf,inf,inf"};
+constexpr const char* bad[] = {"nan,0,0,1,0,0",    "0.5,0,nan,1,0,0", "0.5,0,0,nan,0,0", "inf,0,0,1,0,0",
+                               "0.5,0,0,0,-inf,0", "0.5,0,0,0,0,0",   "0,0,0,1,0,0",     "-0.9,0.1,0,inf,inf,inf"};
 
 /// From these something may, but the state may leave the numbers.
-constexpr const char* far[] = {"1e300,0,0,1,0,0", "1e300,0,0,-1,0,0",  "-1e300,1e300,1e300,1,-0.2,0", "1e160,0,0,-1,0.1,0",
-                               "1e30,0,0,-1,0,0", "0,1e19,0,0,-1,0",   "0,1e9,0,0.001,-1,0",          "1e-300,0,0,1,0,0",
-                               "0,0,1e150,0,0,-1", "0.04,0,0,1,0,0.2",  "0.02,0,0,0,1,0"};
+constexpr const char* far[] = {"1e300,0,0,1,0,0",    "1e300,0,0,-1,0,0", "-1e300,1e300,1e300,1,-0.2,0",
+                               "1e160,0,0,-1,0.1,0", "1e30,0,0,-1,0,0",  "0,1e19,0,0,-1,0",
+                               "0,1e9,0,0.001,-1,0", "1e-300,0,0,1,0,0", "0,0,1e150,0,0,-1",
+                               "0.04,0,0,1,0,0.2",   "0.02,0,0,0,1,0"};
 
 struct Row {
     std::string status, all_but_number, reason;
@@ -104,12 +105,12 @@ TEST_P(RoughRays, FailAloneWithAReason) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Spaces, RoughRays,
-    testing::Values(std::pair{"empty.toml", ""}, std::pair{"walls.toml", ""}, std::pair{"walls.toml", "--strategy scalar"},
-                    std::pair{"walls.toml", "-D integrator.cull=none -D integrator.max_steps=200"},
-                    std::pair{"walls.toml", "-D integrator.rescale=none -D integrator.max_steps=200"},
-                    std::pair{"walls.toml", "-D space.rg=0"}));
+INSTANTIATE_TEST_SUITE_P(Spaces, RoughRays,
+                         testing::Values(std::pair{"empty.toml", ""}, std::pair{"walls.toml", ""},
+                                         std::pair{"walls.toml", "--strategy scalar"},
+                                         std::pair{"walls.toml", "-D integrator.cull=none -D integrator.max_steps=200"},
+                                         std::pair{"walls.toml", "-D integrator.rescale=none -D integrator.max_steps=200"},
+                                         std::pair{"walls.toml", "-D space.rg=0"}));
 
 TEST_F(ProgramTest, HugeStepsEndEveryRay) {
     write("scene.toml", std::string(room) + walls);

@@ -32,7 +32,7 @@ file = "model.obj"
 /// One line of the room written otherwise, or lines put behind it, and what the message must then contain.
 struct RoughScene {
     const char* name;
-    const char* line;     ///< what is replaced; "" appends
+    const char* line;  ///< what is replaced; "" appends
     const char* instead;
     std::vector<const char*> says;
 };
@@ -73,7 +73,9 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Data, RoughScenes,
     testing::Values(RoughScene{"NaNInMesh", "", model, {"scene.toml:21:8", "vertex 2", "finite"}},
-                    RoughScene{"MissingMesh", "", "[[object]]\nname = \"m\"\nshape = \"mesh\"\nfile = \"none.obj\"\n",
+                    RoughScene{"MissingMesh",
+                               "",
+                               "[[object]]\nname = \"m\"\nshape = \"mesh\"\nfile = \"none.obj\"\n",
                                {"scene.toml:21:8", "none.obj"}},
                     RoughScene{"BrokenTexture", "", "texture = \"picture.png\"\n", {"scene.toml:18:", "picture.png"}},
                     RoughScene{"MissingTexture", "", "texture = \"none.png\"\n", {"scene.toml:18:", "none.png"}}),
@@ -81,8 +83,10 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Cameras, RoughScenes,
-    testing::Values(RoughScene{"AtTheCentre", "position = [0.2, -0.9, 0.1]\nlook_at = [0, 0, 0]",
-                               "position = [0, 0, 0]\nlook_at = [1, 0, 0]", {"scene.toml:7:", "camera.position"}},
+    testing::Values(RoughScene{"AtTheCentre",
+                               "position = [0.2, -0.9, 0.1]\nlook_at = [0, 0, 0]",
+                               "position = [0, 0, 0]\nlook_at = [1, 0, 0]",
+                               {"scene.toml:7:", "camera.position"}},
                     RoughScene{"InsideTheHorizon", "[0.2, -0.9, 0.1]", "[0.0, -0.05, 0]", {"scene.toml:7:", "camera.position"}},
                     RoughScene{"OnTheHorizon", "[0.2, -0.9, 0.1]", "[0.0, -0.08, 0]", {"scene.toml:7:", "camera.position"}},
                     RoughScene{"InAWall", "[0.2, -0.9, 0.1]", "[0.2, -1, 0.1]", {"scene.toml:7:", "[0.2, -1, 0.1]", "surface"}}),

@@ -1,7 +1,8 @@
-/// Light around a Schwarzschild hole in closed form, for tests to compare with. Lengths in r_g, u = 1/r, p_t = 1, impact parameter b.
+/// Light around a Schwarzschild hole in closed form, for tests to compare with. Lengths in r_g, u = 1/r, p_t = 1, impact
+/// parameter b.
 ///
-/// The orbit is (du/dφ)² = P(u) = 1/b² − u² + u³ (Chandrasekhar 1983, §20). For b > b_c it has the real roots u_a < 0 < u_b < u_c, and
-/// with u = u_a + (u_b − u_a) sin²ψ the angle is φ = 2 F(ψ | k) / √(u_c − u_a), k² = (u_b − u_a)/(u_c − u_a).
+/// The orbit is (du/dφ)² = P(u) = 1/b² − u² + u³ (Chandrasekhar 1983, §20). For b > b_c it has the real roots u_a < 0 < u_b <
+/// u_c, and with u = u_a + (u_b − u_a) sin²ψ the angle is φ = 2 F(ψ | k) / √(u_c − u_a), k² = (u_b − u_a)/(u_c − u_a).
 #pragma once
 
 #include "render/render.h"

@@ -1,5 +1,5 @@
-// Without a hole the room is a picture that can be worked out with a ruler: where each ray meets which wall, and which square there.
-// kagero's must be the same wherever that point is farther than a thousandth of a pixel from an edge.
+// Without a hole the room is a picture that can be worked out with a ruler: where each ray meets which wall, and which square
+// there. kagero's must be the same wherever that point is farther than a thousandth of a pixel from an edge.
 #include "plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -28,8 +28,11 @@ struct Pinhole {
     double pixel;
 
     explicit Pinhole(const CameraDescription& c)
-        : eye(c.position), forward(unit(add(c.look_at, -1, c.position))), right(unit(cross(forward, c.up))),
-          up(cross(right, forward)), pixel(2 * std::tan(c.fov * std::numbers::pi / 360) / size) {}
+        : eye(c.position),
+          forward(unit(add(c.look_at, -1, c.position))),
+          right(unit(cross(forward, c.up))),
+          up(cross(right, forward)),
+          pixel(2 * std::tan(c.fov * std::numbers::pi / 360) / size) {}
     Double3 direction(double x, double y) const {
         return unit(add(add(forward, (x - 0.5 * size) * pixel, right), (0.5 * size - y) * pixel, up));
     }
@@ -91,7 +94,9 @@ TEST_P(StraightRoom, IsTheRulersPicture) {
     int near_edges = 0, wrong = 0;
     for (std::uint32_t y = 0; y < size; ++y)
         for (std::uint32_t x = 0; x < size; ++x) {
-            const auto at = [&](double dx, double dy) { return look(room, camera.eye, camera.direction(x + 0.5 + dx, y + 0.5 + dy)); };
+            const auto at = [&](double dx, double dy) {
+                return look(room, camera.eye, camera.direction(x + 0.5 + dx, y + 0.5 + dy));
+            };
             const View seen = at(0, 0);
             constexpr double margin = 1e-3;
             if (!(at(margin, 0) == seen && at(-margin, 0) == seen && at(0, margin) == seen && at(0, -margin) == seen)) {
@@ -101,14 +106,15 @@ TEST_P(StraightRoom, IsTheRulersPicture) {
             const Double3& paint = room.faces[static_cast<std::size_t>(seen.face)].color;
             const double shade = (seen.column + seen.row) % 2 ? 0.25 : 1.0;
             const float* color = film.pixel("color", x, y);
-            const double depth = std::hypot(seen.point[0] - camera.eye[0], seen.point[1] - camera.eye[1], seen.point[2] - camera.eye[2]);
+            const double depth =
+                std::hypot(seen.point[0] - camera.eye[0], seen.point[1] - camera.eye[1], seen.point[2] - camera.eye[2]);
             bool right = *film.pixel("status", x, y) == 0 && *film.pixel("object", x, y) == 1;
             // Half an ulp of float for the colour's rounding and one for the depth's.
             for (std::size_t k = 0; k < 3; ++k) right &= std::abs(color[k] - paint[k] * shade) <= 6e-8;
             right &= std::abs(*film.pixel("depth", x, y) - depth) <= 1.2e-7 * depth;
             if (!right && ++wrong <= 5)
-                ADD_FAILURE() << "pixel " << x << "," << y << ": face " << seen.face << " square " << seen.column << "," << seen.row
-                              << ", but colour " << color[0] << " " << color[1] << " " << color[2] << ", depth "
+                ADD_FAILURE() << "pixel " << x << "," << y << ": face " << seen.face << " square " << seen.column << ","
+                              << seen.row << ", but colour " << color[0] << " " << color[1] << " " << color[2] << ", depth "
                               << *film.pixel("depth", x, y) << " for " << depth;
         }
     EXPECT_EQ(wrong, 0);
@@ -116,8 +122,8 @@ TEST_P(StraightRoom, IsTheRulersPicture) {
     EXPECT_LT(near_edges, size * 60 * 2e-3 * 10);
 }
 
-// The same rays in double: hits are Newton's on planes through corners of size 1, so a few roundings of a coordinate remain, over the
-// sine of the angle at which the ray meets the wall.
+// The same rays in double: hits are Newton's on planes through corners of size 1, so a few roundings of a coordinate remain, over
+// the sine of the angle at which the ray meets the wall.
 TEST_P(StraightRoom, HitsLieWhereTheRulerSays) {
     const auto p = plan();
     const Pinhole camera(p->scene.camera);

@@ -49,16 +49,17 @@ struct Space {
         Job job{};
         job.hamiltonian = hamiltonian, job.integrator = integrator, job.parameters = parameters.data(), job.rescaled = rescaled;
         job.step = step, job.max_steps = max_steps, job.escape_radius = escape_radius, job.parameter_limit = infinity;
-        job.hit = HitModel::hermite, job.outputs = output_energy | output_parameter, job.rays = rays.data();
+        job.tolerance = 1e-6, job.hit = HitModel::hermite, job.outputs = output_energy | output_parameter, job.rays = rays.data();
         Traced run{std::vector<RayEnd>(rays.size()), {}};
         const Tile tile{0, 0, static_cast<std::uint32_t>(rays.size()), 1};
         kernel.trace(&job, &tile, run.ends.data(), &run.counters);
         return run;
     }
-    /// A fan of rays that pass the origin at various distances.
+    /// A fan of rays from one place; in open space they pass the origin at various distances.
     std::vector<RayStart> fan(std::uint32_t n) const {
         std::vector<RayStart> rays(n);
-        const double q[3] = {-7, 0.5, 0.25};
+        const Place& place = place_in(module().hamiltonians[hamiltonian].name);
+        const double far[3] = {-7, 0.5, 0.25}, *q = place.hamiltonian.empty() ? far : place.q;
         for (std::uint32_t i = 0; i < n; ++i) {
             const double d[3] = {1, 1.25 * (i + 0.5) / n - 0.5, 0.3};
             EXPECT_EQ(module().start(hamiltonian, parameters.data(), q, d, &rays[i]), Failure::none);

@@ -115,33 +115,4 @@ State<V> state_of(const RayStart& ray) {
     return s;
 }
 
-/// How the right-hand sides of Hamilton's equations depend on the state.
-enum class Motion { straight, uniform, linear, general };
-
-/// Found by trying: differences between derivatives at random states and at the states halfway between.
-template <class H>
-Motion motion_in() {
-    const System<H, false, double> system(default_parameters<H>().data());
-    const auto rays = random_rays<H>(12, 17);
-    const auto at = [&](const State<double>& s) {
-        std::array<double, 6> g;
-        system.derivatives(s, g.data());
-        return g;
-    };
-    double force = 0, change = 0, bend = 0, size = 0;
-    for (std::size_t i = 1; i < rays.size(); ++i) {
-        const auto a = state_of<double>(rays[0]), b = state_of<double>(rays[i]);
-        State<double> half = a;
-        for (int k = 0; k < 6; ++k) half.y[k] = 0.5 * (a.y[k] + b.y[k]);
-        const auto ga = at(a), gb = at(b), gh = at(half);
-        for (int k = 0; k < 6; ++k) {
-            if (k < 3) force = std::max(force, std::abs(ga[k])), change = std::max(change, std::abs(gb[k] - ga[k]));
-            bend = std::max(bend, std::abs(ga[k] + gb[k] - 2 * gh[k]));
-            size = std::max(size, std::abs(gb[k]));
-        }
-    }
-    const double rounding = 100 * machine_epsilon<double> * size;
-    return bend > rounding ? Motion::general : change > rounding ? Motion::linear : force > rounding ? Motion::uniform : Motion::straight;
-}
-
 }  // namespace kagero::test

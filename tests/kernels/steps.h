@@ -5,6 +5,7 @@
 
 #include "kernels/stepping/space_kernel.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 extern "C" const kagero::Module* kagero_kernels();
@@ -51,10 +52,28 @@ inline int stages_of(const Method& m) {
 }
 inline bool collocates(const Method& m) { return m.coefficients.gauss != nullptr; }
 
-/// The printed recipe takes each part of H by eq. (9). Where the parts are ½|p|² and V(q) that is exact, and the recipe what its name
-/// says: symmetric, of the order of its fractions.
+/// Rounding of a method's numbers: only those of collocation have more digits than double.
+template <class S>
+double coefficient_epsilon(const Method& m) {
+    const double epsilon = static_cast<double>(machine_epsilon<S>);
+    return collocates(m) ? epsilon : std::max(epsilon, machine_epsilon<double>);
+}
+
+/// Whether the same fractions come back in reverse to the last bit: a splitting written for χ and χ* is rounded on the way.
+inline bool mirrored(const Method& m) {
+    const Fractions f = m.coefficients.fractions;
+    return std::equal(f.begin(), f.end(), f.rbegin());
+}
+
+/// The printed recipe takes each part of H by eq. (9). Where the parts are ½|p|² and V(q), as Nyström methods want them, that is exact,
+/// and the recipe what its name says: symmetric, of the order of its fractions.
 template <class H>
-bool recipe_is_exact_split(const Method& m) { return m.kind == Kind::recipe && System<H, false, double>::separable; }
+bool recipe_is_exact_split(const Method& m) {
+    if (m.kind != Kind::recipe) return false;
+    for (const Method& served : methods_for<H>(false))
+        if (served.kind == Kind::nystroem) return true;
+    return false;
+}
 template <class H>
 int order_on(const Method& m) {
     if (recipe_is_exact_split<H>(m)) return m.coefficients.fractions.size() == 1 ? 2 : 4;
@@ -62,6 +81,10 @@ int order_on(const Method& m) {
 }
 template <class H>
 bool symmetric_on(const Method& m) { return m.info.symmetric || recipe_is_exact_split<H>(m); }
+
+/// Whether H computes functions that packets and the standard library round differently. In tape_test.cpp.
+template <class H>
+bool is_transcendental();
 
 template <class V>
 class Steps {
@@ -109,5 +132,35 @@ private:
     SpaceKernel<V> kernel_;
     SystemStorage system_;
 };
+
+/// How the right-hand sides of Hamilton's equations depend on the state.
+enum class Motion { straight, uniform, linear, general };
+
+/// Found by trying: derivatives at random states and at the states halfway between. Compositions begin with both gradients of H.
+template <class H>
+Motion motion_in() {
+    auto steps = Steps<double>::in<H>(method_named("euler"), false);
+    const auto rays = random_rays<H>(12, 17);
+    const auto gradient = [&](const State<double>& s) {
+        steps.begin(s, 0.0);
+        std::array<double, 6> g;
+        for (int k = 0; k < 6; ++k) g[k] = steps.flow.stage[k / 3][k % 3];
+        return g;
+    };
+    double force = 0, change = 0, bend = 0, size = 0;
+    for (std::size_t i = 1; i < rays.size(); ++i) {
+        const auto a = state_of<double>(rays[0]), b = state_of<double>(rays[i]);
+        State<double> half = a;
+        for (int k = 0; k < 6; ++k) half.y[k] = 0.5 * (a.y[k] + b.y[k]);
+        const auto ga = gradient(a), gb = gradient(b), gh = gradient(half);
+        for (int k = 0; k < 6; ++k) {
+            if (k < 3) force = std::max(force, std::abs(ga[k])), change = std::max(change, std::abs(gb[k] - ga[k]));
+            bend = std::max(bend, std::abs(ga[k] + gb[k] - 2 * gh[k]));
+            size = std::max(size, std::abs(gb[k]));
+        }
+    }
+    const double rounding = 100 * machine_epsilon<double> * size;
+    return bend > rounding ? Motion::general : change > rounding ? Motion::linear : force > rounding ? Motion::uniform : Motion::straight;
+}
 
 }  // namespace kagero::test

@@ -1,0 +1,111 @@
+// The parts that Hamiltonians are split into: that they sum to H, and that flows given in closed form are flows.
+#include "steps.h"
+
+#include "kernels/stepping/gauss.h"
+
+namespace kagero::test {
+namespace {
+
+template <class H>
+class Splitting : public ::testing::Test {};
+TYPED_TEST_SUITE(Splitting, AllHamiltonians, HamiltonianName);
+
+TYPED_TEST(Splitting, PartsSumToTheHamiltonian) {
+    using H = TypeParam;
+    if constexpr (!Parted<H>) {
+        GTEST_SKIP() << H::name << " declares no parts";
+    } else {
+        Random random(41);
+        const auto k = make_parameters<H>(default_parameters<H>().data());
+        for (const RayStart& ray : random_rays<H>(200, 42)) {
+            const Vec3<double> q{ray.q[0], ray.q[1], ray.q[2]}, p = random(0.5, 2) * Vec3<double>{ray.p[0], ray.p[1], ray.p[2]};
+            const double pt = ray.pt * random(0.5, 2), a = H::part_a(k, q, p, pt), b = H::part_b(k, q, p, pt);
+            EXPECT_NEAR(a + b, H::energy(k, q, p, pt), 30 * machine_epsilon<double> * (dot(p, p) + pt * pt + std::abs(a) + std::abs(b)));
+        }
+    }
+}
+
+/// H − ½(|p|² − p_t²) as a Hamiltonian of its own.
+template <class H>
+struct Rest {
+    static constexpr const auto& parameters = H::parameters;
+    static constexpr double level = 0;
+    template <class V>
+    using Parameters = typename H::template Parameters<V>;
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        return H::energy(k, q, p, pt) - 0.5 * (dot(p, p) - pt * pt);
+    }
+};
+
+/// A time t by n steps of 16th order.
+template <class System>
+State<Quad> by_steps(const System& system, const State<Quad>& start, Quad t, int n) {
+    Flow<Quad> f{};
+    const Coefficients coefficients{.gauss = &gauss_tableau<8>};
+    f.start = start, f.h = t / n;
+    Gauss<0>::begin(system, f, coefficients);
+    for (int i = 0; i < n; ++i) {
+        f.start_velocity = system.dp(f.start);
+        Gauss<0>::step(system, f, coefficients);
+        EXPECT_TRUE(f.solved);
+        f.start = f.end;
+    }
+    return f.start;
+}
+
+TYPED_TEST(Splitting, FlowInClosedFormIsTheFlow) {
+    using H = TypeParam;
+    if constexpr (!ExactlySplit<H>) {
+        GTEST_SKIP() << H::name << " declares no flow in closed form";
+    } else {
+        const System<Rest<H>, false, Quad> system(default_parameters<H>().data());
+        const auto k = system.template parameters<Quad>();
+        int compared = 0;
+        for (const RayStart& ray : random_rays<H>(30, 43)) {
+            const State<Quad> start = state_of<Quad>(ray);
+            for (const double t : {-0.75, 0.25, 1.5}) {
+                Vec3<Quad> q = start.q(), p = start.p();
+                H::flow_of_rest(k, q, p, start.y[6], Quad(t));
+                // Where it falls most of the way to the centre, steps are of no use as a reference.
+                if (norm(q) < norm(start.q()) / 2) continue;
+                const State<Quad> coarse = by_steps(system, start, t, 8), fine = by_steps(system, start, t, 16);
+                const Quad end[6] = {q.x, q.y, q.z, p.x, p.y, p.z};
+                for (int i = 0; i < 6; ++i) {
+                    const Quad tolerance = abs(fine.y[i] - coarse.y[i]) + 1000 * machine_epsilon<Quad> * (1 + abs(fine.y[i]));
+                    EXPECT_LE(static_cast<double>(abs(end[i] - fine.y[i]) / tolerance), 1) << "component " << i << " at t = " << t;
+                }
+                ++compared;
+            }
+        }
+        EXPECT_GT(compared, 60);
+    }
+}
+
+// A ray that falls into the centre within a step is captured, with numbers for a state.
+TYPED_TEST(Splitting, AFallIntoTheCentreEndsCaptured) {
+    using H = TypeParam;
+    if constexpr (!ExactlySplit<H>) {
+        GTEST_SKIP() << H::name << " declares no flow in closed form";
+    } else {
+        for (const Method& method : methods_for<H>(false)) {
+            if (method.kind != Kind::exact_split || method.coefficients.fractions.size() > 3) continue;  // no fraction is negative
+            const double q[3] = {1.75, 0.125, 0.25}, inward[3] = {-1, 0.01, -0.1};
+            RayStart ray;
+            ASSERT_EQ(start_along<H>(default_parameters<H>().data(), q, inward, ray), Failure::none);
+            for (const double h : {2.0, 8.0, 32.0}) {
+                auto steps = Steps<double>::in<H>(method, false);
+                steps.begin(state_of<double>(ray), h);
+                for (int i = 0; i < 20; ++i) {
+                    steps.advance(1);
+                    for (const double y : steps.flow.end.y) EXPECT_TRUE(std::isfinite(y));
+                    if (!(steps.flow.captured > 0)) break;
+                }
+                EXPECT_LE(steps.flow.captured, 0) << method.info.name << ", h = " << h;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

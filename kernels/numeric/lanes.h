@@ -272,7 +272,11 @@ KAGERO_INLINE B polished_rsqrt(const B& x, const B& y) {
         if constexpr (std::is_same_v<B, T>) return std::fma(a, b, c);
         else return B(registers::fused(a, b, c));
     };
-    const B e = fma(B(-x * y), y, B(T(1)));
+    const auto one_minus = [](const B& a, const B& b) {
+        if constexpr (std::is_same_v<B, T>) return std::fma(-a, b, T(1));
+        else return B(registers::fused_neg(a, b, B(T(1))));
+    };
+    const B e = one_minus(B(x * y), y);
     if constexpr (std::is_same_v<T, float>) return fma(B(y * e), B(T(0.5)), y);
     else return fma(B(y * e), fma(e, fma(e, B(T(0.3125)), B(T(0.375))), B(T(0.5))), y);
 }
@@ -284,7 +288,11 @@ KAGERO_INLINE B polished_recip(const B& x, const B& y) {
         if constexpr (std::is_same_v<B, T>) return std::fma(a, b, c);
         else return B(registers::fused(a, b, c));
     };
-    const B e = fma(B(-x), y, B(T(1)));
+    const auto one_minus = [](const B& a, const B& b) {
+        if constexpr (std::is_same_v<B, T>) return std::fma(-a, b, T(1));
+        else return B(registers::fused_neg(a, b, B(T(1))));
+    };
+    const B e = one_minus(x, y);
     if constexpr (std::is_same_v<T, float>) return fma(B(y * e), B(T(1)), y);
     else return fma(B(y * e), fma(e, B(e + B(T(1))), B(T(1))), y);
 }

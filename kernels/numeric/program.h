@@ -48,6 +48,50 @@ constexpr std::array<int, Tape::capacity> count_uses(const Tape& t, const std::a
     return uses;
 }
 
+/// Uniform factors travel inward where that lets several products share one: u (d x), u (d y) become (u d) x, (u d) y.
+template <int Outputs>
+constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
+    const auto uses = count_uses<Outputs>(t, outputs);
+    const auto scaled_product = [&](int i) {
+        const Node& n = t.nodes[i];
+        return uses[i] > 0 && n.op == Op::mul && !n.uniform && t.uniform(n.a) && t.nodes[n.b].op == Op::mul && uses[n.b] == 1;
+    };
+    /// How many products would share u·d.
+    const auto shared_by = [&](int u, int d) {
+        int count = 0;
+        for (int i = 0; i < t.size; ++i) {
+            if (!scaled_product(i) || t.nodes[i].a != u) continue;
+            const Node& product = t.nodes[t.nodes[i].b];
+            if (product.a == d || product.b == d) ++count;
+        }
+        return count;
+    };
+    Tape shared;
+    std::array<int, Tape::capacity> place{};
+    for (int i = 0; i < t.size; ++i) {
+        Node n = t.nodes[i];
+        if (uses[i] == 0 && n.op != Op::input) continue;
+        if (scaled_product(i)) {
+            const Node& product = t.nodes[n.b];
+            const int with_a = shared_by(n.a, product.a), with_b = shared_by(n.a, product.b);
+            if (with_a > 1 || with_b > 1) {
+                const int d = with_a >= with_b ? product.a : product.b, x = with_a >= with_b ? product.b : product.a;
+                const int factor = shared.append({Op::mul, place[n.a], place[d], -1, 0, false});
+                place[i] = shared.append({Op::mul, factor, place[x], -1, 0, false});
+                continue;
+            }
+        }
+        if (!is_leaf(n.op)) {
+            n.a = place[n.a];
+            if (n.b >= 0) n.b = place[n.b];
+            if (n.c >= 0) n.c = place[n.c];
+        }
+        place[i] = shared.append(n);
+    }
+    for (int& o : outputs) o = place[o];
+    return shared;
+}
+
 /// a·b + c in one operation wherever the product has no other use.
 constexpr void fuse(Tape& t, const std::array<int, Tape::capacity>& uses) {
     for (int i = 0; i < t.size; ++i) {
@@ -65,7 +109,8 @@ constexpr void fuse(Tape& t, const std::array<int, Tape::capacity>& uses) {
 }
 
 template <int Outputs>
-constexpr Program<Tape::capacity, Outputs> extract_all(Tape t, const std::array<int, Outputs>& outputs) {
+constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs) {
+    Tape t = share_scaled<Outputs>(recorded, outputs);
     fuse(t, count_uses<Outputs>(t, outputs));
     const auto uses = count_uses<Outputs>(t, outputs);
     Program<Tape::capacity, Outputs> p;

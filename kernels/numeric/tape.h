@@ -90,6 +90,23 @@ public:
     constexpr int binary(Op op, int a, int b) { return append({op, a, b, -1, 0, uniform(a) && uniform(b)}); }
 
     constexpr bool uniform(int i) const { return nodes[i].uniform; }
+    /// The node 1/√s when node i is √s, written s·(1/√s); else −1.
+    constexpr int root_of(int i) const {
+        const Node& n = nodes[i];
+        if (n.op != Op::mul) return -1;
+        if (nodes[n.b].op == Op::rsqrt && nodes[n.b].a == n.a) return n.b;
+        if (nodes[n.a].op == Op::rsqrt && nodes[n.a].a == n.b) return n.a;
+        return -1;
+    }
+    /// Appends as it is, or finds the same operation that is already there.
+    constexpr int append(const Node& n) {
+        for (int i = 0; i < size; ++i) {
+            const Node& o = nodes[i];
+            if (o.op == n.op && o.a == n.a && o.b == n.b && o.c == n.c && o.value == n.value) return i;
+        }
+        nodes[size] = n;
+        return size++;
+    }
 
 private:
     constexpr bool is(int i, double x) const { return nodes[i].op == Op::constant && nodes[i].value == x; }
@@ -98,14 +115,6 @@ private:
     constexpr int scaled(int i) const {
         const Node& n = nodes[i];
         return n.op == Op::mul && !n.uniform && nodes[n.a].uniform ? n.a : -1;
-    }
-    /// The node 1/√s when node i is √s, written s·(1/√s); else −1.
-    constexpr int root_of(int i) const {
-        const Node& n = nodes[i];
-        if (n.op != Op::mul) return -1;
-        if (nodes[n.b].op == Op::rsqrt && nodes[n.b].a == n.a) return n.b;
-        if (nodes[n.a].op == Op::rsqrt && nodes[n.a].a == n.b) return n.a;
-        return -1;
     }
     /// √s·√s = s and √s·(1/√s) = 1; −1 when neither is there.
     constexpr int square_root_cancelled(int a, int b) {
@@ -116,15 +125,6 @@ private:
         return -1;
     }
     constexpr int append_sorted(Op op, int a, int b) { return a < b ? binary(op, a, b) : binary(op, b, a); }
-    /// Appends, or finds the same operation that is already there.
-    constexpr int append(const Node& n) {
-        for (int i = 0; i < size; ++i) {
-            const Node& o = nodes[i];
-            if (o.op == n.op && o.a == n.a && o.b == n.b && o.c == n.c && o.value == n.value) return i;
-        }
-        nodes[size] = n;
-        return size++;
-    }
 };
 
 /// A number that writes down what is done to it.
@@ -193,7 +193,16 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wa
         switch (n.op) {
             case Op::add: give(n.a, d), give(n.b, d); break;
             case Op::sub: give(n.a, d), give(n.b, t.neg(d)); break;
-            case Op::mul: give(n.a, t.mul(d, n.b)), give(n.b, t.mul(d, n.a)); break;
+            case Op::mul:
+                if (const int root = t.root_of(i); root >= 0) {
+                    // √s, written s·(1/√s): half of 1/√s, not a difference of two large terms.
+                    give(t.nodes[root].a, t.mul(t.constant(0.5), t.mul(d, root)));
+                } else if (n.a == n.b) {
+                    give(n.a, t.mul(t.constant(2), t.mul(d, n.a)));
+                } else {
+                    give(n.a, t.mul(d, n.b)), give(n.b, t.mul(d, n.a));
+                }
+                break;
             case Op::neg: give(n.a, t.neg(d)); break;
             case Op::recip: give(n.a, t.neg(t.mul(d, t.mul(i, i)))); break;
             case Op::rsqrt: give(n.a, t.mul(t.constant(-0.5), t.mul(t.mul(d, i), t.mul(i, i)))); break;
@@ -220,24 +229,29 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wa
     for (int k = 0; k < N; ++k) gradient[k] = adjoint[wanted[k]] < 0 ? t.constant(0) : adjoint[wanted[k]];
 }
 
-/// The node of g·h with g multiplied through: sums are distributed over, and g cancels against 1/g where h has it as a factor.
+/// The node of g·h with g multiplied through: distributed over sums that have a term with the factor 1/g, where it cancels.
 constexpr int multiply_through(Tape& t, int g, int h) {
+    const int one_over = t.recip(g);
+    const auto factor = [&](auto&& self, int i) -> bool {
+        const Node& n = t.nodes[i];
+        return i == one_over || (n.op == Op::mul && (self(self, n.a) || self(self, n.b)));
+    };
+    const auto term = [&](auto&& self, int i) -> bool {
+        const Node& n = t.nodes[i];
+        if (n.op == Op::neg) return self(self, n.a);
+        if (n.op == Op::add || n.op == Op::sub) return self(self, n.a) || self(self, n.b);
+        return factor(factor, i);
+    };
     const Node n = t.nodes[h];
-    if (n.op == Op::add) return t.add(multiply_through(t, g, n.a), multiply_through(t, g, n.b));
-    if (n.op == Op::sub) return t.sub(multiply_through(t, g, n.a), multiply_through(t, g, n.b));
-    if (n.op == Op::neg) return t.neg(multiply_through(t, g, n.a));
-    if (h == t.recip(g)) return t.constant(1);
-    if (n.op == Op::mul && t.uniform(n.a)) return t.mul(n.a, multiply_through(t, g, n.b));
-    if (n.op == Op::mul) {
-        // Into the factor that lets g cancel, if one does.
-        const int one_over = t.recip(g);
-        const auto holds = [&](auto&& self, int i) -> bool {
-            return i == one_over || (t.nodes[i].op == Op::mul && (self(self, t.nodes[i].a) || self(self, t.nodes[i].b)));
-        };
-        if (holds(holds, n.a)) return t.mul(multiply_through(t, g, n.a), n.b);
-        if (holds(holds, n.b)) return t.mul(n.a, multiply_through(t, g, n.b));
+    if (h == one_over) return t.constant(1);
+    if (!term(term, h)) return t.mul(g, h);
+    switch (n.op) {
+        case Op::add: return t.add(multiply_through(t, g, n.a), multiply_through(t, g, n.b));
+        case Op::sub: return t.sub(multiply_through(t, g, n.a), multiply_through(t, g, n.b));
+        case Op::neg: return t.neg(multiply_through(t, g, n.a));
+        default: break;  // a product
     }
-    return t.mul(g, h);
+    return factor(factor, n.a) ? t.mul(multiply_through(t, g, n.a), n.b) : t.mul(n.a, multiply_through(t, g, n.b));
 }
 
 }  // namespace kagero

@@ -56,7 +56,7 @@ private:
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> kick(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                       const Vec3<V>& force) {
-        const auto next = [&](const Vec3<V>& guess) { return retreat(p, tau, system.dq(joined(f, q, guess))); };
+        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, system.dq(joined(f, q, guess))); };
         if constexpr (!System::force_needs_p) return evaluated(f, next(p));
         else return solve<Side::kick>(system, f, q, p, tau, retreat(p, tau, force), next);
     }
@@ -64,7 +64,7 @@ private:
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> drift(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                        const Vec3<V>& velocity) {
-        const auto next = [&](const Vec3<V>& guess) { return advance(q, tau, system.dp(joined(f, guess, p))); };
+        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, system.dp(joined(f, guess, p))); };
         if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
         else return solve<Side::drift>(system, f, q, p, tau, advance(q, tau, velocity), next);
     }
@@ -81,15 +81,19 @@ private:
         using S = ScalarOf<V>;
         Convergence<V> convergence(f);
         Vec3<V> x = guess;
+        V evaluations(S(0));
+        std::uint64_t open_iterations = 0, issued_iterations = 0;  // in registers: f is memory
         for (int i = 0; i < Convergence<V>::max_iterations && any(convergence.open()); ++i) {
-            f.open_iterations += count(convergence.open());
-            f.issued_iterations += lane_count<V>;
-            f.gradients += pick(convergence.open(), V(S(1)), V(S(0)));
+            open_iterations += count(convergence.open());
+            issued_iterations += lane_count<V>;
+            evaluations = pick(convergence.open(), V(S(i + 1)), evaluations);
             const Vec3<V> fresh = next(x);
             const V change = greatest_difference(fresh, x);
             x = pick<V>(convergence.open(), fresh, x);
             convergence.update(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
         }
+        f.gradients += evaluations;
+        f.open_iterations += open_iterations, f.issued_iterations += issued_iterations;
         if (any(convergence.open())) {
             const MaskOf<V> open = convergence.open(), solved = f.solved;
             const V gradients = f.gradients;

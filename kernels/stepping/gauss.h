@@ -24,7 +24,7 @@ struct Gauss {
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         const int s = stages(coefficients);
-        Weights<S> w(coefficients);
+        const GaussNumbers<S>& w = coefficients.gauss->template numbers<S>();
         V g[room][6];  // ∂K/∂q, ∂K/∂p at the stages
         for (int i = 0; i < s; ++i) sum(f.stage, w.ahead[i], s, g[i]);
         Convergence<V> convergence(f);
@@ -43,19 +43,6 @@ struct Gauss {
 private:
     static constexpr int room = fixed ? fixed : max_stages;
     static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
-
-    /// The coefficients as numbers of the kernel.
-    template <class S>
-    struct Weights {
-        S a[room][room], b[room], ahead[room][room];
-        explicit Weights(const Coefficients& coefficients) {
-            const GaussTableau& t = *coefficients.gauss;
-            for (int i = 0; i < room; ++i) {
-                b[i] = S(t.b[i]);
-                for (int j = 0; j < room; ++j) a[i][j] = S(t.a[i][j]), ahead[i][j] = S(t.ahead[i][j]);
-            }
-        }
-    };
 
     /// Σ_j weight_j g_j.
     template <class V, class S>
@@ -78,7 +65,7 @@ private:
 
     /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes.
     template <class System, class V, class S>
-    KAGERO_INLINE static V iterate(const System& system, const Flow<V>& f, const Weights<S>& w, int s,
+    KAGERO_INLINE static V iterate(const System& system, const Flow<V>& f, const GaussNumbers<S>& w, int s,
                                    const Convergence<V>& convergence, V (&g)[room][6]) {
         State<V> y[room];
         for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
@@ -94,7 +81,7 @@ private:
     }
 
     template <class System, class V, class S>
-    KAGERO_INLINE static void finish(const System& system, Flow<V>& f, const Weights<S>& w, int s, const V (&g)[room][6]) {
+    KAGERO_INLINE static void finish(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, const V (&g)[room][6]) {
         move(f, g, w.b, s, f.end);
         f.end_parameter = f.start_parameter + f.h;
         if (System::rescaled && f.want_parameter) {

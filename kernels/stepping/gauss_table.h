@@ -2,6 +2,7 @@
 /// compiler in quadruple precision.
 #pragma once
 
+#include <type_traits>
 #include <utility>
 
 namespace kagero {
@@ -86,19 +87,42 @@ inline constexpr GaussTable<s> gauss_table = detail::make_gauss_table<s>();
 inline constexpr int max_stages = 8;
 
 /// The same as run-time data; stages without use are zero.
+template <class S>
+struct GaussNumbers {
+    S a[max_stages][max_stages], b[max_stages], ahead[max_stages][max_stages];
+};
+/// In every precision, rounded by the compiler: at run time each conversion from quadruple precision is a library call.
 struct GaussTableau {
     int stages;
-    __float128 a[max_stages][max_stages], b[max_stages], ahead[max_stages][max_stages];
-};
-template <int s>
-inline constexpr GaussTableau gauss_tableau = [] {
-    GaussTableau t{};
-    t.stages = s;
-    for (int i = 0; i < s; ++i) {
-        t.b[i] = gauss_table<s>.b[i];
-        for (int j = 0; j < s; ++j) t.a[i][j] = gauss_table<s>.a[i][j], t.ahead[i][j] = gauss_table<s>.ahead[i][j];
+    GaussNumbers<__float128> exact;
+    GaussNumbers<double> in_double;
+    GaussNumbers<float> in_float;
+
+    template <class S>
+    constexpr const GaussNumbers<S>& numbers() const {
+        if constexpr (std::is_same_v<S, double>) return in_double;
+        else if constexpr (std::is_same_v<S, float>) return in_float;
+        else return exact;
     }
-    return t;
-}();
+};
+
+namespace detail {
+
+template <class S, int s>
+constexpr GaussNumbers<S> rounded_gauss_numbers(const GaussTable<s>& t) {
+    GaussNumbers<S> n{};
+    for (int i = 0; i < s; ++i) {
+        n.b[i] = S(t.b[i]);
+        for (int j = 0; j < s; ++j) n.a[i][j] = S(t.a[i][j]), n.ahead[i][j] = S(t.ahead[i][j]);
+    }
+    return n;
+}
+
+}  // namespace detail
+
+template <int s>
+inline constexpr GaussTableau gauss_tableau{s, detail::rounded_gauss_numbers<__float128>(gauss_table<s>),
+                                            detail::rounded_gauss_numbers<double>(gauss_table<s>),
+                                            detail::rounded_gauss_numbers<float>(gauss_table<s>)};
 
 }  // namespace kagero

@@ -14,7 +14,7 @@ public:
     static constexpr int max_iterations = 60;
 
     /// Changes are measured relative to |q|₁ + |h dq/dτ|₁ and |p|₁ at the start of the step.
-    explicit Convergence(const Flow<V>& f)
+    KAGERO_INLINE explicit Convergence(const Flow<V>& f)
         : tolerance_(max(f.solver_tolerance, epsilon)),
           inverse_q_(inverse_size(mul_add(abs(f.h), size(f.start_velocity), size(f.start.q())))),
           inverse_p_(inverse_size(size(f.start.p()))),
@@ -22,17 +22,18 @@ public:
           previous_(V(S(0))) {}
 
     /// Lanes that still iterate.
-    const MaskOf<V>& open() const { return open_; }
+    KAGERO_INLINE const MaskOf<V>& open() const { return open_; }
     /// Relative size of a change of q by dq and of p by dp (greatest components).
-    V relative(const V& dq, const V& dp) const { return max(dq * inverse_q_, dp * inverse_p_); }
-    V relative_q(const V& dq) const { return dq * inverse_q_; }
-    V relative_p(const V& dp) const { return dp * inverse_p_; }
+    KAGERO_INLINE V relative(const V& dq, const V& dp) const { return max(dq * inverse_q_, dp * inverse_p_); }
+    KAGERO_INLINE V relative_q(const V& dq) const { return dq * inverse_q_; }
+    KAGERO_INLINE V relative_p(const V& dp) const { return dp * inverse_p_; }
 
     /// Takes the relative change of this iteration. Iterations contract linearly: the change that would come next is about
     /// change²/previous. At the level of rounding a change that shrinks no more is accepted as well.
-    void update(const V& change) {
+    KAGERO_INLINE void update(const V& change) {
         const V tolerance(tolerance_), rounding(S(64) * epsilon);
-        const MaskOf<V> done = (change <= tolerance) | (change * change <= tolerance * previous_) |
+        // change² ≤ tolerance · max(change, previous): small enough now, or next time.
+        const MaskOf<V> done = (change * change <= tolerance * max(change, previous_)) |
                                ((change <= rounding) & (previous_ <= change + change));
         open_ = open_ & !done;
         previous_ = change;
@@ -48,8 +49,8 @@ public:
 
 private:
     static constexpr S epsilon = machine_epsilon<S>;
-    static V size(const Vec3<V>& a) { return abs(a.x) + abs(a.y) + abs(a.z); }
-    static V inverse_size(const V& a) { return recip(max(a, V(S(std::numeric_limits<float>::min())))); }
+    KAGERO_INLINE static V size(const Vec3<V>& a) { return abs(a.x) + abs(a.y) + abs(a.z); }
+    KAGERO_INLINE static V inverse_size(const V& a) { return recip(max(a, V(S(std::numeric_limits<float>::min())))); }
 
     S tolerance_;
     V inverse_q_, inverse_p_;

@@ -5,6 +5,10 @@
 
 namespace kagero {
 
+/// √x to a few roundings, without the slow instruction; 0 at 0.
+template <class V>
+KAGERO_INLINE V root(const V& x) { return x * rsqrt(max(x, V(std::numeric_limits<ScalarOf<V>>::min()))); }
+
 template <class V>
 struct Curve {
     Vec3<V> q0, b1, b2, q1;
@@ -36,13 +40,17 @@ struct Curve {
             const V along = dot(e, chord);
             return dot(e, e) - along * along * inverse;
         };
-        return V(S(0.75 * 1.1)) * sqrt(max(max(off(b1), off(b2)), V(S(0))));
+        return V(S(0.75 * 1.1)) * root(max(max(off(b1), off(b2)), V(S(0))));
     }
     /// Greatest distance of any point of the curve from its start, bounded by its control points.
     KAGERO_INLINE V reach() const {
         const auto away = [&](const Vec3<V>& b) { const Vec3<V> e = b - q0; return dot(e, e); };
-        return sqrt(max(max(away(b1), away(b2)), away(q1)));
+        return root(max(max(away(b1), away(b2)), away(q1)));
     }
 };
+
+/// Length of v to a few roundings.
+template <class V>
+KAGERO_INLINE V length(const Vec3<V>& v) { return root(dot(v, v)); }
 
 }  // namespace kagero

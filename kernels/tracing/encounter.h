@@ -45,7 +45,7 @@ public:
 
     /// New ray in the lanes of `lanes`: nothing known yet, and the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
-        for (std::uint64_t rest = lanes; rest; rest &= rest - 1) budget_[__builtin_ctzll(rest)] = 0;
+        budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_);
         fresh_ |= lanes;
     }
 
@@ -62,22 +62,16 @@ private:
     /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface.
     std::uint64_t spend(const Curve<V>& curve, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        alignas(64) S reach[W], length[W], x[W], y[W], z[W];
         const Vec3<V> chord = curve.q1 - curve.q0;
-        const V way = curve.reach() * V(S(1.01));
-        put(way, reach), put(sqrt(dot(chord, chord)), length);
-        bool loaded = false;
-        std::uint64_t asking = 0;
-        for (std::uint64_t rest = active; rest; rest &= rest - 1) {
+        const V reach = curve.reach() * V(S(1.01)), way = length(chord) * V(S(1.0001));
+        const std::uint64_t short_of = active & ~to_bits(reach < budget_);
+        for (std::uint64_t rest = short_of; rest; rest &= rest - 1) {
             const int i = __builtin_ctzll(rest);
-            if (!(reach[i] < budget_[i])) {
-                if (!loaded) put(curve.q0.x, x), put(curve.q0.y, y), put(curve.q0.z, z);
-                loaded = true;
-                budget_[i] = S(clearance_at(*geometry_.clearance, double(x[i]), double(y[i]), double(z[i])));
-                if (!(reach[i] < budget_[i])) asking |= std::uint64_t(1) << i;
-            }
-            budget_[i] -= length[i] * S(1.0001);
+            const auto at = [i](const V& v) { return double(get_lane(v, i)); };
+            set_lane(budget_, i, S(clearance_at(*geometry_.clearance, at(curve.q0.x), at(curve.q0.y), at(curve.q0.z))));
         }
+        const std::uint64_t asking = short_of ? short_of & ~to_bits(reach < budget_) : 0;
+        budget_ -= way;
         return asking;
     }
 
@@ -125,14 +119,44 @@ private:
                 segments.near[i] = std::min(0.5f, start_offset / std::max(std::sqrt(x * x + y * y + z * z), start_offset));
             }
         }
+        double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
+        for (std::uint64_t rest = now; rest; rest &= rest - 1) {
+            const int i = __builtin_ctzll(rest);
+            begin[i] = 0, length[i] = 1;
+            if (is_far(segments, i) && !clip(a, b, i, segments, begin[i], length[i])) now &= ~(std::uint64_t(1) << i);
+        }
         queries += static_cast<std::uint64_t>(__builtin_popcountll(now));
         const std::uint64_t hits = query(geometry_.embree_scene, segments, now);
         for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
             const int i = __builtin_ctzll(rest);
-            surface[i] = segments.surface[i], primitive[i] = segments.primitive[i], t[i] = double(segments.t[i]);
+            surface[i] = segments.surface[i], primitive[i] = segments.primitive[i];
+            t[i] = begin[i] + length[i] * double(segments.t[i]);
             from[i] = double(get_lane(s0, i)), to[i] = double(get_lane(s1, i));
         }
         return hits;
+    }
+
+    /// Whether an end of a segment lies so far out that float would no longer resolve the scene (or Embree refuse it); also not a number.
+    static bool is_far(const Segments<W>& s, int i) {
+        float greatest = 0;
+        for (int k = 0; k < 3; ++k) greatest = std::max({greatest, std::abs(s.org[k][i]), std::abs(s.org[k][i] + s.dir[k][i])});
+        return !(greatest < far_away);
+    }
+    /// Cuts a segment down, in double, to the cube ±far_away/2 around the scene; false when it misses it.
+    bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, double& begin, double& length) const {
+        const double head[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
+        const double tail[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
+        double enter = 0, leave = 1, org[3], dir[3];
+        for (int k = 0; k < 3; ++k) {
+            org[k] = (head[k] - geometry_.shift[k]) * geometry_.scale, dir[k] = (tail[k] - head[k]) * geometry_.scale;
+            const double half = 0.5 * double(far_away), u = (-half - org[k]) / dir[k], v = (half - org[k]) / dir[k];
+            if (dir[k] == 0 && std::abs(org[k]) > half) return false;
+            if (dir[k] != 0) enter = std::max(enter, std::min(u, v)), leave = std::min(leave, std::max(u, v));
+        }
+        if (!(enter < leave)) return false;
+        begin = enter, length = leave - enter;
+        for (int k = 0; k < 3; ++k) segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(length * dir[k]);
+        return true;
     }
 
     /// Halving a curve divides its sagitta by four.
@@ -150,11 +174,13 @@ private:
 
     /// How far from its start a ray cannot meet a surface, in Embree's coordinates of order one: some 30 roundings of float.
     static constexpr float start_offset = 4e-6f;
+    /// Beyond this segments are cut down to the scene first, in the same coordinates.
+    static constexpr float far_away = 32;
 
     const Geometry& geometry_;
     S tolerance_;
     bool chord_only_;
-    S budget_[W] = {};
+    V budget_{};
     std::uint64_t fresh_ = 0;
 };
 

@@ -90,7 +90,8 @@ private:
     V nominal_;                     ///< step length of active lanes, 0 in finished ones
     V worst_energy_;
     std::uint64_t active_ = 0;
-    std::uint32_t steps_[W] = {};
+    std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
+    V steps_;                       ///< whole numbers, exactly
     std::uint8_t halvings_[W] = {};
     std::uint8_t rejections_[W] = {};
     std::uint32_t surface_[W], primitive_[W];
@@ -118,7 +119,7 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
     flow_.start_parameter = flow_.end_parameter = V(S(0));
-    flow_.gradients = V(S(0));
+    flow_.gradients = steps_ = V(S(0));
     flow_.energy_error = flow_.energy = V(S(0));
     task_.begin(flow_);
     worst_energy_ = flow_.energy_error;
@@ -197,8 +198,9 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
         moving &= accepted;
         nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
     }
-    for (std::uint64_t rest = moving; rest; rest &= rest - 1) ++steps_[__builtin_ctzll(rest)];
-    worst_energy_ = pick(from_bits<V>(moving), max(worst_energy_, flow_.energy_error), worst_energy_);
+    const MaskOf<V> moved = from_bits<V>(moving);
+    steps_ = pick(moved, steps_ + V(S(1)), steps_);
+    if (flow_.want_energy) worst_energy_ = pick(moved, max(worst_energy_, flow_.energy_error), worst_energy_);
     const std::uint64_t staying = moving & ~leave(landing, encounter, moving);
     report_path(flow_, staying, false);
     commit(moving, staying);
@@ -226,10 +228,7 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounte
         limited = staying & to_bits(flow_.end_parameter >= V(limit * (1 - 4 * machine_epsilon<S>)));
         flow_.end_parameter = pick(from_bits<V>(limited), V(limit), flow_.end_parameter);
     }
-    for (std::uint64_t rest = staying; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if (steps_[i] >= job_.max_steps) limited |= std::uint64_t(1) << i;
-    }
+    limited |= staying & to_bits(steps_ >= V(S(job_.max_steps)));
     for (std::uint64_t rest = limited; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::step_limit, Failure::none);
     return moving & ~(staying & ~limited);
 }
@@ -239,6 +238,7 @@ template <class V>
 void PacketTracer<V>::reject(std::uint64_t lanes) {
     if (!lanes) return;
     flow_.h = pick(from_bits<V>(lanes), flow_.suggested, flow_.h);
+    repeated_ |= lanes;
     std::uint64_t failed = 0;
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
@@ -250,6 +250,7 @@ void PacketTracer<V>::reject(std::uint64_t lanes) {
 /// Lanes whose step has no solution, or left the numbers, go back and try half of it; the last halving fails the ray.
 template <class V>
 void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved) {
+    repeated_ |= bad;
     std::uint64_t failed = 0;
     for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
@@ -293,7 +294,9 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
     flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);
     flow_.h = pick(go | done, step_length(), flow_.h);
-    for (std::uint64_t rest = staying; rest; rest &= rest - 1) halvings_[__builtin_ctzll(rest)] = rejections_[__builtin_ctzll(rest)] = 0;
+    for (std::uint64_t rest = staying & repeated_; rest; rest &= rest - 1)
+        halvings_[__builtin_ctzll(rest)] = rejections_[__builtin_ctzll(rest)] = 0;
+    repeated_ &= ~staying;
 }
 
 /// Hits become waiting lanes, except those that lie beyond the escape sphere.
@@ -370,7 +373,7 @@ void PacketTracer<V>::retire(const Flow<V>& f, int lane, Status status, Failure 
     e.pt = double(get_lane(f.start.y[6], lane));
     e.parameter = double(get_lane(f.end_parameter, lane));
     e.energy_error = double(get_lane(worst_energy_, lane));
-    e.steps = steps_[lane];
+    e.steps = static_cast<std::uint32_t>(get_lane(steps_, lane));
     e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, lane));
     e.status = status, e.failure = failure;
     counters_.steps += e.steps, counters_.gradients += e.gradients;
@@ -385,7 +388,7 @@ void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         PathPoint point{};
-        point.ray = numbers_[i], point.step = at_start ? 0 : steps_[i];
+        point.ray = numbers_[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(steps_, i));
         point.parameter = double(get_lane(at_start ? f.start_parameter : f.end_parameter, i));
         for (int k = 0; k < 3; ++k) point.q[k] = double(get_lane(state.y[k], i)), point.p[k] = double(get_lane(state.y[3 + k], i));
         const Vec3<double> v{double(get_lane(velocity.x, i)), double(get_lane(velocity.y, i)), double(get_lane(velocity.z, i))};

@@ -76,7 +76,7 @@ template <class H>
 Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
     const double pt = H::spacetime ? 1.0 : 0.0;
     out = {{q[0], q[1], q[2]}, {0, 0, 0}, pt, Failure::none};
-    const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double length = std::hypot(d[0], d[1], d[2]);
     for (int i = 0; i < 3; ++i)
         if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
     if (!(length > 0)) return out.failure = Failure::zero_direction;

@@ -44,13 +44,18 @@ inline Level<double> level_of(const Surface& surface, std::uint32_t primitive) {
 /// float. Refinement starts here, so that no result depends on how Embree was asked.
 inline double chord_fraction(const Level<double>& g, const Vec3<double>& a, const Vec3<double>& b, double near) {
     const Vec3<double> d = b - a;
-    const double constant = g.value(a), linear = g.slope(a, d), square = g.a * dot(d, d);
-    if (square == 0) return linear != 0 ? -constant / linear : near;
-    const double discriminant = linear * linear - 4 * square * constant;
-    if (!(discriminant >= 0)) return near;
-    const double half = -0.5 * (linear + (linear < 0 ? -1 : 1) * std::sqrt(discriminant));
-    const double first = half / square, second = half != 0 ? constant / half : first;
-    return std::abs(first - near) < std::abs(second - near) ? first : second;
+    if (g.a == 0) {
+        const double linear = dot(g.normal, d);
+        return linear != 0 ? -g.value(a) / linear : near;
+    }
+    // From the point nearest to the centre, so that nothing cancels for a segment that comes from far away.
+    const Vec3<double> e = a - g.center;
+    const double length2 = dot(d, d), middle = -dot(e, d) / length2;
+    const Vec3<double> nearest = e + middle * d;
+    const double half2 = (g.radius2 - dot(nearest, nearest)) / length2;
+    if (!(half2 >= 0)) return near;
+    const double half = std::sqrt(half2);
+    return std::abs(middle - half - near) < std::abs(middle + half - near) ? middle - half : middle + half;
 }
 
 template <class V>

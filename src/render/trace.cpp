@@ -34,7 +34,7 @@ RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& star
 /// The state of a ray whose direction is read in an observer's rest frame.
 RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d) {
     RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none};
-    const double size = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double size = std::hypot(d[0], d[1], d[2]);
     if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
     StartMap map;

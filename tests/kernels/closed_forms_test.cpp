@@ -43,7 +43,8 @@ Solution closed_form(const Mirage*, const RayStart& ray, double tau) {
 
 template <class H>
 class ClosedForms : public ::testing::Test {};
-TYPED_TEST_SUITE(ClosedForms, (::testing::Types<Mirage, Schwarzschild>), HamiltonianName);
+using HaveClosedForms = ::testing::Types<Mirage, Schwarzschild>;
+TYPED_TEST_SUITE(ClosedForms, HaveClosedForms, HamiltonianName);
 
 template <class H, class V>
 void expect_closed_form(double longest) {

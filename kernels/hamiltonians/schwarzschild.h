@@ -57,13 +57,13 @@ struct Schwarzschild {
     template <class V>
     static constexpr void flow_of_rest(const Parameters<V>& k, Vec3<V>& q, Vec3<V>& p, const V& pt, const V& t) {
         const V r = norm(q), root = sqrt(r);
-        const Vec3<V> n = (1.0 / r) * q;
+        const Vec3<V> n = (V(1) / r) * q;
         const V pr = dot(n, p), w = (pt + pr) / root;
-        const V c = max(r * root - 1.5 * k.rg * w * t, 1e-9 * r * root);  // c ≤ 0 is the centre itself: captured
+        const V c = max(r * root - V(1.5) * k.rg * w * t, V(1e-6) * r * root);  // c ≤ 0 is the centre itself: captured
         V s = root;
         for (int i = 0; i < 6; ++i) {
             const V cube = s * s * s;
-            s = s * (cube + 2.0 * c) / (2.0 * cube + c);
+            s = s * (cube + V(2) * c) / (V(2) * cube + c);
         }
         const V now = s * s;
         const V along = w * s - pt;

@@ -17,6 +17,14 @@ KAGERO_INLINE Vec3<V> solve3(const V (&j)[9], const Vec3<V>& r, V& determinant) 
     return {inverse * x, inverse * y, inverse * z};
 }
 
+/// Whether all eigenvalues of J have positive real parts (Routh–Hurwitz): trace > 0, determinant > 0, trace · minors > determinant.
+template <class V>
+KAGERO_INLINE MaskOf<V> is_positive(const V (&j)[9], const V& determinant) {
+    const V zero(ScalarOf<V>(0)), trace = j[0] + j[4] + j[8];
+    const V minors = (j[4] * j[8] - j[5] * j[7]) + (j[0] * j[8] - j[2] * j[6]) + (j[0] * j[4] - j[1] * j[3]);
+    return (trace > zero) & (determinant > zero) & (trace * minors > determinant);
+}
+
 template <class V>
 KAGERO_INLINE State<V> joined(const Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p) {
     return {{q.x, q.y, q.z, p.x, p.y, p.z, f.start.y[6]}};
@@ -26,8 +34,8 @@ KAGERO_INLINE State<V> joined(const Flow<V>& f, const Vec3<V>& q, const Vec3<V>&
 enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q + τ ∂K/∂p(q', p)
 
 /// x with x = next(x), where next is one of the two sides, from the guess x. The Jacobian is I + τ M for a kick and I − τ Mᵀ for a
-/// drift, M = ∂²K/∂q∂p. The solution that grows out of the start as τ grows from zero keeps its determinant positive: a second root,
-/// beyond a fold, is never accepted.
+/// drift, M = ∂²K/∂q∂p. At the solution that grows out of the start as τ grows from zero its eigenvalues stay positive: a second
+/// root, beyond a fold, is never accepted.
 template <Side side, class System, class V>
 __attribute__((noinline)) Vec3<V> newton(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
     using S = ScalarOf<V>;
@@ -48,7 +56,7 @@ __attribute__((noinline)) Vec3<V> newton(const System& system, Flow<V>& f, const
         const Vec3<V> next = side == Side::kick ? retreat(p, tau, system.dq(s)) : advance(q, tau, system.dp(s));
         const Vec3<V> fresh = x - solve3(j, x - next, determinant);
         const V change = greatest_difference(fresh, x);
-        right_branch = (convergence.open() & (determinant > V(S(0)))) | (right_branch & !convergence.open());
+        right_branch = (convergence.open() & is_positive(j, determinant)) | (right_branch & !convergence.open());
         x = pick<V>(convergence.open(), fresh, x);
         convergence.update_quadratic(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
     }

@@ -131,7 +131,12 @@ TYPED_TEST(Strategies, AStepOfLengthZeroIsTheIdentity) {
         steps.advance(3);
         for (int i = 0; i < lane_count<PacketDouble>; ++i) {
             EXPECT_TRUE((to_bits(steps.flow.solved) >> i) & 1);
-            for (int k = 0; k < 7; ++k) EXPECT_EQ(get_lane(steps.flow.end.y[k], i), get_lane(start.y[k], i));
+            for (int k = 0; k < 7; ++k) {
+                // The exact split goes through r and n = q/r even then: to rounding.
+                const double is = get_lane(steps.flow.end.y[k], i), was = get_lane(start.y[k], i);
+                if (method.kind == Kind::exact_split) EXPECT_NEAR(is, was, 256 * machine_epsilon<double> * (1 + std::abs(was)));
+                else EXPECT_EQ(is, was);
+            }
         }
     });
 }

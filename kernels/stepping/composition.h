@@ -92,12 +92,19 @@ private:
             x = pick<V>(convergence.open(), fresh, x);
             convergence.update(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
         }
+        if constexpr (side == Side::kick) {
+            // A solution as far away as p is large may be a second root: Newton's method, which looks at the Jacobian, decides.
+            convergence.reopen(convergence.relative_p(greatest_difference(x, p)) > V(S(0.5)));
+        }
         f.gradients += evaluations;
         f.open_iterations += open_iterations, f.issued_iterations += issued_iterations;
         if (any(convergence.open())) {
             const MaskOf<V> open = convergence.open(), solved = f.solved;
             const V gradients = f.gradients;
-            const Vec3<V> other = newton<side>(system, f, q, p, tau, guess);
+            // Copies, so that the variables of the loop above stay in registers.
+            const Vec3<V> q_now = q, p_now = p;
+            const V tau_now = tau;
+            const Vec3<V> other = newton<side>(system, f, q_now, p_now, tau_now, side == Side::kick ? p_now : q_now);
             x = pick<V>(open, other, x);
             f.solved = solved & (f.solved | !open);
             f.gradients = pick(open, f.gradients, gradients);

@@ -39,6 +39,8 @@ public:
         previous_ = change;
     }
 
+    /// Lanes whose solution is not to be trusted count as not converged.
+    KAGERO_INLINE void reopen(const MaskOf<V>& lanes) { open_ = open_ | lanes; }
     /// The same where iterations converge quadratically (Newton): the next change is about the square of this one.
     void update_quadratic(const V& change) {
         const V tolerance(tolerance_), rounding(S(64) * epsilon);

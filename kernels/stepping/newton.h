@@ -34,8 +34,8 @@ KAGERO_INLINE State<V> joined(const Flow<V>& f, const Vec3<V>& q, const Vec3<V>&
 enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q + τ ∂K/∂p(q', p)
 
 /// x with x = next(x), where next is one of the two sides, from the guess x. The Jacobian is I + τ M for a kick and I − τ Mᵀ for a
-/// drift, M = ∂²K/∂q∂p. At the solution that grows out of the start as τ grows from zero its eigenvalues stay positive: a second
-/// root, beyond a fold, is never accepted.
+/// drift, M = ∂²K/∂q∂p. Along the solution that grows out of the start as τ grows from zero its eigenvalues stay positive; they must
+/// be so at the start and at every iterate, or a second root, beyond a fold, might be taken.
 template <Side side, class System, class V>
 __attribute__((noinline)) Vec3<V> newton(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
     using S = ScalarOf<V>;
@@ -56,7 +56,7 @@ __attribute__((noinline)) Vec3<V> newton(const System& system, Flow<V>& f, const
         const Vec3<V> next = side == Side::kick ? retreat(p, tau, system.dq(s)) : advance(q, tau, system.dp(s));
         const Vec3<V> fresh = x - solve3(j, x - next, determinant);
         const V change = greatest_difference(fresh, x);
-        right_branch = (convergence.open() & is_positive(j, determinant)) | (right_branch & !convergence.open());
+        right_branch = right_branch & (is_positive(j, determinant) | !convergence.open());
         x = pick<V>(convergence.open(), fresh, x);
         convergence.update_quadratic(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
     }

@@ -35,7 +35,7 @@ public:
         // change² ≤ tolerance · max(change, previous): small enough now, or next time.
         const MaskOf<V> done = (change * change <= tolerance * max(change, previous_)) |
                                ((change <= rounding) & (previous_ <= change + change));
-        open_ = open_ & !done;
+        open_ = open_ & !(done & (change <= V(S(1))));  // infinite changes satisfy the first as well
         previous_ = change;
     }
 

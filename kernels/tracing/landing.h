@@ -81,19 +81,21 @@ private:
         const V close(S(16) * machine_epsilon<S>);
         const MaskOf<V> edge = from_bits<V>(edge_);
         MaskOf<V> open = mask & !from_bits<V>(unrefined);
-        V last_s(S(0)), last_domain = flow.start_domain;
-        begin(flow);
+        V last_s(S(0)), last_domain = flow.start_domain, inside(S(0)), outside(S(1));  // brackets of an edge
         for (int i = 0; i < max_corrections; ++i) {
+            begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = s_ * full;
             const V before = flow.gradients;
             step(flow);
             flow.gradients = pick(i == 0 ? mask : open, flow.gradients, before);
             const V newton = level_.value(flow.end.q()) / (level_.slope(flow.end.q(), flow.end_velocity) * full);
             const V secant = flow.domain * (s_ - last_s) / (flow.domain - last_domain);
-            const V change = pick(edge, secant, newton);
+            inside = pick(flow.domain > V(S(0)), s_, inside), outside = pick(flow.domain > V(S(0)), outside, s_);
+            const V middle = V(S(0.5)) * (inside + outside), guess = s_ - secant;
+            const V change = pick(edge, s_ - pick((guess > inside) & (guess < outside), guess, middle), newton);
             last_s = s_, last_domain = flow.domain;
-            const MaskOf<V> usable = flow.solved & is_finite(change) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
-            lost |= to_bits(mask & !usable);
+            const MaskOf<V> usable = (flow.solved | edge) & is_finite(change) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
+            lost |= to_bits(open & !usable);
             open = open & usable & (abs(change) > close);
             if (!any(open)) break;
             if (i + 1 == max_corrections) lost |= to_bits(open & (abs(change) > V(S(1024) * close)));
@@ -109,7 +111,7 @@ private:
         flow.end_velocity = way;
     }
 
-    static constexpr int max_corrections = 8;
+    static constexpr int max_corrections = 30;
 
     std::uint64_t edge_ = 0;
     Level<V> level_{};

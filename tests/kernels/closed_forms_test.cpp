@@ -57,15 +57,17 @@ void expect_closed_form(double longest) {
         steps.begin(state_of<V>(ray), V(tau));
         steps.step();
         const bool solved = to_bits(steps.flow.solved) & 1;
-        constexpr double near_a_fold = 0.05;  // where rounding decides and iterations are slow
-        if (expected.margin > near_a_fold) {
-            EXPECT_TRUE(solved) << "margin " << expected.margin;
+        // Near a fold rounding decides, and iterations may leave the basin of a root: to give up is allowed there, a wrong root nowhere.
+        constexpr double at_a_fold = 1e-6, near_a_fold = 0.5;
+        if (expected.margin > at_a_fold) {
+            EXPECT_TRUE(solved || expected.margin < near_a_fold) << "margin " << expected.margin;
+            if (!solved) continue;
             for (int k = 0; k < 6; ++k) {
-                const double tolerance = 100 * machine_epsilon<double> * (1 + std::abs(expected.y[k])) * (1 + std::abs(tau)) / expected.margin;
-                EXPECT_NEAR(get_lane(steps.flow.end.y[k], 0), expected.y[k], tolerance / expected.margin) << "component " << k;
+                const double size = (1 + std::abs(expected.y[k])) * (1 + std::abs(tau)) / (expected.margin * expected.margin);
+                EXPECT_NEAR(get_lane(steps.flow.end.y[k], 0), expected.y[k], 100 * machine_epsilon<double> * size) << "component " << k;
             }
             ++with;
-        } else if (expected.margin < -near_a_fold) {
+        } else if (expected.margin < -at_a_fold) {
             EXPECT_FALSE(solved) << "a root beyond the fold, at τ = " << tau << ", margin " << expected.margin;
             ++without;
         }

@@ -3,6 +3,8 @@ add_library(kagero_options INTERFACE)
 target_compile_features(kagero_options INTERFACE cxx_std_20)
 target_compile_options(kagero_options INTERFACE
   -Wall -Wextra -Wshadow
+  # Masks of the scalar strategy are plain bool, combined with the same & and | as those of packets.
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
   # Rounding is the same in scalar and packet code: products and sums fuse only where the source says mul_add.
   -ffp-contract=off
   # Not -fno-signed-zeros: with it g++ 12 breaks the signs of xsimd 8.1's sin and cos on AVX2.

@@ -79,7 +79,7 @@ void steps(benchmark::State& state, const Method& method, bool rescaled) {
     state.counters["s/step"] = benchmark::Counter(ray_steps, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
     state.counters["gradients/step"] = total(flow->gradients) / (count * lane_count<V>);
     if (flow->issued_iterations)
-        state.counters["iterating"] = double(flow->open_iterations) / double(flow->issued_iterations);
+        state.counters["iterating"] = total(flow->open_iterations) / (double(flow->issued_iterations) * lane_count<V>);
 }
 
 template <class H, class V>

@@ -17,6 +17,14 @@
 
 namespace kagero {
 
+/// A statement for every register i of R. Written out, not looped: g++ scalarizes structures before it unrolls loops, and what it
+/// did not scalarize by then stays in memory.
+#define KAGERO_EACH_REGISTER(...)                                                                                     \
+    static_assert(R == 1 || R == 2 || R == 4);                                                                        \
+    { constexpr int i = 0; __VA_ARGS__; }                                                                             \
+    if constexpr (R > 1) { constexpr int i = 1; __VA_ARGS__; }                                                        \
+    if constexpr (R > 2) { { constexpr int i = 2; __VA_ARGS__; } { constexpr int i = 3; __VA_ARGS__; } }
+
 template <class T, int R>
 struct LaneMask {
     using Register = xsimd::batch_bool<T>;
@@ -32,8 +40,19 @@ struct Lanes {
 
     Lanes() = default;
     KAGERO_INLINE Lanes(T all) {
-        for (int i = 0; i < R; ++i) v[i] = Register(all);
+        KAGERO_EACH_REGISTER(v[i] = Register(all))
     }
+    // Register by register, as plain vectors: copied as a block, g++ would send every copy through memory.
+    KAGERO_INLINE Lanes(const Lanes& other) {
+        KAGERO_EACH_REGISTER(v[i] = Register(plain(other.v[i])))
+    }
+    KAGERO_INLINE Lanes& operator=(const Lanes& other) {
+        KAGERO_EACH_REGISTER(v[i] = Register(plain(other.v[i])))
+        return *this;
+    }
+
+private:
+    static KAGERO_INLINE typename Register::register_type plain(const Register& r) { return r; }
 };
 
 // ---- what V is made of -------------------------------------------------------------------------------------------------------
@@ -121,7 +140,7 @@ KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return sta
     template <class T, int R>                                                            \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b) {         \
         Lanes<T, R> c;                                                                   \
-        for (int i = 0; i < R; ++i) c.v[i] = EXPRESSION;                                 \
+        KAGERO_EACH_REGISTER(c.v[i] = EXPRESSION)                                 \
         return c;                                                                        \
     }                                                                                    \
     template <class T, int R>                                                            \
@@ -145,7 +164,7 @@ KAGERO_LANES_BINARY(atan2, xsimd::atan2(a.v[i], b.v[i]))
     template <class T, int R>                                    \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a) {       \
         Lanes<T, R> c;                                           \
-        for (int i = 0; i < R; ++i) c.v[i] = EXPRESSION;         \
+        KAGERO_EACH_REGISTER(c.v[i] = EXPRESSION)         \
         return c;                                                \
     }
 KAGERO_LANES_UNARY(operator-, -a.v[i])
@@ -168,7 +187,7 @@ KAGERO_INLINE Lanes<T, R>& operator-=(Lanes<T, R>& a, const Lanes<T, R>& b) { re
     template <class T, int R>                                                                                   \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b, const Lanes<T, R>& c) {          \
         Lanes<T, R> d;                                                                                          \
-        for (int i = 0; i < R; ++i) d.v[i] = registers::FUNCTION(a.v[i], b.v[i], c.v[i]);                       \
+        KAGERO_EACH_REGISTER(d.v[i] = registers::FUNCTION(a.v[i], b.v[i], c.v[i]))                       \
         return d;                                                                                               \
     }
 KAGERO_LANES_TERNARY(mul_add, fused)          // a·b + c
@@ -180,7 +199,7 @@ KAGERO_LANES_TERNARY(neg_mul_add, fused_neg)  // c − a·b
     template <class T, int R>                                                                       \
     KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const Lanes<T, R>& a, const Lanes<T, R>& b) {    \
         LaneMask<T, R> m;                                                                           \
-        for (int i = 0; i < R; ++i) m.v[i] = a.v[i] OPERATOR b.v[i];                                \
+        KAGERO_EACH_REGISTER(m.v[i] = a.v[i] OPERATOR b.v[i])                                \
         return m;                                                                                   \
     }
 KAGERO_LANES_COMPARE(<)
@@ -193,7 +212,7 @@ KAGERO_LANES_COMPARE(>=)
     template <class T, int R>                                                                             \
     KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const LaneMask<T, R>& a, const LaneMask<T, R>& b) {    \
         LaneMask<T, R> m;                                                                                 \
-        for (int i = 0; i < R; ++i) m.v[i] = a.v[i] OPERATOR b.v[i];                                      \
+        KAGERO_EACH_REGISTER(m.v[i] = a.v[i] OPERATOR b.v[i])                                      \
         return m;                                                                                         \
     }
 KAGERO_LANES_LOGIC(&)
@@ -202,7 +221,7 @@ KAGERO_LANES_LOGIC(|)
 template <class T, int R>
 KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
     LaneMask<T, R> m;
-    for (int i = 0; i < R; ++i) m.v[i] = !a.v[i];
+    KAGERO_EACH_REGISTER(m.v[i] = !a.v[i])
     return m;
 }
 
@@ -210,14 +229,14 @@ KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> pick(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
     Lanes<T, R> c;
-    for (int i = 0; i < R; ++i) c.v[i] = xsimd::select(m.v[i], a.v[i], b.v[i]);
+    KAGERO_EACH_REGISTER(c.v[i] = xsimd::select(m.v[i], a.v[i], b.v[i]))
     return c;
 }
 /// Bit i is lane i.
 template <class T, int R>
 KAGERO_INLINE std::uint64_t to_bits(const LaneMask<T, R>& m) {
     std::uint64_t all = 0;
-    for (int i = 0; i < R; ++i) all |= registers::bits(m.v[i]) << (i * Lanes<T, R>::width);
+    KAGERO_EACH_REGISTER(all |= registers::bits(m.v[i]) << (i * Lanes<T, R>::width))
     return all;
 }
 template <class T, int R>
@@ -299,13 +318,13 @@ KAGERO_INLINE B polished_recip(const B& x, const B& y) {
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) {
     Lanes<T, R> c;
-    for (int i = 0; i < R; ++i) c.v[i] = polished_rsqrt(a.v[i], xsimd::batch<T>(registers::rsqrt14(a.v[i])));
+    KAGERO_EACH_REGISTER(c.v[i] = polished_rsqrt(a.v[i], xsimd::batch<T>(registers::rsqrt14(a.v[i]))))
     return c;
 }
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> recip(const Lanes<T, R>& a) {
     Lanes<T, R> c;
-    for (int i = 0; i < R; ++i) c.v[i] = polished_recip(a.v[i], xsimd::batch<T>(registers::recip14(a.v[i])));
+    KAGERO_EACH_REGISTER(c.v[i] = polished_recip(a.v[i], xsimd::batch<T>(registers::recip14(a.v[i]))))
     return c;
 }
 template <Scalar V>

@@ -7,6 +7,7 @@
 #include "kernels/numeric/lanes.h"
 #include "kernels/numeric/tape.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace kagero {
@@ -29,6 +30,11 @@ struct Program {
         const Node& n = nodes[outputs[k]];
         return n.op == Op::input && n.a == i;
     }
+};
+
+/// What a program is called with again and again while the rest of its inputs stay: inputs in [first, last).
+struct Varying {
+    int first = 0, last = 1 << 30;
 };
 
 namespace detail {
@@ -92,6 +98,61 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
     return shared;
 }
 
+/// Reorders products: factors that stay meet first, and are multiplied once for many calls; of the others those that are known
+/// earliest, so that no product waits longer than its last factor.
+template <int Outputs>
+constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, Varying varying) {
+    const auto uses = count_uses<Outputs>(t, outputs);
+    std::array<int, Tape::capacity> depth{};  // operations on the way from the varying inputs; −1 where nothing varies
+    std::array<bool, Tape::capacity> inner{}; // a product whose only use is another product
+    for (int i = 0; i < t.size; ++i) {
+        const Node& n = t.nodes[i];
+        if (is_leaf(n.op)) {
+            depth[i] = n.op == Op::input && n.a >= varying.first && n.a < varying.last ? 0 : -1;
+            continue;
+        }
+        depth[i] = std::max({depth[n.a], n.b < 0 ? -1 : depth[n.b], n.c < 0 ? -1 : depth[n.c]});
+        if (depth[i] >= 0) depth[i] += n.op == Op::rsqrt || n.op == Op::recip ? 6 : 1;
+        if (uses[i] == 0 || n.op != Op::mul || depth[i] < 0) continue;
+        for (int operand : {n.a, n.b})
+            inner[operand] = inner[operand] || (t.nodes[operand].op == Op::mul && uses[operand] == 1 && depth[operand] >= 0);
+    }
+    Tape ordered;
+    std::array<int, Tape::capacity> place{};
+    for (int i = 0; i < t.size; ++i) {
+        Node n = t.nodes[i];
+        if ((uses[i] == 0 && n.op != Op::input) || inner[i]) continue;
+        if (n.op == Op::mul && depth[i] >= 0) {
+            std::array<int, Tape::capacity> factors{};
+            int count = 0;
+            const auto gather = [&](auto&& self, int k) -> void {
+                if (inner[k]) self(self, t.nodes[k].a), self(self, t.nodes[k].b);
+                else factors[count++] = k;
+            };
+            gather(gather, n.a), gather(gather, n.b);
+            const auto earlier = [&](int a, int b) {
+                return t.uniform(a) != t.uniform(b) ? t.uniform(a) : depth[a] != depth[b] ? depth[a] < depth[b] : a < b;
+            };
+            std::sort(factors.begin(), factors.begin() + count, earlier);
+            int product = place[factors[0]];
+            for (int f = 1; f < count; ++f) {
+                const int factor = place[factors[f]];
+                product = ordered.append({Op::mul, product, factor, -1, 0, ordered.uniform(product) && ordered.uniform(factor)});
+            }
+            place[i] = product;
+            continue;
+        }
+        if (!is_leaf(n.op)) {
+            n.a = place[n.a];
+            if (n.b >= 0) n.b = place[n.b];
+            if (n.c >= 0) n.c = place[n.c];
+        }
+        place[i] = ordered.append(n);
+    }
+    for (int& o : outputs) o = place[o];
+    return ordered;
+}
+
 /// a·b + c in one operation wherever the product has no other use.
 constexpr void fuse(Tape& t, const std::array<int, Tape::capacity>& uses) {
     for (int i = 0; i < t.size; ++i) {
@@ -109,8 +170,9 @@ constexpr void fuse(Tape& t, const std::array<int, Tape::capacity>& uses) {
 }
 
 template <int Outputs>
-constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs) {
+constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs, Varying varying = {}) {
     Tape t = share_scaled<Outputs>(recorded, outputs);
+    t = order_products<Outputs>(t, outputs, varying);
     fuse(t, count_uses<Outputs>(t, outputs));
     const auto uses = count_uses<Outputs>(t, outputs);
     Program<Tape::capacity, Outputs> p;
@@ -133,10 +195,10 @@ constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std
 
 }  // namespace detail
 
-/// The program that computes the given nodes of `recording.tape`.
-template <const auto& recording, auto outputs>
+/// The program that computes the given nodes of `recording.tape`, arranged for calls that change the `varying` inputs.
+template <const auto& recording, auto outputs, Varying varying = Varying{}>
 consteval auto extract() {
-    constexpr auto all = detail::extract_all<static_cast<int>(outputs.size())>(recording.tape, outputs);
+    constexpr auto all = detail::extract_all<static_cast<int>(outputs.size())>(recording.tape, outputs, varying);
     Program<all.size, static_cast<int>(outputs.size())> p;
     for (int i = 0; i < all.size; ++i) {
         p.nodes[i] = all.nodes[i];
@@ -175,8 +237,9 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
 }
 
 template <const auto& P, int I, class V, class S>
-KAGERO_INLINE V operand(const V* s, const S* uniforms) {
+KAGERO_INLINE V operand(const V* s, const S* uniforms, const V* inputs) {
     if constexpr (I < 0) return V(S(0));
+    else if constexpr (P.nodes[I].op == Op::input) return inputs[P.nodes[I].a];
     else if constexpr (P.nodes[I].op == Op::constant) return V(S(P.nodes[I].value));
     else if constexpr (P.nodes[I].uniform) return V(uniforms[P.slot[I]]);
     else return s[I];
@@ -185,9 +248,9 @@ KAGERO_INLINE V operand(const V* s, const S* uniforms) {
 template <const auto& P, int I, class V, class S>
 KAGERO_INLINE void evaluate(V* s, const S* uniforms, const V* inputs) {
     constexpr Node n = P.nodes[I];
-    if constexpr (n.op == Op::input) s[I] = inputs[n.a];
-    else if constexpr (!n.uniform)
-        s[I] = apply<n.op, V>(operand<P, n.a>(s, uniforms), operand<P, n.b>(s, uniforms), operand<P, n.c>(s, uniforms));
+    if constexpr (n.op != Op::input && !n.uniform)
+        s[I] = apply<n.op, V>(operand<P, n.a>(s, uniforms, inputs), operand<P, n.b>(s, uniforms, inputs),
+                              operand<P, n.c>(s, uniforms, inputs));
 }
 
 template <const auto& P, class V, class S, int... I, int... O>
@@ -195,7 +258,7 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::inte
                        std::integer_sequence<int, O...>) {
     V s[sizeof...(I) + 1];
     (evaluate<P, I>(s, uniforms, inputs), ...);
-    ((outputs[O] = operand<P, P.outputs[O]>(s, uniforms)), ...);
+    ((outputs[O] = operand<P, P.outputs[O]>(s, uniforms, inputs)), ...);
 }
 
 }  // namespace detail

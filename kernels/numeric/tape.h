@@ -67,6 +67,9 @@ public:
         if (const int inner = scaled(b); inner >= 0 && uniform(a)) return mul(mul(a, inner), nodes[b].b);
         if (const int inner = scaled(a); inner >= 0) return mul(inner, mul(nodes[a].b, b));
         if (const int inner = scaled(b); inner >= 0) return mul(inner, mul(a, nodes[b].b));
+        // Into sums whose terms have uniform factors already: u (v x + w y) = (u v) x + (u w) y.
+        if (const Node s = nodes[b]; uniform(a) && (s.op == Op::add || s.op == Op::sub) && absorbs(s.a) && absorbs(s.b))
+            return s.op == Op::add ? add(mul(a, s.a), mul(a, s.b)) : sub(mul(a, s.a), mul(a, s.b));
         return uniform(a) && !uniform(b) ? append({Op::mul, a, b, -1, 0, false}) : append_sorted(Op::mul, a, b);
     }
     constexpr int neg(int a) {
@@ -116,6 +119,8 @@ private:
         const Node& n = nodes[i];
         return n.op == Op::mul && !n.uniform && nodes[n.a].uniform ? n.a : -1;
     }
+    /// Whether a uniform factor of node i costs nothing.
+    constexpr bool absorbs(int i) const { return uniform(i) || scaled(i) >= 0; }
     /// √s·√s = s and √s·(1/√s) = 1; −1 when neither is there.
     constexpr int square_root_cancelled(int a, int b) {
         const int root = root_of(a);
@@ -198,7 +203,7 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wa
                     // √s, written s·(1/√s): half of 1/√s, not a difference of two large terms.
                     give(t.nodes[root].a, t.mul(t.constant(0.5), t.mul(d, root)));
                 } else if (n.a == n.b) {
-                    give(n.a, t.mul(t.constant(2), t.mul(d, n.a)));
+                    give(n.a, t.mul(t.mul(t.constant(2), d), n.a));
                 } else {
                     give(n.a, t.mul(d, n.b)), give(n.b, t.mul(d, n.a));
                 }

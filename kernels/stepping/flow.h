@@ -35,8 +35,9 @@ struct Flow {
     // Carried from step to step by the stepper.
     V stage[max_stages][6];    ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
 
-    // Work, accumulated.
-    std::uint64_t open_iterations = 0, issued_iterations = 0;
+    // Iterations of implicit solves, accumulated: those that each ray needed, and those that the packet ran.
+    V open_iterations;
+    std::uint64_t issued_iterations = 0;
 };
 
 }  // namespace kagero

@@ -28,15 +28,15 @@ struct Gauss {
         V g[room][6];  // ∂K/∂q, ∂K/∂p at the stages
         for (int i = 0; i < s; ++i) sum(f.stage, w.ahead[i], s, g[i]);
         Convergence<V> convergence(f);
-        V evaluations(S(0));
+        V iterations(S(0));
         for (int iteration = 0; iteration < Convergence<V>::max_iterations && any(convergence.open()); ++iteration) {
-            f.open_iterations += count(convergence.open());
-            f.issued_iterations += lane_count<V>;
-            evaluations += pick(convergence.open(), V(S(s)), V(S(0)));
+            iterations += pick(convergence.open(), V(S(1)), V(S(0)));
+            ++f.issued_iterations;
             convergence.update(iterate(system, f, w, s, convergence, g));
         }
         f.solved = !convergence.open();
-        f.gradients += evaluations;
+        f.gradients = mul_add(iterations, V(S(s)), f.gradients);
+        f.open_iterations += iterations;
         finish(system, f, w, s, g);
     }
 

@@ -28,29 +28,29 @@ public:
     KAGERO_INLINE V relative_q(const V& dq) const { return dq * inverse_q_; }
     KAGERO_INLINE V relative_p(const V& dp) const { return dp * inverse_p_; }
 
-    /// Takes the relative change of this iteration. Iterations contract linearly: the change that would come next is about
-    /// change²/previous. At the level of rounding a change that shrinks no more is accepted as well.
+    /// Takes the relative change of this iteration. Iterations contract linearly, by about change/previous: the change that would
+    /// come next is change²/previous. At the level of rounding a change that shrinks no more is accepted as well.
     KAGERO_INLINE void update(const V& change) {
-        const V tolerance(tolerance_), rounding(S(64) * epsilon);
         // change² ≤ tolerance · max(change, previous): small enough now, or next time.
-        const MaskOf<V> done = (change * change <= tolerance * max(change, previous_)) |
-                               ((change <= rounding) & (previous_ <= change + change));
-        open_ = open_ & !(done & (change <= V(S(1))));  // infinite changes satisfy the first as well
-        previous_ = change;
+        close(change * change <= V(tolerance_) * max(change, previous_), change);
     }
+    /// The same where only every second iteration is looked at, by which changes shrink as change/previous = contraction²: the next
+    /// change is √(change³/previous).
+    KAGERO_INLINE void update_second(const V& change) {
+        close(change * change * change <= V(tolerance_ * tolerance_) * max(change, previous_), change);
+    }
+    /// The same where iterations converge quadratically (Newton): the next change is about the square of this one.
+    KAGERO_INLINE void update_quadratic(const V& change) { close(change * change <= V(tolerance_), change); }
 
     /// Lanes whose solution is not to be trusted count as not converged.
     KAGERO_INLINE void reopen(const MaskOf<V>& lanes) { open_ = open_ | lanes; }
-    /// The same where iterations converge quadratically (Newton): the next change is about the square of this one.
-    void update_quadratic(const V& change) {
-        const V tolerance(tolerance_), rounding(S(64) * epsilon);
-        const MaskOf<V> done = (change * change <= tolerance) | ((change <= rounding) & (previous_ <= change + change));
-        open_ = open_ & !done;
-        previous_ = change;
-    }
-
 private:
     static constexpr S epsilon = machine_epsilon<S>;
+    KAGERO_INLINE void close(const MaskOf<V>& small, const V& change) {
+        const MaskOf<V> settled = (change <= V(S(64) * epsilon)) & (previous_ <= change + change);
+        open_ = open_ & !((small | settled) & (change <= V(S(1))));  // infinite changes may count as small
+        previous_ = change;
+    }
     KAGERO_INLINE static V size(const Vec3<V>& a) { return abs(a.x) + abs(a.y) + abs(a.z); }
     KAGERO_INLINE static V inverse_size(const V& a) { return recip(max(a, V(S(std::numeric_limits<float>::min())))); }
 
@@ -79,8 +79,5 @@ template <class V>
 KAGERO_INLINE Vec3<V> retreat(const Vec3<V>& a, const V& s, const Vec3<V>& b) {
     return {neg_mul_add(s, b.x, a.x), neg_mul_add(s, b.y, a.y), neg_mul_add(s, b.z, a.z)};
 }
-/// Number of lanes that hold.
-template <class M>
-KAGERO_INLINE std::uint64_t count(const M& m) { return static_cast<std::uint64_t>(__builtin_popcountll(to_bits(m))); }
 
 }  // namespace kagero

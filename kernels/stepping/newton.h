@@ -43,8 +43,8 @@ __attribute__((noinline)) Vec3<V> newton(const System& system, Flow<V>& f, const
     Convergence<V> convergence(f);
     MaskOf<V> right_branch = V(S(0)) <= V(S(0));
     for (int i = 0; i < max_iterations && any(convergence.open()); ++i) {
-        f.open_iterations += count(convergence.open());
-        f.issued_iterations += lane_count<V>;
+        f.open_iterations += pick(convergence.open(), V(S(1)), V(S(0)));
+        ++f.issued_iterations;
         f.gradients += pick(convergence.open(), V(S(2)), V(S(0)));
         const State<V> s = side == Side::kick ? joined(f, q, x) : joined(f, x, p);
         V m[9], j[9], determinant;

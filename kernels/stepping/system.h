@@ -107,9 +107,9 @@ inline constexpr Master<H, Rescaled> master{};
 template <class H, bool Rescaled>
 inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
-inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0)>();
+inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), Varying{3, 6}>();
 template <class H, bool Rescaled>
-inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3)>();
+inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), Varying{0, 3}>();
 template <class H, bool Rescaled>
 inline constexpr auto mixed_program = extract<master<H, Rescaled>, master<H, Rescaled>.mixed>();
 template <class H>

@@ -49,8 +49,4 @@ struct Curve {
     }
 };
 
-/// Length of v to a few roundings.
-template <class V>
-KAGERO_INLINE V length(const Vec3<V>& v) { return root(dot(v, v)); }
-
 }  // namespace kagero

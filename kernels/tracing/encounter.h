@@ -13,19 +13,26 @@
 
 namespace kagero {
 
-/// Lower bound of the distance from q to the nearest surface.
-inline double clearance_at(const ClearanceGrid& grid, double x, double y, double z) {
-    const double at[3] = {x, y, z};
-    std::size_t index[3];
-    double outside2 = 0;
+/// Raises `known`, lower bounds of the distances from q to the nearest surface, in the lanes of `lanes`.
+template <class V>
+void look_up_clearance(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes, V& known) {
+    using S = ScalarOf<V>;
+    const V per_cell(S(1 / grid.cell)), zero(S(0));
+    const V at[3] = {q.x, q.y, q.z};
+    V cell[3], beyond2 = zero;
     for (int k = 0; k < 3; ++k) {
-        const double u = at[k] - grid.origin[k], size = grid.cells[k] * grid.cell;
-        const double beyond = u < 0 ? -u : u > size ? u - size : 0;
-        outside2 += beyond * beyond;
-        index[k] = std::size_t(std::clamp(u / grid.cell, 0.0, grid.cells[k] - 1.0));
+        const V u = at[k] - V(S(grid.origin[k])), beyond = max(max(-u, u - V(S(grid.cells[k] * grid.cell))), zero);
+        beyond2 = mul_add(beyond, beyond, beyond2);
+        cell[k] = min(max(u * per_cell, zero), V(S(grid.cells[k] - 1)));
     }
-    if (outside2 > 0) return std::sqrt(outside2);
-    return double(grid.distance[(index[2] * grid.cells[1] + index[1]) * grid.cells[0] + index[0]]);
+    const V outside = root(beyond2);
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const auto index = [&](int k) { return static_cast<std::uint32_t>(get_lane(cell[k], i)); };
+        const std::size_t place = (std::size_t(index(2)) * grid.cells[1] + index(1)) * grid.cells[0] + index(0);
+        const S away = get_lane(outside, i);
+        set_lane(known, i, std::max(get_lane(known, i), away > S(0) ? away : S(grid.distance[place])));
+    }
 }
 
 template <class V>
@@ -62,16 +69,14 @@ private:
     /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface.
     std::uint64_t spend(const Curve<V>& curve, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        const Vec3<V> chord = curve.q1 - curve.q0;
-        const V reach = curve.reach() * V(S(1.01)), way = length(chord) * V(S(1.0001));
+        const V reach = curve.reach() * V(S(1.01));  // no shorter than the way to the step's end
         const std::uint64_t short_of = active & ~to_bits(reach < budget_);
-        for (std::uint64_t rest = short_of; rest; rest &= rest - 1) {
-            const int i = __builtin_ctzll(rest);
-            const auto at = [i](const V& v) { return double(get_lane(v, i)); };
-            set_lane(budget_, i, S(clearance_at(*geometry_.clearance, at(curve.q0.x), at(curve.q0.y), at(curve.q0.z))));
+        std::uint64_t asking = 0;
+        if (short_of) {
+            look_up_clearance(*geometry_.clearance, curve.q0, active, budget_);
+            asking = short_of & ~to_bits(reach < budget_);
         }
-        const std::uint64_t asking = short_of ? short_of & ~to_bits(reach < budget_) : 0;
-        budget_ -= way;
+        budget_ -= reach;
         return asking;
     }
 

@@ -62,8 +62,8 @@ public:
             while (active_) advance_once(landing, nullptr);
         }
         land(landing);
-        counters_.active_iterations += flow_.open_iterations;
-        counters_.issued_iterations += flow_.issued_iterations;
+        counters_.issued_iterations += flow_.issued_iterations * W;
+        for (int i = 0; i < W; ++i) counters_.active_iterations += static_cast<std::uint64_t>(get_lane(flow_.open_iterations, i));
     }
 
 private:
@@ -119,7 +119,7 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
     flow_.start_parameter = flow_.end_parameter = V(S(0));
-    flow_.gradients = steps_ = V(S(0));
+    flow_.gradients = flow_.open_iterations = steps_ = V(S(0));
     flow_.energy_error = flow_.energy = V(S(0));
     task_.begin(flow_);
     worst_energy_ = flow_.energy_error;
@@ -344,7 +344,6 @@ void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) 
 template <class V>
 void PacketTracer<V>::land(Landing<V>& landing) {
     if (!landing.waiting) return;
-    landing.flow.open_iterations = landing.flow.issued_iterations = 0;
     landing.land([this](Flow<V>& f) { task_.begin(f); }, [this](Flow<V>& f) { task_.step(f); }, job_.hit == HitModel::chord);
     if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
     for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {

@@ -84,7 +84,15 @@ bool symmetric_on(const Method& m) { return m.info.symmetric || recipe_is_exact_
 
 /// Whether H computes functions that packets and the standard library round differently. In tape_test.cpp.
 template <class H>
-bool is_transcendental();
+bool is_transcendental() {
+    const auto calls = [](const auto& program) {
+        for (const Node& n : program.nodes)
+            if (!n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::sin || n.op == Op::cos || n.op == Op::tan || n.op == Op::tanh))
+                return true;
+        return false;
+    };
+    return calls(derivatives_program<H, false>) || calls(energy_program<H>);
+}
 
 template <class V>
 class Steps {

@@ -224,18 +224,4 @@ TYPED_TEST(TapeOf, OperationCounts) {
 
 }  // namespace
 
-template <class H>
-bool is_transcendental() {
-    const auto calls = [](const auto& program) {
-        for (const Node& n : program.nodes)
-            if (!n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::sin || n.op == Op::cos || n.op == Op::tan || n.op == Op::tanh))
-                return true;
-        return false;
-    };
-    return calls(derivatives_program<H, false>) || calls(energy_program<H>);
-}
-#define KAGERO_HAMILTONIAN(TYPE) template bool is_transcendental<hamiltonians::TYPE>();
-#include "hamiltonians.inc"
-#undef KAGERO_HAMILTONIAN
-
 }  // namespace kagero::test

@@ -1,6 +1,6 @@
 // Every ray of a packet takes the steps that it takes alone, to the last bit, whatever its neighbours do. Packets have their own sines
 // and exponentials, as good as the standard library's but not the same: where H uses one, the steps agree to rounding.
-#include "steps.h"
+#include "../steps.h"
 
 #include "kernels/tracing/packets.h"
 

@@ -1,5 +1,5 @@
 // Rays that no method can follow, through the kernels' own entry: each ends in a status of its own and moves no other ray.
-#include "places.h"
+#include "../places.h"
 
 #include "kernels/abi.h"
 

@@ -1,5 +1,5 @@
 // Every function on packets does in each lane what the scalar function of the same name does, and means what it says.
-#include "spaces.h"
+#include "../spaces.h"
 
 #include "kernels/tracing/packets.h"
 

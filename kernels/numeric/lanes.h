@@ -172,9 +172,6 @@ KAGERO_LANES_UNARY(abs, xsimd::abs(a.v[i]))
 KAGERO_LANES_UNARY(sqrt, xsimd::sqrt(a.v[i]))
 KAGERO_LANES_UNARY(exp, xsimd::exp(a.v[i]))
 KAGERO_LANES_UNARY(log, xsimd::log(a.v[i]))
-KAGERO_LANES_UNARY(sin, xsimd::sin(a.v[i]))
-KAGERO_LANES_UNARY(cos, xsimd::cos(a.v[i]))
-KAGERO_LANES_UNARY(tan, xsimd::tan(a.v[i]))
 KAGERO_LANES_UNARY(tanh, xsimd::tanh(a.v[i]))
 #undef KAGERO_LANES_UNARY
 
@@ -272,12 +269,9 @@ KAGERO_INLINE std::uint64_t to_bits(bool m) { return m; }
 KAGERO_INLINE bool any(bool m) { return m; }
 using std::abs;
 using std::atan2;
-using std::cos;
 using std::exp;
 using std::log;
-using std::sin;
 using std::sqrt;
-using std::tan;
 using std::tanh;
 
 // ---- 1/x and 1/√x: a 14-bit estimate and one polishing step of fourth order (double), second order (float) -------------------

@@ -4,7 +4,7 @@
 /// value type V by an index sequence: every operand is a compile-time index, so the compiler sees plain expressions.
 #pragma once
 
-#include "kernels/numeric/lanes.h"
+#include "kernels/numeric/circular.h"
 #include "kernels/numeric/tape.h"
 
 #include <algorithm>

@@ -122,6 +122,30 @@ TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
     }
 }
 
+// Over many turns and beyond where turns can be counted; in each lane what the same number gives alone, whatever stands beside it.
+TYPED_TEST(LanesOf, CircularFunctionsOverManyTurns) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    Random random(8);
+    for (int round = 0; round < 10 * rounds; ++round) {
+        V x = random_packet<V>(random, 3);
+        set_lane(x, random.below(lane_count<V>), round % 2 ? S(1e15) : std::numeric_limits<S>::infinity());
+        const V s = sin(x), c = cos(x), t = tan(x);
+        for (int i = 0; i < lane_count<V>; ++i) {
+            const S a = get_lane(x, i);
+            if (!std::isfinite(a)) {
+                EXPECT_TRUE(std::isnan(get_lane(s, i)) && std::isnan(get_lane(c, i)));
+                continue;
+            }
+            EXPECT_NEAR(get_lane(s, i), std::sin(static_cast<double>(a)), 2 * machine_epsilon<S>) << a;
+            EXPECT_NEAR(get_lane(c, i), std::cos(static_cast<double>(a)), 2 * machine_epsilon<S>) << a;
+            EXPECT_EQ(get_lane(s, i), sin(a));
+            EXPECT_EQ(get_lane(c, i), cos(a));
+            EXPECT_EQ(get_lane(t, i), tan(a));
+        }
+    }
+}
+
 TYPED_TEST(LanesOf, ComparisonsMasksAndPicks) {
     using V = TypeParam;
     using S = ScalarOf<V>;

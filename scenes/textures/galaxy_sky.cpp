@@ -8,16 +8,16 @@ namespace textures {
 namespace {
 
 constexpr std::uint64_t seed = 31;
-constexpr double galaxy_radius = 27 * degree;     // of the disc, where it ends
-constexpr double inclination = 58 * degree;       // 0 would be face on
-constexpr double position_angle = 28 * degree;    // of the long axis, against the horizontal
-constexpr double pitch = 21 * degree;             // of the arms
+constexpr double galaxy_radius = 27 * degree;   // of the disc, where it ends
+constexpr double inclination = 58 * degree;     // 0 would be face on
+constexpr double position_angle = 28 * degree;  // of the long axis, against the horizontal
+constexpr double pitch = 21 * degree;           // of the arms
 
 /// A point of the disc's plane, in disc radii, and in the arms' own coordinates.
 struct DiscPoint {
-    double x, y;       // along and across the long axis, the inclination taken out
+    double x, y;  // along and across the long axis, the inclination taken out
     double radius;
-    double phase;      // constant along an arm; two arms lie at 0 and pi
+    double phase;  // constant along an arm; two arms lie at 0 and pi
 };
 
 DiscPoint disc_point(double x, double y) {
@@ -46,7 +46,8 @@ double arm_strength(const DiscPoint& p) {
 }
 
 double dust_depth(const DiscPoint& p) {
-    const double lane = std::pow(0.5 + 0.5 * std::cos(2 * (p.phase + 0.5 * fractal(seed + 10, {3 * p.x, 3 * p.y, 0}, 3)) + 1.0), 3.0);
+    const double lane =
+        std::pow(0.5 + 0.5 * std::cos(2 * (p.phase + 0.5 * fractal(seed + 10, {3 * p.x, 3 * p.y, 0}, 3)) + 1.0), 3.0);
     const double fibres = std::pow(threads(seed + 20, spiral_coordinates(p, 7, 3.2), 5), 3.0);
     const double clumps = std::max(0.0, 0.5 + fractal(seed + 30, {9 * p.x, 9 * p.y, 1}, 5));
     const double where = smooth(0.04, 0.2, p.radius) * (1 - smooth(0.45, 0.95, p.radius));

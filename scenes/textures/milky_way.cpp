@@ -1,4 +1,5 @@
-// A sky like the one seen from the Earth, in galactic coordinates: the Milky Way along the equator, its middle in the direction +x.
+// A sky like the one seen from the Earth, in galactic coordinates: the Milky Way along the equator, its middle in the direction
+// +x.
 #include "textures.h"
 
 #include <algorithm>
@@ -10,7 +11,9 @@ namespace {
 constexpr std::uint64_t seed = 7000;
 
 /// Height above the galactic plane in radians, as the band wavers.
-double height_above_plane(const Vec& d) { return std::asin(d.z) + 0.035 * fractal(seed + 1, 2.0 * d, 3); }
+double height_above_plane(const Vec& d) {
+    return std::asin(d.z) + 0.035 * fractal(seed + 1, 2.0 * d, 3);
+}
 
 /// 1 towards the middle of the galaxy, falling to a floor behind.
 double towards_middle(const Vec& d) {
@@ -54,7 +57,8 @@ void add_nebulae(Picture& sky) {
     for (int group = 0; group < 34; ++group) {
         const Place middle{75 * degree * random.normal(), 2.0 * degree * random.normal()};
         for (int i = 0; i < 7; ++i) {
-            const Place place{middle.longitude + 0.8 * degree * random.normal(), middle.latitude + 0.5 * degree * random.normal()};
+            const Place place{middle.longitude + 0.8 * degree * random.normal(),
+                              middle.latitude + 0.5 * degree * random.normal()};
             add_spot(sky, place, random.between(0.15, 0.45) * degree, random.between(0.01, 0.12) * Color{1.0, 0.20, 0.32});
         }
     }
@@ -63,12 +67,15 @@ void add_nebulae(Picture& sky) {
 /// Two small companions, as the Clouds of Magellan are, and their own stars.
 void add_companions(Picture& sky) {
     Random random(seed + 60);
-    const struct { Place place; double width, light; } companions[] = {
-        {{-80 * degree, -33 * degree}, 2.6 * degree, 0.10}, {{-58 * degree, -44 * degree}, 1.5 * degree, 0.07}};
+    const struct {
+        Place place;
+        double width, light;
+    } companions[] = {{{-80 * degree, -33 * degree}, 2.6 * degree, 0.10}, {{-58 * degree, -44 * degree}, 1.5 * degree, 0.07}};
     for (const auto& one : companions) {
         add_spot(sky, one.place, one.width, one.light * Color{0.80, 0.86, 1.0});
         for (int i = 0; i < 140; ++i) {
-            const Place place{one.place.longitude + 1.2 * one.width * random.normal(), one.place.latitude + 0.7 * one.width * random.normal()};
+            const Place place{one.place.longitude + 1.2 * one.width * random.normal(),
+                              one.place.latitude + 0.7 * one.width * random.normal()};
             add_spot(sky, place, random.between(0.12, 0.5) * degree, random.between(0.005, 0.05) * Color{0.75, 0.84, 1.0});
         }
     }

@@ -10,9 +10,15 @@ struct Vec {
     double x = 0, y = 0, z = 0;
 };
 
-inline Vec operator*(double s, const Vec& a) { return {s * a.x, s * a.y, s * a.z}; }
-inline Vec operator+(const Vec& a, const Vec& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline double dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec operator*(double s, const Vec& a) {
+    return {s * a.x, s * a.y, s * a.z};
+}
+inline Vec operator+(const Vec& a, const Vec& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline double dot(const Vec& a, const Vec& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 /// Steele, Lea, Flood (2014), SplitMix64: the finalizer.
 constexpr std::uint64_t hashed(std::uint64_t x) {
@@ -22,7 +28,9 @@ constexpr std::uint64_t hashed(std::uint64_t x) {
     return x ^ (x >> 31);
 }
 
-constexpr double fraction(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-53; }
+constexpr double fraction(std::uint64_t bits) {
+    return static_cast<double>(bits >> 11) * 0x1p-53;
+}
 
 /// In [0, 1), one value per lattice point.
 constexpr double random_at(std::uint64_t seed, std::int64_t i, std::int64_t j = 0, std::int64_t k = 0) {
@@ -47,7 +55,9 @@ private:
     std::uint64_t state_;
 };
 
-constexpr double mixed(double a, double b, double t) { return a + (b - a) * t; }
+constexpr double mixed(double a, double b, double t) {
+    return a + (b - a) * t;
+}
 
 constexpr double smooth(double low, double high, double x) {
     const double t = x <= low ? 0 : x >= high ? 1 : (x - low) / (high - low);

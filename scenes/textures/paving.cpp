@@ -9,9 +9,9 @@ namespace textures {
 namespace {
 
 constexpr std::uint64_t seed = 400;
-constexpr int columns = 10, rows = 12;      // stones per side; every other row is set off by half a stone
-constexpr double jitter = 0.36;             // of a stone's place, in stones
-constexpr double joint = 0.045;             // half the width of the mortar, in stones
+constexpr int columns = 10, rows = 12;  // stones per side; every other row is set off by half a stone
+constexpr double jitter = 0.36;         // of a stone's place, in stones
+constexpr double joint = 0.045;         // half the width of the mortar, in stones
 
 /// The stone at a point: its number, and how far its edge is, in stones.
 struct Stone {
@@ -54,8 +54,8 @@ Stone stone_at(const Point& p) {
 
 struct Ground {
     Stone stone;
-    double u, v;        // 0…1 over the picture
-    double stoneness;   // 0 in the mortar, 1 on the stone
+    double u, v;       // 0…1 over the picture
+    double stoneness;  // 0 in the mortar, 1 on the stone
     double height;
 };
 
@@ -69,23 +69,27 @@ Ground ground_at(double u, double v) {
     Ground g{stone_at({u * columns + wobble_x, v * rows + wobble_y}), u, v, 0, 0};
     g.stoneness = smooth(joint, joint + 0.035, g.stone.edge);
     const double rounded = std::sqrt(smooth(0.0, 0.30, g.stone.edge));
-    const double tilt_u = random_at(seed, g.stone.column, g.stone.row, 3) - 0.5, tilt_v = random_at(seed, g.stone.column, g.stone.row, 4) - 0.5;
+    const double tilt_u = random_at(seed, g.stone.column, g.stone.row, 3) - 0.5,
+                 tilt_v = random_at(seed, g.stone.column, g.stone.row, 4) - 0.5;
     const double tilt = 2.5 * (tilt_u * std::sin(2 * std::numbers::pi * u) + tilt_v * std::sin(2 * std::numbers::pi * v));
     g.height = g.stoneness * (0.55 + 0.40 * rounded + 0.05 * tilt) + 0.07 * repeating(30, u, v, 40, 5, 0.62);
     return g;
 }
 
 Color stone_color(const Ground& g) {
-    static constexpr Color kinds[] = {{0.42, 0.35, 0.27}, {0.34, 0.31, 0.28}, {0.27, 0.275, 0.28}, {0.38, 0.28, 0.22}, {0.46, 0.41, 0.34}};
+    static constexpr Color kinds[] = {
+        {0.42, 0.35, 0.27}, {0.34, 0.31, 0.28}, {0.27, 0.275, 0.28}, {0.38, 0.28, 0.22}, {0.46, 0.41, 0.34}};
     const auto kind = static_cast<std::size_t>(5 * random_at(seed, g.stone.column, g.stone.row, 5));
     const double tone = 0.78 + 0.44 * random_at(seed, g.stone.column, g.stone.row, 6);
-    const double stains = 1 + 0.22 * repeating(40, g.u, g.v, 16, 5, 0.6), specks = 1 + 0.30 * repeating(50, g.u, g.v, 128, 3, 0.8);
+    const double stains = 1 + 0.22 * repeating(40, g.u, g.v, 16, 5, 0.6),
+                 specks = 1 + 0.30 * repeating(50, g.u, g.v, 128, 3, 0.8);
     return tone * stains * specks * kinds[kind];
 }
 
 Color mortar_color(const Ground& g) {
     const Color sand{0.20, 0.165, 0.12}, moss{0.085, 0.115, 0.035};
-    return (1 + 0.4 * repeating(60, g.u, g.v, 128, 3, 0.8)) * mixed(sand, moss, smooth(-0.05, 0.35, repeating(70, g.u, g.v, 6, 4)));
+    return (1 + 0.4 * repeating(60, g.u, g.v, 128, 3, 0.8)) *
+           mixed(sand, moss, smooth(-0.05, 0.35, repeating(70, g.u, g.v, 6, 4)));
 }
 
 }  // namespace
@@ -95,8 +99,11 @@ Picture paving() {
     std::vector<Ground> grounds;
     grounds.reserve(picture.pixels.size());
     for (int y = 0; y < picture.height; ++y)
-        for (int x = 0; x < picture.width; ++x) grounds.push_back(ground_at((x + 0.5) / picture.width, (y + 0.5) / picture.height));
-    const auto height = [&](int x, int y) { return grounds[static_cast<std::size_t>(((y + 1024) % 1024) * 1024 + (x + 1024) % 1024)].height; };
+        for (int x = 0; x < picture.width; ++x)
+            grounds.push_back(ground_at((x + 0.5) / picture.width, (y + 0.5) / picture.height));
+    const auto height = [&](int x, int y) {
+        return grounds[static_cast<std::size_t>(((y + 1024) % 1024) * 1024 + (x + 1024) % 1024)].height;
+    };
     for (int y = 0; y < picture.height; ++y)
         for (int x = 0; x < picture.width; ++x) {
             const Ground& g = grounds[static_cast<std::size_t>(y * 1024 + x)];

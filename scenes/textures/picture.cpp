@@ -20,7 +20,9 @@ Place place_of(const Vec& direction) {
     return {std::atan2(direction.y, direction.x), std::asin(direction.z / std::sqrt(dot(direction, direction)))};
 }
 
-Color through_dust(double depth) { return {std::exp(-depth), std::exp(-1.45 * depth), std::exp(-2.1 * depth)}; }
+Color through_dust(double depth) {
+    return {std::exp(-depth), std::exp(-1.45 * depth), std::exp(-2.1 * depth)};
+}
 
 void add_spot(Picture& sky, const Place& place, double width, const Color& peak) {
     const Vec middle = direction_of(place);
@@ -45,10 +47,14 @@ void add_spot(Picture& sky, const Place& place, double width, const Color& peak)
 }
 
 Color star_color(double kelvin) {
-    static constexpr struct { double kelvin; Color color; } table[] = {
-        {2500, {1.00, 0.36, 0.10}}, {3500, {1.00, 0.56, 0.26}}, {4500, {1.00, 0.74, 0.48}}, {5800, {1.00, 0.93, 0.84}},
-        {7500, {0.86, 0.90, 1.00}}, {10000, {0.66, 0.78, 1.00}}, {20000, {0.48, 0.64, 1.00}}, {40000, {0.40, 0.57, 1.00}}};
-    const auto* upper = std::find_if(std::begin(table) + 1, std::end(table) - 1, [=](const auto& row) { return row.kelvin > kelvin; });
+    static constexpr struct {
+        double kelvin;
+        Color color;
+    } table[] = {{2500, {1.00, 0.36, 0.10}},  {3500, {1.00, 0.56, 0.26}}, {4500, {1.00, 0.74, 0.48}},
+                 {5800, {1.00, 0.93, 0.84}},  {7500, {0.86, 0.90, 1.00}}, {10000, {0.66, 0.78, 1.00}},
+                 {20000, {0.48, 0.64, 1.00}}, {40000, {0.40, 0.57, 1.00}}};
+    const auto* upper =
+        std::find_if(std::begin(table) + 1, std::end(table) - 1, [=](const auto& row) { return row.kelvin > kelvin; });
     const auto* lower = upper - 1;
     return mixed(lower->color, upper->color, std::clamp((kelvin - lower->kelvin) / (upper->kelvin - lower->kelvin), 0.0, 1.0));
 }

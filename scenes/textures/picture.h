@@ -16,10 +16,18 @@ struct Color {
     double r = 0, g = 0, b = 0;
 };
 
-inline Color operator*(double s, const Color& c) { return {s * c.r, s * c.g, s * c.b}; }
-inline Color operator*(const Color& a, const Color& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
-inline Color operator+(const Color& a, const Color& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
-inline Color mixed(const Color& a, const Color& b, double t) { return (1 - t) * a + t * b; }
+inline Color operator*(double s, const Color& c) {
+    return {s * c.r, s * c.g, s * c.b};
+}
+inline Color operator*(const Color& a, const Color& b) {
+    return {a.r * b.r, a.g * b.g, a.b * b.b};
+}
+inline Color operator+(const Color& a, const Color& b) {
+    return {a.r + b.r, a.g + b.g, a.b + b.b};
+}
+inline Color mixed(const Color& a, const Color& b, double t) {
+    return (1 - t) * a + t * b;
+}
 
 /// Rows from the top.
 struct Picture {
@@ -27,7 +35,9 @@ struct Picture {
     std::vector<Color> pixels;
 
     Picture(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)) {}
-    Color& at(int x, int y) { return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
+    Color& at(int x, int y) {
+        return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+    }
 };
 
 /// Longitude and latitude in radians; kagero's skies have +x in the middle and east, +y, to the left.

@@ -33,7 +33,7 @@ RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& star
 
 /// The state of a ray whose direction is read in an observer's rest frame.
 RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d) {
-    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none};
+    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false};
     const double size = std::hypot(d[0], d[1], d[2]);
     if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
@@ -43,7 +43,8 @@ RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], con
     double p[4];
     for (int i = 0; i < 4; ++i)
         p[i] = (map.matrix[i][0] * d[0] + map.matrix[i][1] * d[1] + map.matrix[i][2] * d[2]) / size + map.offset[i];
-    const double scale = map.unit_pt ? 1 / p[3] : 1;
+    start.captured = map.unit_pt && !(p[3] > 0);
+    const double scale = map.unit_pt && !start.captured ? 1 / p[3] : 1;
     for (int i = 0; i < 3; ++i) start.p[i] = p[i] * scale;
     start.pt = p[3] * scale;
     return start;
@@ -62,7 +63,7 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
             plan.module->start(plan.job.hamiltonian, plan.parameters.data(), q, ray.direction.data(), &start);
             starts.push_back(start);
         } else {
-            starts.push_back(observed(plan, ObserverKind::static_, q, ray.direction));
+            starts.push_back(observed(plan, observer_named(observer), q, ray.direction));
         }
     }
     return starts;
@@ -97,7 +98,7 @@ RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y) {
     const CameraRays& c = plan.camera;
     Double3 d;
     for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + (x + 0.5) * c.right[k] + (y + 0.5) * c.down[k];
-    return observed(plan, ObserverKind::static_, c.position, d);
+    return observed(plan, observer_named(plan.scene.camera.observer), c.position, d);
 }
 
 }  // namespace kagero

@@ -115,7 +115,10 @@ CameraDescription load_camera(const Section& section) {
     only_keys(section, {"type", "position", "look_at", "up", "fov", "observer"});
     CameraDescription camera;
     not_yet(section, "type", {"perspective"});
-    not_yet(section, "observer", {"static"});
+    if (const Value* observer = find(section, "observer")) {
+        static const std::vector<std::string> known{"static", "zamo", "falling", "coordinate"};
+        camera.observer = known[to_choice(*observer, "camera.observer", known)];
+    }
     const Value& position = need(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
     camera.position_place = position.place;

@@ -81,9 +81,12 @@ const Malformed malformed[] = {
     {"step = 0.05", "lanes = 16", "5:9", "this version cannot do that yet; it accepts: auto"},
     {"step = 0.05", "max_pixel_error = 0.25", "5:19", "this version cannot do that yet; leave the key out"},
     {"step = 0.05", "rescale = \"r^1.5\"", "5:11", "this version cannot do that yet; it accepts: auto, none"},
-    {"fov = 60", "type = \"orthographic\"", "10:8", "this version cannot do that yet; it accepts: perspective"},
+    {"fov = 60", "type = \"ortographic\"", "10:8", "did you mean \"orthographic\"? known: perspective, equirectangular"},
+    {"fov = 60", "height = 2", "10:1", "unknown key camera.height"},
+    {"fov = 60", "type = \"orthographic\"\nheight = 0", "11:10", "camera.height = 0 is out of range: legal is 0 < value"},
     {"fov = 60", "observer = \"zamo\"", "10:12", "this version cannot do that yet; it accepts: static"},
-    {"[64, 48]", "[64, 48]\nspp = 4", "13:7", "film.spp = 4: this version cannot do that yet; it accepts: 1"},
+    {"[64, 48]", "[64, 48]\nspp = 0", "13:7", "film.spp = 0 is out of range: legal is 1 <= value <= 65536"},
+    {"[64, 48]", "[64, 48]\nseed = -1", "13:8", "film.seed = -1 is out of range: legal is 0 <= value <= 4294967295"},
     {"[0, 0, 0.1]", "[0, 0, 0.1]\nfar = { color = [1, 0, 0] }", "15:7", "sky.far"},
     // not TOML
     {"rg = 0.08", "rg = ", "3:6", ""},
@@ -204,6 +207,10 @@ TEST_F(LoadScene, PrintingLosesNothing) {
                                              "integrator.max_steps=4294967295",
                                              "integrator.hit=chord",
                                              "integrator.cull=none",
+                                             "camera.type=orthographic",
+                                             "camera.height=3.5",
+                                             "film.spp=16",
+                                             "film.seed=4294967295",
                                              "object.ball.name='a \"b\"\\\t'",
                                              "film.layers=['steps', 'color']"};
     const SceneDescription scene = load(good_scene, overrides);
@@ -218,6 +225,10 @@ TEST_F(LoadScene, PrintingLosesNothing) {
     EXPECT_EQ(again.integrator.hit, scene.integrator.hit);
     EXPECT_EQ(again.integrator.cull, scene.integrator.cull);
     EXPECT_EQ(again.camera.position, scene.camera.position);
+    EXPECT_EQ(again.camera.type, scene.camera.type);
+    EXPECT_EQ(again.camera.height, 3.5);
+    EXPECT_EQ(again.film.spp, 16u);
+    EXPECT_EQ(again.film.seed, 4294967295u);
     EXPECT_EQ(again.film.layers, scene.film.layers);
     EXPECT_EQ(again.sky.paint.kind, Paint::Kind::checker);
     ASSERT_EQ(again.objects.size(), scene.objects.size());

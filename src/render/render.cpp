@@ -1,6 +1,7 @@
 #include "render/render.h"
 
 #include "render/run.h"
+#include "render/sampler.h"
 #include "render/shade.h"
 
 namespace kagero {
@@ -22,7 +23,36 @@ std::vector<Tile> cut(const Tile& w, std::uint32_t edge) {
     return tiles;
 }
 
-constexpr std::uint32_t tile_edge = 32;
+/// Pixels along a tile's edge: fewer where each has many rays, so that a tile's rays stay within some megabytes.
+std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
+    std::uint32_t edge = 32;
+    while (edge > 1 && std::uint64_t{edge} * edge * rays_per_pixel > 32768) edge /= 2;
+    return edge;
+}
+
+/// All rays of a tile, pixel by pixel.
+void list_rays(const Plan& plan, const Tile& tile, RayList& list) {
+    const FilmDescription& film = plan.scene.film;
+    list.starts.clear(), list.frequencies.clear();
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
+        for (std::uint32_t x = tile.x0; x < tile.x1; ++x)
+            for (std::uint32_t i = 0; i < film.spp; ++i) {
+                const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
+                const CameraRay ray = camera_ray(plan, x + u, y + v);
+                list.starts.push_back(ray.start), list.frequencies.push_back(ray.frequency);
+            }
+}
+
+/// The rays of a pixel, the first of them `first` in the tile.
+void gather(const Plan& plan, const RayEnd* ends, const RayList& list, std::size_t first, std::uint32_t x, std::uint32_t y,
+            std::vector<Sighting>& pixel) {
+    if (kernel_makes_rays(plan)) {
+        pixel[0] = {ends + first, camera_ray(plan, x + 0.5, y + 0.5)};
+        return;
+    }
+    for (std::size_t i = 0; i < pixel.size(); ++i)
+        pixel[i] = {ends + first + i, {list.starts[first + i], list.frequencies[first + i]}};
+}
 
 }  // namespace
 
@@ -30,12 +60,19 @@ RunReport render(const Plan& plan, Film& film, const Progress& progress, const s
     Job job = plan.job;
     if (film.has("energy_error")) job.outputs |= output_energy;
     const Tile whole = window(plan);
-    return run_tiles(plan, job, cut(whole, tile_edge), [&](const Tile& tile, const RayEnd* ends) {
-        const std::uint32_t width = tile.x1 - tile.x0;
+    const std::uint32_t spp = plan.scene.film.spp;
+    TileRays rays;
+    if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
+    const auto done = [&](const Tile& tile, const RayEnd* ends, const RayList& list) {
+        std::vector<Sighting> pixel(spp);
+        std::size_t first = 0;
         for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
-            for (std::uint32_t x = tile.x0; x < tile.x1; ++x)
-                shade(plan, ends[std::size_t(y - tile.y0) * width + (x - tile.x0)], film, x - whole.x0, y - whole.y0);
-    }, progress, stop);
+            for (std::uint32_t x = tile.x0; x < tile.x1; ++x, first += spp) {
+                gather(plan, ends, list, first, x, y, pixel);
+                shade(plan, pixel, film, x - whole.x0, y - whole.y0);
+            }
+    };
+    return run_tiles(plan, job, cut(whole, tile_edge(spp)), rays, done, progress, stop);
 }
 
 }  // namespace kagero

@@ -35,16 +35,18 @@ struct IntegratorDescription {
 };
 
 struct CameraDescription {
-    std::string type = "perspective";
+    std::string type = "perspective";  ///< "perspective" | "equirectangular" | "orthographic"
     Double3 position{}, look_at{}, up{0, 1, 0};
-    double fov = 60;                   ///< vertical, degrees
+    double fov = 60;                   ///< perspective: vertical, degrees
+    double height = 2;                 ///< orthographic: of the picture, scene units
     std::string observer = "static";
     Place position_place;              ///< for messages found later
 };
 
 struct FilmDescription {
     std::uint32_t width = 0, height = 0;
-    std::uint32_t spp = 1;
+    std::uint32_t spp = 1;             ///< rays per pixel
+    std::uint32_t seed = 0;            ///< of where in the pixel they lie, if more than one
     std::vector<std::string> layers{"color"};
 };
 

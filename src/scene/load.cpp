@@ -112,9 +112,14 @@ IntegratorDescription load_integrator(const Section& section, const std::string&
 }
 
 CameraDescription load_camera(const Section& section) {
-    only_keys(section, {"type", "position", "look_at", "up", "fov", "observer"});
     CameraDescription camera;
-    not_yet(section, "type", {"perspective"});
+    std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer"};
+    if (const Value* type = find(section, "type")) {
+        const std::vector<std::string> types{"perspective", "equirectangular", "orthographic"};
+        camera.type = types[to_choice(*type, "camera.type", types)];
+    }
+    if (camera.type == "orthographic") keys.emplace_back("height");
+    only_keys(section, keys);
     not_yet(section, "observer", {"static"});
     const Value& position = need(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
@@ -122,20 +127,21 @@ CameraDescription load_camera(const Section& section) {
     camera.look_at = to_double3(need(section, "look_at"), "camera.look_at", any_length);
     read(section, "up", camera.up, any_length);
     read(section, "fov", camera.fov, {0, 180, true, true});
+    read(section, "height", camera.height, positive_length);
     check_view(section, camera);
     return camera;
 }
 
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers) {
-    only_keys(section, {"size", "spp", "layers"});
+    only_keys(section, {"size", "spp", "seed", "layers"});
     FilmDescription film;
     const Value& size = need(section, "size");
     if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "[width, height]");
     film.width = to_count(size.items[0], "film.size[0]", 1, 65536);
     film.height = to_count(size.items[1], "film.size[1]", 1, 65536);
-    if (const Value* spp = find(section, "spp")) {
-        film.spp = to_count(*spp, "film.spp", 1, 65536);
-        if (film.spp > 1) not_yet(section, "spp", {"1"});
+    if (const Value* spp = find(section, "spp")) film.spp = to_count(*spp, "film.spp", 1, 65536);
+    if (const Value* seed = find(section, "seed")) {
+        film.seed = to_count(*seed, "film.seed", 0, std::numeric_limits<std::uint32_t>::max());
     }
     if (const Value* chosen = find(section, "layers")) {
         if (chosen->kind != Value::Kind::array || chosen->items.empty()) fail(*chosen, "film.layers", "an array of layer names");

@@ -119,6 +119,7 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera) {
     line("look_at", camera.look_at);
     line("up", camera.up);
     line("fov", camera.fov);
+    if (camera.type == "orthographic") line("height", camera.height);
     line("observer", camera.observer);
 }
 
@@ -136,6 +137,7 @@ std::string print_scene(const SceneDescription& scene) {
 
     out << "\n[film]\nsize = [" << scene.film.width << ", " << scene.film.height << "]\n";
     line("spp", scene.film.spp);
+    line("seed", scene.film.seed);
     out << "layers = [";
     for (std::size_t i = 0; i < scene.film.layers.size(); ++i) out << (i ? ", " : "") << written(scene.film.layers[i]);
     out << "]\n\n[sky]\n";

@@ -87,7 +87,9 @@ const Malformed malformed[] = {
     {"fov = 60", "observer = \"zamo\"", "10:12", "this version cannot do that yet; it accepts: static"},
     {"[64, 48]", "[64, 48]\nspp = 0", "13:7", "film.spp = 0 is out of range: legal is 1 <= value <= 65536"},
     {"[64, 48]", "[64, 48]\nseed = -1", "13:8", "film.seed = -1 is out of range: legal is 0 <= value <= 4294967295"},
-    {"[0, 0, 0.1]", "[0, 0, 0.1]\nfar = { color = [1, 0, 0] }", "15:7", "sky.far"},
+    // the other sky
+    {"[0, 0, 0.1]", "[0, 0, 0.1]\nfar = { color = [1, 0, 0] }", "15:7", "\"schwarzschild\" has one universe and one sky"},
+    {"[0, 0, 0.1]", "[0, 0, 0.1]\nfar = true", "15:7", "sky.far = true: expected a table: [sky.far]"},
     // not TOML
     {"rg = 0.08", "rg = ", "3:6", ""},
     {"rg = 0.08", "rg = 0.08\nrg = 0.1", "4:6", "cannot redefine"},
@@ -187,6 +189,28 @@ TEST_F(LoadScene, RefusesMalformedOverrides) {
         const std::string message = refusal(good_scene, {override_text});
         EXPECT_NE(message.find(fragment), std::string::npos) << override_text << "\n" << message;
     }
+}
+
+TEST_F(LoadScene, AWormholeHasTwoSkies) {
+    const auto with_far = [](const char* keys) {
+        return std::string("space = { hamiltonian = \"wormhole\" }\nfilm.size = [1, 2]\n"
+                           "camera = { position = [0, 0, 1], look_at = [0, 0, 0] }\n") + keys;
+    };
+    EXPECT_EQ(load(with_far("[sky]\nchecker = true")).far_sky.paint.color, (Double3{0, 0, 0}));
+    const SceneDescription scene = load(with_far("[sky.far]\ncolor = [1, 0.5, 0]\npole = [0, 1, 0]\n"), {"sky.checker=true"});
+    EXPECT_EQ(scene.sky.paint.kind, Paint::Kind::checker);
+    EXPECT_EQ(scene.far_sky.paint.color, (Double3{1, 0.5, 0}));
+    EXPECT_EQ(scene.far_sky.pole, (Double3{0, 1, 0}));
+    EXPECT_EQ(load(with_far(""), {"sky.far.checker=true"}).far_sky.paint.kind, Paint::Kind::checker);
+
+    const std::string printed = print_scene(scene);
+    EXPECT_NE(printed.find("[sky.far]\ncolor = [1, 0.5, 0]\npole = [0, 1, 0]\n"), std::string::npos) << printed;
+    EXPECT_EQ(print_scene(load(printed)), printed);
+
+    EXPECT_NE(refusal(with_far("[sky.far]\ncolour = [1, 0, 0]")).find("unknown key sky.far.colour; did you mean \"color\"?"),
+              std::string::npos);
+    EXPECT_NE(refusal(with_far("[sky.far]\nfar = {}")).find("unknown key sky.far.far"), std::string::npos);
+    EXPECT_NE(refusal(with_far("[sky.far]\npole = [0, 0, 0]")).find("sky.far.pole"), std::string::npos);
 }
 
 TEST_F(LoadScene, NamesThePackageOfMissingModels) {

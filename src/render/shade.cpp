@@ -1,5 +1,7 @@
 #include "render/shade.h"
 
+#include "render/far_sky.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +18,10 @@ Float3 color_of(const Plan& plan, const RayEnd& end) {
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
         case Status::hit: return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward);
-        case Status::escaped: return plan.geometry->sky_color(toward);
+        case Status::escaped: {
+            const SkyView view = sky_view(plan, end);
+            return plan.geometry->sky_color(view.direction, view.far);
+        }
         default: return {0, 0, 0};
     }
 }

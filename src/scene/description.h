@@ -92,8 +92,12 @@ struct SceneDescription {
     CameraDescription camera;
     FilmDescription film;
     SkyDescription sky;
+    SkyDescription far_sky;                        ///< of a wormhole's other universe
     std::vector<ObjectDescription> objects;
 };
+
+/// Whether a space has another universe with a sky of its own, `[sky.far]`.
+inline bool has_far_sky(const SpaceDescription& space) { return space.hamiltonian == "wormhole"; }
 
 /// The names a scene may use; taken from a loaded kernel module.
 struct Catalogue {

@@ -9,10 +9,18 @@
 
 namespace kagero {
 
+namespace {
+
+struct Sky {
+    LoadedPaint paint;
+    Double3 pole{};
+};
+
+}  // namespace
+
 struct SceneGeometry::Content {
     Double3 space_center{};
-    Double3 pole{};
-    LoadedPaint sky;
+    Sky sky, far_sky;
     std::vector<ShadedObject> objects;  ///< surface i is object i
     std::vector<Surface> surfaces;
     std::unique_ptr<EmbreeScene> embree;
@@ -107,8 +115,8 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene) : content_(std::make
     Content& content = *content_;
     Images images;
     content.space_center = scene.space.center;
-    content.pole = scene.sky.pole;
-    content.sky = load(scene.sky.paint, images);
+    content.sky = {load(scene.sky.paint, images), scene.sky.pole};
+    content.far_sky = {load(scene.far_sky.paint, images), scene.far_sky.pole};
     if (scene.objects.empty()) return;
 
     content.objects.reserve(scene.objects.size());
@@ -150,10 +158,11 @@ Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primiti
     return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward);
 }
 
-Float3 SceneGeometry::sky_color(const Double3& direction) const {
-    if (content_->sky.paint.kind == Paint::Kind::color) return paint_color(content_->sky, 0, 0);
-    const auto [u, v] = sky_coordinates(direction, content_->pole);
-    return paint_color(content_->sky, u, v, Edge::clamp);
+Float3 SceneGeometry::sky_color(const Double3& direction, bool far) const {
+    const Sky& sky = far ? content_->far_sky : content_->sky;
+    if (sky.paint.paint.kind == Paint::Kind::color) return paint_color(sky.paint, 0, 0);
+    const auto [u, v] = sky_coordinates(direction, sky.pole);
+    return paint_color(sky.paint, u, v, Edge::clamp);
 }
 
 const std::vector<std::string>& SceneGeometry::remarks() const {

@@ -158,13 +158,25 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
 }
 
 SkyDescription load_sky(const Section& section, const std::string& directory) {
-    only_keys(section, {"color", "texture", "checker", "pole", "far"});
-    not_yet(section, "far");
+    std::vector<std::string> keys{"color", "texture", "checker", "pole"};
+    if (section.name == "sky") keys.emplace_back("far");
+    only_keys(section, keys);
     SkyDescription sky;
     sky.paint = load_paint(section, sky.paint, CheckerKey::flag, directory);
     read(section, "pole", sky.pole, any_length);
-    if (length(sky.pole) == 0) fail(need(section, "pole"), "sky.pole", "a vector that is not zero");
+    if (length(sky.pole) == 0) fail(need(section, "pole"), full_name(section, "pole"), "a vector that is not zero");
     return sky;
+}
+
+SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, const std::string& directory) {
+    const Value* far = find(sky, "far");
+    if (!far) return {};
+    if (far->kind != Value::Kind::table) fail(*far, "sky.far", "a table: [sky.far]");
+    if (!has_far_sky(space)) {
+        throw InputError(far->place, "sky.far: " + written(space.hamiltonian) +
+                                         " has one universe and one sky; only \"wormhole\" has another: leave the table out");
+    }
+    return load_sky({far, "sky.far", far->place}, directory);
 }
 
 SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue) {
@@ -182,7 +194,9 @@ SceneDescription load_scene(const std::string& path, const std::vector<std::stri
     scene.integrator = load_integrator(section(root, "integrator"), scene.space.hamiltonian, catalogue);
     scene.camera = load_camera(section(root, "camera"));
     scene.film = load_film(section(root, "film"), catalogue.layers);
-    scene.sky = load_sky(section(root, "sky"), directory);
+    const Section sky = section(root, "sky");
+    scene.sky = load_sky(sky, directory);
+    scene.far_sky = load_far_sky(sky, scene.space, directory);
     scene.objects = load_objects(root, directory);
     return scene;
 }

@@ -123,6 +123,12 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera) {
     line("observer", camera.observer);
 }
 
+void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {
+    out << "\n[" << name << "]\n";
+    for (const std::string& pair : paint_pairs(sky.paint, true)) out << pair << '\n';
+    Line{out}("pole", sky.pole);
+}
+
 }  // namespace
 
 std::string print_scene(const SceneDescription& scene) {
@@ -140,9 +146,9 @@ std::string print_scene(const SceneDescription& scene) {
     line("seed", scene.film.seed);
     out << "layers = [";
     for (std::size_t i = 0; i < scene.film.layers.size(); ++i) out << (i ? ", " : "") << written(scene.film.layers[i]);
-    out << "]\n\n[sky]\n";
-    for (const std::string& pair : paint_pairs(scene.sky.paint, true)) out << pair << '\n';
-    line("pole", scene.sky.pole);
+    out << "]\n";
+    print_sky(out, "sky", scene.sky);
+    if (has_far_sky(scene.space)) print_sky(out, "sky.far", scene.far_sky);
     for (const ObjectDescription& object : scene.objects) print_object(out, object);
     return out.str();
 }

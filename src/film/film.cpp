@@ -37,6 +37,8 @@ const std::vector<LayerInfo>& all_layers() {
         {"gradients", one, false, "evaluations of the derivatives of H; mean"},
         {"energy_error", one, false, "greatest |H - H0| / (|p . dH/dp| + |H0|) along any of the pixel's rays"},
         {"depth", one, false, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
+        {"redshift", one, false,
+         "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},
         {"object", one, false, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
     };
     return layers;

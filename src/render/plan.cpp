@@ -3,6 +3,7 @@
 #include "film/film.h"
 #include "modules/modules.h"
 #include "render/camera.h"
+#include "render/redshift.h"
 
 #include <chrono>
 #include <limits>
@@ -91,6 +92,7 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
     plan->geometry = std::make_unique<SceneGeometry>(s);
     fill_job(*plan, with_camera);
+    check_disks(s);
     if (with_camera) place_camera(*plan);
     plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return plan;

@@ -1,6 +1,7 @@
 #include "render/shade.h"
 
 #include "render/far_sky.h"
+#include "render/redshift.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,10 +15,12 @@ Double3 scene_point(const Plan& plan, const RayEnd& end) {
 }
 
 /// Captured rays come from nowhere and are black; so are rays without an end, which the status layer tells apart.
-Float3 color_of(const Plan& plan, const RayEnd& end) {
+Float3 color_of(const Plan& plan, const Sighting& ray) {
+    const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
-        case Status::hit: return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward);
+        case Status::hit:
+            return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward, redshift_of(plan, ray));
         case Status::escaped: {
             const SkyView view = sky_view(plan, end);
             return plan.geometry->sky_color(view.direction, view.far);
@@ -44,7 +47,7 @@ float mean(const std::vector<Sighting>& rays, const Amount& amount) {
 void write_color(const Plan& plan, const std::vector<Sighting>& rays, float* pixel) {
     double sum[3] = {0, 0, 0};
     for (const Sighting& ray : rays) {
-        const Float3 c = color_of(plan, *ray.end);
+        const Float3 c = color_of(plan, ray);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
     }
     for (int k = 0; k < 3; ++k) pixel[k] = float(sum[k] / double(rays.size()));
@@ -61,6 +64,7 @@ float value_of(const Plan& plan, const std::vector<Sighting>& rays, const std::s
         for (const Sighting& ray : rays) greatest = std::max(greatest, ray.end->energy_error);
         return float(greatest);
     }
+    if (layer == "redshift") return float(redshift_of(plan, rays.front()));
     if (layer == "depth") return float(depth_of(rays.front()));
     return first.status == Status::hit ? float(plan.geometry->object_of(first.surface) + 1) : 0.0f;
 }

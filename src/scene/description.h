@@ -65,7 +65,7 @@ struct SkyDescription {
     Double3 pole{0, 0, 1};
 };
 
-enum class Shape { rectangle, box, room, sphere, mesh };
+enum class Shape { rectangle, box, room, sphere, mesh, disk };
 enum class Shading { emission, lambert };
 
 struct ObjectDescription {
@@ -74,7 +74,10 @@ struct ObjectDescription {
     Double3 origin{}, edge_u{}, edge_v{};          // rectangle
     Double3 min{}, max{};                          // box, room
     std::array<Paint, 6> faces;                    // box, room: px nx py ny pz nz; all equal to `paint` unless `faces` says otherwise
-    Double3 center{}; double radius = 0;           // sphere
+    Double3 center{}; double radius = 0;           // sphere; center: disk too
+    Double3 normal{0, 0, 1};                       // disk: its matter orbits in the right-handed sense about it
+    double inner = 0, outer = 0;                   // disk: radii
+    double temperature = 0;                        // disk: kelvin at the inner edge; 0: it has a paint instead
     std::string file;                              // mesh: absolute path
     Place file_place;
     Double3 translate{}, rotate{}; double scale = 1;

@@ -64,6 +64,11 @@ ShadedObject load(const ObjectDescription& object, const Double3& space_center, 
         case Shape::mesh:
             shaded.mesh = load_mesh(object, space_center, remarks);
             break;
+        case Shape::disk:
+            shaded.mesh = disk_mesh(object, space_center);
+            shaded.normal = object.normal;
+            shaded.inner = object.inner, shaded.outer = object.outer, shaded.temperature = object.temperature;
+            break;
     }
     shaded.paints.push_back(load(object.paint, images));
     return shaded;
@@ -78,6 +83,16 @@ Surface surface_of(const ObjectDescription& object, const ShadedObject& shaded) 
     std::copy(shaded.center.begin(), shaded.center.end(), surface.center);
     surface.radius = object.radius;
     return surface;
+}
+
+std::vector<Ring> rings_of(const std::vector<ShadedObject>& objects) {
+    std::vector<Ring> rings;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const ShadedObject& object = objects[i];
+        if (object.shape != Shape::disk) continue;
+        rings.push_back({static_cast<std::uint32_t>(i), object.center, object.inner, object.outer});
+    }
+    return rings;
 }
 
 Bounds bounds_of(const std::vector<ShadedObject>& objects, const std::vector<Surface>& surfaces) {
@@ -132,8 +147,8 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene) : content_(std::make
 
     Geometry& geometry = content.geometry;
     choose_coordinates(scene, bounds, geometry);
-    content.embree =
-        std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, geometry.shift, geometry.scale);
+    content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, rings_of(content.objects),
+                                                   geometry.shift, geometry.scale);
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
@@ -154,8 +169,8 @@ std::uint32_t SceneGeometry::object_of(std::uint32_t surface) const {
 }
 
 Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                                    const Double3& toward) const {
-    return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward);
+                                    const Double3& toward, double redshift) const {
+    return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward, redshift);
 }
 
 Float3 SceneGeometry::sky_color(const Double3& direction, bool far) const {

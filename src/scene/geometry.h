@@ -22,8 +22,10 @@ public:
     const Geometry* kernel_view() const;
     /// The index in SceneDescription::objects of a surface (a box has one surface, so has a mesh).
     std::uint32_t object_of(std::uint32_t surface) const;
-    /// Linear colour of a surface at a point, both in scene coordinates; `toward` is the ray's unit direction there (away from the eye).
-    Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward) const;
+    /// Linear colour of a surface at a point, both in scene coordinates; `toward` is the ray's unit direction there (away from the eye),
+    /// `redshift` the frequency seen over the frequency sent, which matters to disks.
+    Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
+                         double redshift = 1) const;
     /// Linear colour of the sky in a unit direction; `far`: of that of a wormhole's other universe.
     Float3 sky_color(const Double3& direction, bool far = false) const;
     /// One line per object that the user may want to know of: degenerate triangles skipped, faces triangulated …

@@ -61,12 +61,7 @@ void print_faces(std::ostringstream& out, const ObjectDescription& object) {
     }
 }
 
-void print_object(std::ostringstream& out, const ObjectDescription& object) {
-    static const char* const shapes[] = {"rectangle", "box", "room", "sphere", "mesh"};
-    const Line line{out};
-    out << "\n[[object]]\n";
-    line("name", object.name);
-    line("shape", std::string(shapes[static_cast<int>(object.shape)]));
+void print_shape(const Line& line, const ObjectDescription& object) {
     switch (object.shape) {
         case Shape::rectangle:
             line("origin", object.origin);
@@ -88,8 +83,24 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
             line("rotate", object.rotate);
             line("scale", object.scale);
             break;
+        case Shape::disk:
+            line("center", object.center);
+            line("normal", object.normal);
+            line("inner", object.inner);
+            line("outer", object.outer);
+            break;
     }
-    for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
+}
+
+void print_object(std::ostringstream& out, const ObjectDescription& object) {
+    static const char* const shapes[] = {"rectangle", "box", "room", "sphere", "mesh", "disk"};
+    const Line line{out};
+    out << "\n[[object]]\n";
+    line("name", object.name);
+    line("shape", std::string(shapes[static_cast<int>(object.shape)]));
+    print_shape(line, object);
+    if (object.temperature > 0) line("temperature", object.temperature);
+    else for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
     line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
     bool painted = false;
     for (const Paint& face : object.faces) painted = painted || !same(face, object.paint);

@@ -72,7 +72,17 @@ const Malformed malformed[] = {
     {"name = \"floor\"", "name = \"\"", "21:8", "expected a name, or none"},
     {"checker = [4, 4]", "color = [1, 1, 1]\ntexture = \"x.png\"", "27:1", "texture and color exclude each other"},
     {"checker = [4, 4]", "texture = \"no.png\"", "26:11", "there is no file "},
-    {"\"sphere\"", "\"disk\"", "17:9", "this version cannot do that yet"},
+    {"shape = \"sphere\"", "shape = \"disk\"", "19:1", "unknown key object.ball.radius"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", "\"disk\"\ncenter = [1, 0, 0]\ninner = 2\nouter = 2", "20:9",
+     "object.ball.outer = 2: expected more than inner = 2"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", "\"disk\"\ncenter = [1, 0, 0]\nouter = 2", "15:1", "object.ball.inner is missing"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25",
+     "\"disk\"\ncenter = [1, 0, 0]\ninner = 1\nouter = 2\ncolor = [1, 1, 1]\ntemperature = 6000", "22:1",
+     "object.ball.temperature and color exclude each other"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25",
+     "\"disk\"\ncenter = [1, 0, 0]\ninner = 1\nouter = 2\ntemperature = 20", "21:15", "legal is 500 <= value <= 1000000000"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25",
+     "\"disk\"\ncenter = [1, 0, 0]\ninner = 1\nouter = 2\nnormal = [0, 0, 0]", "21:10", "expected a vector that is not zero"},
     {"shape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", "shape = \"mesh\"\nfile = \"a.stl\"", "18:8",
      "expected a .obj, .ply, .gltf or .glb file"},
     // later versions
@@ -211,6 +221,24 @@ TEST_F(LoadScene, AWormholeHasTwoSkies) {
               std::string::npos);
     EXPECT_NE(refusal(with_far("[sky.far]\nfar = {}")).find("unknown key sky.far.far"), std::string::npos);
     EXPECT_NE(refusal(with_far("[sky.far]\npole = [0, 0, 0]")).find("sky.far.pole"), std::string::npos);
+}
+
+TEST_F(LoadScene, ADiskIsPaintedOrGlows) {
+    const std::string head =
+        "space.hamiltonian = \"flat\"\nfilm.size = [1, 2]\ncamera = { position = [0, 0, 1], look_at = [0, 0, 0] }\n"
+        "[[object]]\nshape = \"disk\"\ncenter = [1, 2, 3]\ninner = 0.5\nouter = 4\n";
+    const SceneDescription glowing = load(head + "temperature = 7000\nnormal = [0, 1, 0]"), painted = load(head);
+    EXPECT_EQ(glowing.objects[0].temperature, 7000);
+    EXPECT_EQ(glowing.objects[0].normal, (Double3{0, 1, 0}));
+    EXPECT_EQ(painted.objects[0].temperature, 0);
+    EXPECT_EQ(painted.objects[0].normal, (Double3{0, 0, 1}));
+    for (const SceneDescription& scene : {glowing, painted}) {
+        const SceneDescription again = load(print_scene(scene));
+        EXPECT_EQ(print_scene(again), print_scene(scene));
+        EXPECT_EQ(again.objects[0].shape, Shape::disk);
+        EXPECT_EQ(again.objects[0].outer, 4);
+        EXPECT_EQ(again.objects[0].temperature, scene.objects[0].temperature);
+    }
 }
 
 TEST_F(LoadScene, NamesThePackageOfMissingModels) {

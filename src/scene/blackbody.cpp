@@ -19,33 +19,42 @@ std::array<double, 3> observer(double l) {
             lobe(l, 1.217, 437.0, 11.8, 36.0) + lobe(l, 0.681, 459.0, 26.0, 13.8)};
 }
 
-/// Planck's law over wavelength, but for a constant; hc/k = 1.438776877e7 nm K (CODATA 2018).
-double planck(double wavelength, double kelvin) {
-    return 1 / (std::pow(wavelength / 560, 5) * std::expm1(1.438776877e7 / (wavelength * kelvin)));
+/// What the observer makes of light of one wavelength, but for Planck's exponential.
+struct Line {
+    double exponent;  ///< hc/λk, kelvin
+    std::array<double, 3> weight;
+};
+
+/// The trapezoidal sum, whose ends vanish, in steps of 5 nm. hc/k = 1.438776877e7 nm K (CODATA 2018).
+std::array<Line, 95> lines() {
+    std::array<Line, 95> all{};
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const double wavelength = 360 + 5.0 * static_cast<double>(i);
+        all[i] = {1.438776877e7 / wavelength, observer(wavelength)};
+        for (double& weight : all[i].weight) weight *= 5 / std::pow(wavelength / 560, 5);
+    }
+    return all;
 }
 
-constexpr double first = 360, last = 830, step = 5;
-
-/// The trapezoidal sum, whose ends vanish.
 std::array<double, 3> tristimulus(double kelvin) {
+    static const std::array<Line, 95> all = lines();
     std::array<double, 3> xyz{};
-    for (double l = first; l <= last; l += step) {
-        const std::array<double, 3> seen = observer(l);
-        const double light = planck(l, kelvin);
-        for (std::size_t i = 0; i < 3; ++i) xyz[i] += light * seen[i] * step;
+    for (const Line& line : all) {
+        const double light = 1 / std::expm1(line.exponent / kelvin);
+        for (std::size_t i = 0; i < 3; ++i) xyz[i] += light * line.weight[i];
     }
     return xyz;
 }
 
 }  // namespace
 
-std::array<double, 3> blackbody_color(double kelvin, double unit) {
+double blackbody_luminance(double kelvin) { return tristimulus(kelvin)[1]; }
+
+std::array<double, 3> blackbody_color(double kelvin) {
     const auto [x, y, z] = tristimulus(kelvin);
-    const double scale = 1 / tristimulus(unit)[1];
     // XYZ to linear sRGB: IEC 61966-2-1.
-    const std::array<double, 3> rgb{3.2406 * x - 1.5372 * y - 0.4986 * z, -0.9689 * x + 1.8758 * y + 0.0415 * z,
-                                    0.0557 * x - 0.2040 * y + 1.0570 * z};
-    return {std::max(0.0, rgb[0] * scale), std::max(0.0, rgb[1] * scale), std::max(0.0, rgb[2] * scale)};
+    return {std::max(0.0, 3.2406 * x - 1.5372 * y - 0.4986 * z), std::max(0.0, -0.9689 * x + 1.8758 * y + 0.0415 * z),
+            std::max(0.0, 0.0557 * x - 0.2040 * y + 1.0570 * z)};
 }
 
 }  // namespace kagero

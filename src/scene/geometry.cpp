@@ -1,5 +1,6 @@
 #include "scene/geometry.h"
 
+#include "scene/blackbody.h"
 #include "scene/clearance.h"
 #include "scene/embree.h"
 #include "scene/mesh.h"
@@ -68,6 +69,7 @@ ShadedObject load(const ObjectDescription& object, const Double3& space_center, 
             shaded.mesh = disk_mesh(object, space_center);
             shaded.normal = object.normal;
             shaded.inner = object.inner, shaded.outer = object.outer, shaded.temperature = object.temperature;
+            if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
             break;
     }
     shaded.paints.push_back(load(object.paint, images));

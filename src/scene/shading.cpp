@@ -36,8 +36,10 @@ Float3 glow(const ShadedObject& disk, const Double3& point, double redshift) {
     const double radius = std::max(length(subtract(point, disk.center)), disk.inner);
     const double kelvin = disk.temperature * std::pow(radius / disk.inner, -0.75) * redshift;
     if (!(kelvin > 0)) return {0, 0, 0};
-    const auto [r, g, b] = blackbody_color(kelvin, disk.temperature);
-    return {static_cast<float>(r), static_cast<float>(g), static_cast<float>(b)};
+    const std::array<double, 3> rgb = blackbody_color(kelvin);
+    Float3 color;
+    for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(disk.brightness * rgb[k]);
+    return color;
 }
 
 Float3 disk_color(const ShadedObject& disk, const Appearance& seen, const Double3& point, double redshift) {

@@ -21,7 +21,7 @@ struct ShadedObject {
     Double3 center{};                 ///< of a sphere or disk
     Double3 normal{};                 ///< of a disk, as are those that follow
     double inner = 0, outer = 0;
-    double temperature = 0;
+    double temperature = 0, brightness = 0;  ///< brightness × luminance of a black body at that temperature = 1
 };
 
 Float3 paint_color(const LoadedPaint& paint, double u, double v, Edge vertical = Edge::repeat);

@@ -15,7 +15,7 @@ Double3 scene_point(const Plan& plan, const RayEnd& end) {
 }
 
 /// Captured rays come from nowhere and are black; so are rays without an end, which the status layer tells apart.
-Float3 color_of(const Plan& plan, const Sighting& ray) {
+Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
@@ -23,7 +23,7 @@ Float3 color_of(const Plan& plan, const Sighting& ray) {
             return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward, redshift_of(plan, ray));
         case Status::escaped: {
             const SkyView view = sky_view(plan, end);
-            return plan.geometry->sky_color(view.direction, view.far);
+            return plan.geometry->sky_color(view.direction, view.far, view.far ? footprints.far : footprints.near);
         }
         default: return {0, 0, 0};
     }
@@ -38,23 +38,23 @@ double depth_of(const Sighting& ray) {
 
 /// Added up in the order of the samples, so that the sum is always the same.
 template <class Amount>
-float mean(const std::vector<Sighting>& rays, const Amount& amount) {
+float mean(std::span<const Sighting> rays, const Amount& amount) {
     double sum = 0;
     for (const Sighting& ray : rays) sum += amount(*ray.end);
     return float(sum / double(rays.size()));
 }
 
-void write_color(const Plan& plan, const std::vector<Sighting>& rays, float* pixel) {
+void write_color(const Plan& plan, std::span<const Sighting> rays, const SkyFootprints& footprints, float* pixel) {
     double sum[3] = {0, 0, 0};
     for (const Sighting& ray : rays) {
-        const Float3 c = color_of(plan, ray);
+        const Float3 c = color_of(plan, ray, footprints);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
     }
     for (int k = 0; k < 3; ++k) pixel[k] = float(sum[k] / double(rays.size()));
 }
 
 /// The value of a layer of one channel.
-float value_of(const Plan& plan, const std::vector<Sighting>& rays, const std::string& layer) {
+float value_of(const Plan& plan, std::span<const Sighting> rays, const std::string& layer) {
     const RayEnd& first = *rays.front().end;
     if (layer == "status") return float(static_cast<int>(first.status));
     if (layer == "steps") return mean(rays, [](const RayEnd& end) { return end.steps; });
@@ -71,10 +71,11 @@ float value_of(const Plan& plan, const std::vector<Sighting>& rays, const std::s
 
 }  // namespace
 
-void shade(const Plan& plan, const std::vector<Sighting>& rays, Film& film, std::uint32_t x, std::uint32_t y) {
+void shade(const Plan& plan, std::span<const Sighting> rays, const SkyFootprints& footprints, Film& film, std::uint32_t x,
+           std::uint32_t y) {
     for (const LayerInfo* layer : film.layers()) {
         float* pixel = film.pixel(layer->name, x, y);
-        if (layer->name == "color") write_color(plan, rays, pixel);
+        if (layer->name == "color") write_color(plan, rays, footprints, pixel);
         else pixel[0] = value_of(plan, rays, layer->name);
     }
 }

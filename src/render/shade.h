@@ -4,6 +4,7 @@
 #include "film/film.h"
 #include "render/camera.h"
 
+#include <span>
 #include <vector>
 
 namespace kagero {
@@ -14,7 +15,13 @@ struct Sighting {
     CameraRay ray;
 };
 
+/// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.
+struct SkyFootprints {
+    Footprint near, far;
+};
+
 /// Writes what the film's layers want of a pixel's rays, at least one, into pixel (x, y) of the film.
-void shade(const Plan& plan, const std::vector<Sighting>& rays, Film& film, std::uint32_t x, std::uint32_t y);
+void shade(const Plan& plan, std::span<const Sighting> rays, const SkyFootprints& footprints, Film& film, std::uint32_t x,
+           std::uint32_t y);
 
 }  // namespace kagero

@@ -4,6 +4,7 @@
 #include "scene/clearance.h"
 #include "scene/embree.h"
 #include "scene/mesh.h"
+#include "scene/pyramid.h"
 #include "scene/shading.h"
 
 #include <map>
@@ -15,6 +16,7 @@ namespace {
 struct Sky {
     LoadedPaint paint;
     Double3 pole{};
+    std::vector<Image> coarser;  ///< copies of the image, if it is one
 };
 
 }  // namespace
@@ -43,6 +45,12 @@ LoadedPaint load(const Paint& paint, Images& images) {
     if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.place));
     loaded.image = image;
     return loaded;
+}
+
+Sky load(const SkyDescription& description, Images& images) {
+    Sky sky{load(description.paint, images), description.pole, {}};
+    if (sky.paint.image) sky.coarser = coarser_images(*sky.paint.image);
+    return sky;
 }
 
 ShadedObject load(const ObjectDescription& object, const Double3& space_center, Images& images,
@@ -132,8 +140,8 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene) : content_(std::make
     Content& content = *content_;
     Images images;
     content.space_center = scene.space.center;
-    content.sky = {load(scene.sky.paint, images), scene.sky.pole};
-    content.far_sky = {load(scene.far_sky.paint, images), scene.far_sky.pole};
+    content.sky = load(scene.sky, images);
+    content.far_sky = load(scene.far_sky, images);
     if (scene.objects.empty()) return;
 
     content.objects.reserve(scene.objects.size());
@@ -175,11 +183,16 @@ Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primiti
     return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward, redshift);
 }
 
-Float3 SceneGeometry::sky_color(const Double3& direction, bool far) const {
+Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
     const Sky& sky = far ? content_->far_sky : content_->sky;
     if (sky.paint.paint.kind == Paint::Kind::color) return paint_color(sky.paint, 0, 0);
+    if (sky.paint.image) return sky_texture_color(*sky.paint.image, sky.coarser, direction, sky.pole, footprint);
     const auto [u, v] = sky_coordinates(direction, sky.pole);
     return paint_color(sky.paint, u, v, Edge::clamp);
+}
+
+bool SceneGeometry::has_sky_image() const {
+    return content_->sky.paint.image || content_->far_sky.paint.image;
 }
 
 const std::vector<std::string>& SceneGeometry::remarks() const {

@@ -53,20 +53,33 @@ void list_rays(const Plan& plan, const Tile& tile, RayList& list) {
             }
 }
 
-/// Adds the rays of a pixel, the first of them `first` in the tile.
-void gather(const Plan& plan, const RayEnd* ends, const RayList& list, std::size_t first, std::uint32_t x, std::uint32_t y,
-            Quad& quad) {
+/// What shading has to know of rays beside their ends; what is not wanted is left empty.
+struct Wanted {
+    bool starts, footprints;
+
+    Wanted(const Plan& plan, const Film& film)
+        : starts(film.has("depth") || film.has("redshift")), footprints(plan.geometry->has_sky_image()) {
+        for (const ObjectDescription& object : plan.scene.objects) starts = starts || object.shape == Shape::disk;
+    }
+};
+
+/// Adds the rays of pixel (x, y), the first of them `first` in the tile.
+void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const RayList& list, std::size_t first, std::uint32_t x,
+            std::uint32_t y, Quad& quad) {
     const FilmDescription& film = plan.scene.film;
     for (std::uint32_t i = 0; i < film.spp; ++i) {
+        Sighting& ray = quad.rays.emplace_back(Sighting{ends + first + i, {}});
+        if (!list.starts.empty()) ray.ray = {list.starts[first + i], list.frequencies[first + i]};
+        else if (wanted.starts) ray.ray = camera_ray(plan, x + 0.5, y + 0.5);
+        if (!wanted.footprints) continue;
         const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
         quad.places.push_back({x + u, y + v});
-        if (kernel_makes_rays(plan)) quad.rays.push_back({ends + first, camera_ray(plan, x + u, y + v)});
-        else quad.rays.push_back({ends + first + i, {list.starts[first + i], list.frequencies[first + i]}});
     }
 }
 
 /// Shades the pixels of a tile that lie in the window `film` shows, in blocks of 2 × 2.
 void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list, Film& film) {
+    const Wanted wanted(plan, film);
     const std::uint32_t spp = plan.scene.film.spp, width = tile.x1 - tile.x0;
     Quad quad;
     for (std::uint32_t by = tile.y0 & ~1u; by < tile.y1; by += 2)
@@ -76,8 +89,8 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             quad.rays.clear(), quad.places.clear();
             for (std::uint32_t y = y0; y < y1; ++y)
                 for (std::uint32_t x = x0; x < x1; ++x)
-                    gather(plan, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad);
-            const SkyFootprints footprints = plan.geometry->has_sky_image() ? footprints_of(plan, quad, spp) : SkyFootprints{};
+                    gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad);
+            const SkyFootprints footprints = wanted.footprints ? footprints_of(plan, quad, spp) : SkyFootprints{};
             std::span<const Sighting> rays = quad.rays;
             for (std::uint32_t y = y0; y < y1; ++y)
                 for (std::uint32_t x = x0; x < x1; ++x, rays = rays.subspan(spp)) {

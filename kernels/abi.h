@@ -25,6 +25,7 @@ enum class Failure : std::uint8_t {
     zero_direction,      ///< the direction has length zero
     nonfinite_start,     ///< a coordinate of the start or direction is infinite or not a number
     singular_start,      ///< H or its derivatives do not exist at the start
+    no_observer,         ///< the space has no such observer, or none can be here
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
     not_converged,       ///< an implicit step found no solution, even after halving the step
     not_finite,          ///< the state left the range of the number type
@@ -115,6 +116,7 @@ struct CameraRays {
 struct RayStart {
     double q[3], p[3], pt;
     Failure failure;  ///< a start that cannot be used ends as `failed` at once
+    bool captured;    ///< no light comes from this direction: the ray ends as `captured` at once
 };
 
 /// The end of one ray. Positions q, momenta p of H (also when a rescaled H was integrated), v the unit direction of dq/dλ.
@@ -150,7 +152,8 @@ struct Job {
     double tolerance;         ///< local error of adaptive methods, relative to 1 + |value|
     double solver_tolerance;  ///< of implicit equations, relative; 0: to rounding
     std::uint32_t max_steps;
-    double escape_radius;
+    double escape_radius;        ///< of |q|
+    double inner_escape_radius;  ///< rays that fall below it are escaped too, into a wormhole's other universe; 0: there is none
     double parameter_limit;  ///< infinity, or the λ at which every ray is ended exactly
     HitModel hit;
     double chord_tolerance;  ///< chords closer than this to the dense output are not split
@@ -199,6 +202,8 @@ struct Module {
     const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled);
     /// True where these parameters make every ray straight, so that no integrator is needed.
     bool (*straight)(std::uint32_t hamiltonian, const double* parameters);
+    /// The radius |q| inside of which lies another universe, mirrored by inversion; 0 where there is none.
+    double (*far_side)(std::uint32_t hamiltonian, const double* parameters);
     /// The momenta an observer of this kind at q assigns to directions of its rest frame.
     Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
     /// The state with dq/dλ along d and H = H0.

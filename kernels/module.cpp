@@ -58,11 +58,18 @@ void copy(const double* from, double (&to)[n]) {
     for (std::size_t i = 0; i < n; ++i) to[i] = from[i];
 }
 
+double far_side(std::uint32_t hamiltonian, const double* parameters) {
+    return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
+        if constexpr (requires(const typename H::template Parameters<double>& k) { H::far_side(k); })
+            return H::far_side(make_parameters<H>(parameters));
+        else return 0;
+    });
+}
+
 Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double at[3], StartMap* map) {
-    if (kind != ObserverKind::static_) return Failure::no_momentum;
     double q[3];
     copy(at, q);
-    return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe_static<H>(parameters, q, *map); });
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe<H>(kind, parameters, q, *map); });
 }
 
 Failure start(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], RayStart* out) {
@@ -84,8 +91,9 @@ constexpr Module module{
     std::size(hamiltonian_infos), integrator_infos.data(),
     integrator_infos.size(), kernel_infos,
     std::size(kernel_infos), refusal,
-    is_straight,         observe,
-    start,               frequency,
+    is_straight,         far_side,
+    observe,             start,
+    frequency,
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Cameras against what can be worked out without a ray: where each pixel looks, and from where.
-#include "plan_fixture.h"
 #include "render/camera.h"
+#include "plan_fixture.h"
 
 #include <gtest/gtest.h>
 
@@ -89,9 +89,11 @@ TEST(Equirectangular, GivesTheSkyBack) {
     std::mt19937 random(1);
     for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i) sky.plane("color")[i] = float(random() % 256) / 256;  // exact in half
     write_film(sky, path.string(), {});
-    const auto plan =
-        plan_of_text("space.hamiltonian = \"flat\"\ncamera = { type = \"equirectangular\", position = [1, 2, 3], look_at = "
-                     "[2, 2, 3], up = [0, 0, 1] }\nfilm.size = [32, 16]\nsky.texture = \"" + path.string() + "\"\n", {});
+    const auto plan = plan_of_text(
+        "space.hamiltonian = \"flat\"\ncamera = { type = \"equirectangular\", position = [1, 2, 3], look_at = "
+        "[2, 2, 3], up = [0, 0, 1] }\nfilm.size = [32, 16]\nsky.texture = \"" +
+            path.string() + "\"\n",
+        {});
     std::filesystem::remove(path);
     const Film seen = picture(*plan);
     // Directions carry a few roundings, of the coordinate of a texel up to 32, over the sine of 5.6° at the poles' rows.
@@ -196,7 +198,8 @@ TEST(Pictures, DependOnNeitherThreadsTilesNorStrategy) {
             Film part = picture(*plan_of_text(hole, overrides, options));
             for (std::uint32_t y = 5; y < 34; ++y)
                 for (std::uint32_t x = 3; x < 35; ++x)
-                    ASSERT_EQ(*part.pixel("color", x - 3, y - 5), *const_cast<Film&>(whole).pixel("color", x, y)) << x << "," << y;
+                    ASSERT_EQ(*part.pixel("color", x - 3, y - 5), *const_cast<Film&>(whole).pixel("color", x, y))
+                        << x << "," << y;
         }
 }
 

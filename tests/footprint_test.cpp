@@ -1,6 +1,6 @@
 // Averages over pieces of the sky: the pyramid of images, the piece a ray stands for, and what they do to a picture.
-#include "plan_fixture.h"
 #include "render/footprint.h"
+#include "plan_fixture.h"
 #include "scene/pyramid.h"
 #include "scene/texture.h"
 #include "scene/vector3.h"
@@ -96,8 +96,11 @@ std::unique_ptr<Plan> noisy(const Overrides& overrides, const Options& options =
     const Image image = noise(1024, 512);
     std::copy(image.rgb.begin(), image.rgb.end(), sky.plane("color"));
     write_film(sky, path.string(), {});
-    auto plan = plan_of_text("space.hamiltonian = \"schwarzschild\"\ncamera = { position = [9, 2, 3], look_at = [0, 0, 0], up = "
-                             "[0, 0, 1] }\nfilm.size = [41, 37]\nsky.texture = \"" + path.string() + "\"\n", overrides, options);
+    auto plan = plan_of_text(
+        "space.hamiltonian = \"schwarzschild\"\ncamera = { position = [9, 2, 3], look_at = [0, 0, 0], up = "
+        "[0, 0, 1] }\nfilm.size = [41, 37]\nsky.texture = \"" +
+            path.string() + "\"\n",
+        overrides, options);
     std::filesystem::remove(path);
     return plan;
 }
@@ -109,7 +112,8 @@ Film picture(const Plan& plan) {
     return film;
 }
 
-// A pixel is some ten texels wide, so its mean is that of a hundred: far nearer to ½ than the single texels, which spread by 0.29.
+// A pixel is some ten texels wide, so its mean is that of a hundred: far nearer to ½ than the single texels, which spread by
+// 0.29.
 TEST(FilteredSky, DoesNotSparkle) {
     for (const char* rg : {"space.rg=0", "space.rg=1"}) {
         const Film film = picture(*noisy({rg}));

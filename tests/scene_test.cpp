@@ -94,7 +94,7 @@ const Malformed malformed[] = {
     {"fov = 60", "type = \"ortographic\"", "10:8", "did you mean \"orthographic\"? known: perspective, equirectangular"},
     {"fov = 60", "height = 2", "10:1", "unknown key camera.height"},
     {"fov = 60", "type = \"orthographic\"\nheight = 0", "11:10", "camera.height = 0 is out of range: legal is 0 < value"},
-    {"fov = 60", "observer = \"zamo\"", "10:12", "this version cannot do that yet; it accepts: static"},
+    {"fov = 60", "observer = \"zammo\"", "10:12", "did you mean \"zamo\"? known: static, zamo, falling, coordinate"},
     {"[64, 48]", "[64, 48]\nspp = 0", "13:7", "film.spp = 0 is out of range: legal is 1 <= value <= 65536"},
     {"[64, 48]", "[64, 48]\nseed = -1", "13:8", "film.seed = -1 is out of range: legal is 0 <= value <= 4294967295"},
     // the other sky

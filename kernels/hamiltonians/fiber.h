@@ -10,7 +10,7 @@ namespace kagero::hamiltonians {
 ///
 /// Cartesian coordinates, axis z, H0 = 0. x and y are harmonic with angular frequency n0 √α in τ. Conserved: p_z, x p_y − y p_x.
 /// Domain: N² > 0; beyond it no ray can go.
-struct Fiber {
+struct Fiber : IndexMedium<Fiber> {
     static constexpr const char* name = "fiber";
     static constexpr const char* what = "graded-index fibre along z";
     static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = n0^2 (1 - alpha (x^2 + y^2))";
@@ -20,9 +20,6 @@ struct Fiber {
         ParameterInfo{"n0", 1.5, 0, unlimited, true, "1", "index on the axis"},
         ParameterInfo{"alpha", 0.1, 0, unlimited, true, "1/length^2", "fall of N^2 across the fibre"},
     };
-    static constexpr bool spacetime = false;
-    static constexpr double level = 0;
-    static constexpr const char* method = "srkn6";
     static constexpr double step = 0.05;
 
     template <class V>
@@ -31,18 +28,9 @@ struct Fiber {
     };
 
     template <class V>
-    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
+    static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
         const V n2 = k.n0 * k.n0;
-        return 0.5 * (dot(p, p) - (n2 - n2 * k.alpha * (q.x * q.x + q.y * q.y)));
-    }
-
-    template <class V>
-    static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V&) {
-        return 0.5 * dot(p, p);
-    }
-    template <class V>
-    static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const V& pt) {
-        return energy(k, q, Vec3<V>{V(0), V(0), V(0)}, pt);
+        return n2 - n2 * k.alpha * (q.x * q.x + q.y * q.y);
     }
 };
 

@@ -10,7 +10,7 @@ namespace kagero::hamiltonians {
 ///
 /// Cartesian coordinates from the centre, H0 = 0. Each ray is a circle that meets the sphere r = R at two opposite points. Conserved:
 /// x × p. Domain: all of space.
-struct Fisheye {
+struct Fisheye : IndexMedium<Fisheye> {
     static constexpr const char* name = "fisheye";
     static constexpr const char* what = "Maxwell's fisheye: every ray is a circle";
     static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N = n0/(1 + r^2/R^2)";
@@ -20,9 +20,6 @@ struct Fisheye {
         ParameterInfo{"n0", 2.0, 0, unlimited, true, "1", "index at the centre"},
         ParameterInfo{"radius", 1.0, 0, unlimited, true, "scene lengths", "R, where N = n0/2"},
     };
-    static constexpr bool spacetime = false;
-    static constexpr double level = 0;
-    static constexpr const char* method = "srkn6";
     static constexpr double step = 0.05;
 
     template <class V>
@@ -31,18 +28,9 @@ struct Fisheye {
     };
 
     template <class V>
-    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
+    static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
         const V index = k.n0 / (1.0 + dot(q, q) / (k.radius * k.radius));
-        return 0.5 * (dot(p, p) - index * index);
-    }
-
-    template <class V>
-    static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V&) {
-        return 0.5 * dot(p, p);
-    }
-    template <class V>
-    static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const V& pt) {
-        return energy(k, q, Vec3<V>{V(0), V(0), V(0)}, pt);
+        return index * index;
     }
 };
 

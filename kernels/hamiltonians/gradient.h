@@ -10,7 +10,7 @@ namespace kagero::hamiltonians {
 ///
 /// Cartesian coordinates, z up, H0 = 0. Exactly z = z0 + p_z τ − g τ²/4. Conserved: p_x, p_y.
 /// Domain: N² > 0; beyond it no ray can go.
-struct Gradient {
+struct Gradient : IndexMedium<Gradient> {
     static constexpr const char* name = "gradient";
     static constexpr const char* what = "index that changes linearly in its square: parabolic rays";
     static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = n0^2 - g z";
@@ -20,9 +20,6 @@ struct Gradient {
         ParameterInfo{"n0", 1.0, 0, unlimited, true, "1", "index at z = 0"},
         ParameterInfo{"g", 0.1, -unlimited, unlimited, false, "1/length", "fall of N^2 with height"},
     };
-    static constexpr bool spacetime = false;
-    static constexpr double level = 0;
-    static constexpr const char* method = "srkn6";
     static constexpr double step = 0.1;
 
     template <class V>
@@ -31,17 +28,8 @@ struct Gradient {
     };
 
     template <class V>
-    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
-        return 0.5 * (dot(p, p) - (k.n0 * k.n0 - k.g * q.z));
-    }
-
-    template <class V>
-    static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V&) {
-        return 0.5 * dot(p, p);
-    }
-    template <class V>
-    static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const V& pt) {
-        return energy(k, q, Vec3<V>{V(0), V(0), V(0)}, pt);
+    static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
+        return k.n0 * k.n0 - k.g * q.z;
     }
 };
 

@@ -10,11 +10,16 @@
 ///   energy(k, q, p, pt)                      H
 /// and, where there is something to say,
 ///   rescale(k, q)                            Ω > 0: Ω·(H − level) has the same rays, with steps that suit their scale
-///   captured(k, q, v)                        the ray has ended inside where this is ≤ 0; v is along dq/dλ
+///   captured(k, q, v, pt)                    the ray has ended inside where this is ≤ 0; v is along dq/dλ
 ///   domain(k, q)                             the medium ends, and the ray is escaped, where this is ≤ 0
 ///   part_a, part_b(k, q, p, pt)              two parts that sum to H: the paper's H_A and H_B, for the recipe as printed
 ///   flow_of_rest(k, q, p, pt, t)             the exact flow of H − ½(|p|² − p_t²), for the exact split
 ///   straight(k)                              these parameters leave every ray straight
+///   surface(k, q)                            zero where the slope of H jumps: steps end there
+///   far_side(k)                              there is a second universe inside a sphere of this radius, mirrored by inversion
+///   radius, lag, infall(k, q)                what the observers of a hole need; see schwarzschild.h
+///
+/// A medium of index N, H = ½(|p|² − N²), inherits from `IndexMedium` and states index_squared(k, q) alone.
 #pragma once
 
 #include "kernels/abi.h"
@@ -27,5 +32,26 @@
 namespace kagero::hamiltonians {
 
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+/// H = ½(|p|² − N²(q)) on H = 0, where dq/dτ = p and τ has ds = N dτ (Born & Wolf, §3.2; Satoh 2003, eq. 5 in arc length).
+template <class Medium>
+struct IndexMedium {
+    static constexpr bool spacetime = false;
+    static constexpr double level = 0;
+    static constexpr const char* method = "srkn6";
+
+    template <class K, class V>
+    static constexpr V energy(const K& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
+        return 0.5 * (dot(p, p) - Medium::index_squared(k, q));
+    }
+    template <class K, class V>
+    static constexpr V part_a(const K&, const Vec3<V>&, const Vec3<V>& p, const V&) {
+        return 0.5 * dot(p, p);
+    }
+    template <class K, class V>
+    static constexpr V part_b(const K& k, const Vec3<V>& q, const Vec3<V>&, const V&) {
+        return -0.5 * Medium::index_squared(k, q);
+    }
+};
 
 }  // namespace kagero::hamiltonians

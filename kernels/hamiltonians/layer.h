@@ -10,7 +10,7 @@ namespace kagero::hamiltonians {
 ///
 /// Cartesian coordinates, z up, H0 = 0. Conserved: p_x, p_y, hence Snell's law between z → −∞ and z → +∞.
 /// Domain: all of space.
-struct Layer {
+struct Layer : IndexMedium<Layer> {
     static constexpr const char* name = "layer";
     static constexpr const char* what = "smooth transition between two indices: refraction and total reflection";
     static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = (nb^2 + na^2)/2 + (na^2 - nb^2)/2 tanh(z/thickness)";
@@ -21,9 +21,6 @@ struct Layer {
         ParameterInfo{"n_above", 1.0, 0, unlimited, true, "1", "index far above"},
         ParameterInfo{"thickness", 0.1, 0, unlimited, true, "scene lengths", "of the transition"},
     };
-    static constexpr bool spacetime = false;
-    static constexpr double level = 0;
-    static constexpr const char* method = "srkn6";
     static constexpr double step = 0.02;
 
     template <class V>
@@ -32,19 +29,9 @@ struct Layer {
     };
 
     template <class V>
-    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
+    static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
         const V below = k.n_below * k.n_below, above = k.n_above * k.n_above;
-        const V n2 = 0.5 * (below + above) + 0.5 * (above - below) * tanh(q.z / k.thickness);
-        return 0.5 * (dot(p, p) - n2);
-    }
-
-    template <class V>
-    static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V&) {
-        return 0.5 * dot(p, p);
-    }
-    template <class V>
-    static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const V& pt) {
-        return energy(k, q, Vec3<V>{V(0), V(0), V(0)}, pt);
+        return 0.5 * (below + above) + 0.5 * (above - below) * tanh(q.z / k.thickness);
     }
 };
 

@@ -77,11 +77,28 @@ struct Schwarzschild {
         return norm(q);
     }
 
+    /// The horizon counts for rays with p_t > 0 alone: with p_t < 0 (a falling observer's) they come out through it.
     template <class V>
-    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& v) {
+    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& v, const V& pt) {
         const V r = norm(q);
         const V inside_photon_sphere_and_inward = max(r - 1.5 * k.rg, dot(q, v));
-        return min(r - k.rg, inside_photon_sphere_and_inward);
+        return min(max(r - k.rg, -pt), inside_photon_sphere_and_inward);
+    }
+
+    /// For observers: the areal radius; dt_S = dt + lag dr leads to Schwarzschild's time; and in the ingoing form (t → −t) rain that
+    /// falls from rest at infinity has u_t = −1, u_r = −infall (Martel & Poisson 2001).
+    template <class V>
+    static constexpr V radius(const Parameters<V>&, const Vec3<V>& q) {
+        return norm(q);
+    }
+    template <class V>
+    static constexpr V lag(const Parameters<V>& k, const V& r) {
+        return k.rg / (r - k.rg);
+    }
+    template <class V>
+    static constexpr V infall(const Parameters<V>& k, const V& r) {
+        const V speed = sqrt(k.rg / r);
+        return speed / (1.0 + speed);
     }
 
     static constexpr bool straight(const Parameters<double>& k) { return k.rg == 0; }

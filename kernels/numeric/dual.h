@@ -33,14 +33,34 @@ struct Dual {
         return d;
     }
 
-    friend constexpr Dual operator-(const Dual& a) { return chain(-a.value, T(-1.0), a); }
-    friend constexpr Dual operator+(const Dual& a, const Dual& b) { return combine(a.value + b.value, T(1.0), a, T(1.0), b); }
-    friend constexpr Dual operator-(const Dual& a, const Dual& b) { return combine(a.value - b.value, T(1.0), a, T(-1.0), b); }
+    friend constexpr Dual operator-(const Dual& a) {
+        Dual d;
+        d.value = -a.value;
+        for (int k = 0; k < N; ++k) d.derivative[k] = -a.derivative[k];
+        return d;
+    }
+    friend constexpr Dual operator+(const Dual& a, const Dual& b) {
+        Dual d;
+        d.value = a.value + b.value;
+        for (int k = 0; k < N; ++k) d.derivative[k] = a.derivative[k] + b.derivative[k];
+        return d;
+    }
+    friend constexpr Dual operator-(const Dual& a, const Dual& b) {
+        Dual d;
+        d.value = a.value - b.value;
+        for (int k = 0; k < N; ++k) d.derivative[k] = a.derivative[k] - b.derivative[k];
+        return d;
+    }
     friend constexpr Dual operator*(const Dual& a, const Dual& b) { return combine(a.value * b.value, b.value, a, a.value, b); }
     friend constexpr Dual operator/(const Dual& a, const Dual& b) {
         const T quotient = a.value / b.value;
         return combine(quotient, T(1.0) / b.value, a, -quotient / b.value, b);
     }
+    friend constexpr Dual mul_add(const Dual& a, const Dual& b, const Dual& c) { return a * b + c; }
+    friend constexpr Dual mul_sub(const Dual& a, const Dual& b, const Dual& c) { return a * b - c; }
+    friend constexpr Dual neg_mul_add(const Dual& a, const Dual& b, const Dual& c) { return c - a * b; }
+    friend constexpr Dual recip(const Dual& a) { const T r = recip(a.value); return chain(r, -(r * r), a); }
+    friend constexpr Dual rsqrt(const Dual& a) { const T r = rsqrt(a.value); return chain(r, T(-0.5) * (r * r * r), a); }
     friend constexpr Dual sqrt(const Dual& a) { const T r = sqrt(a.value); return chain(r, T(0.5) / r, a); }
     friend constexpr Dual exp(const Dual& a) { const T e = exp(a.value); return chain(e, e, a); }
     friend constexpr Dual log(const Dual& a) { return chain(log(a.value), T(1.0) / a.value, a); }
@@ -48,8 +68,20 @@ struct Dual {
     friend constexpr Dual cos(const Dual& a) { return chain(cos(a.value), -sin(a.value), a); }
     friend constexpr Dual tan(const Dual& a) { const T t = tan(a.value); return chain(t, T(1.0) + t * t, a); }
     friend constexpr Dual tanh(const Dual& a) { const T t = tanh(a.value); return chain(t, T(1.0) - t * t, a); }
-    friend constexpr Dual min(const Dual& a, const Dual& b) { return primal(a) < primal(b) ? a : b; }
-    friend constexpr Dual max(const Dual& a, const Dual& b) { return primal(a) > primal(b) ? a : b; }
+    friend constexpr Dual atan2(const Dual& a, const Dual& b) {
+        const T size = a.value * a.value + b.value * b.value;
+        return combine(atan2(a.value, b.value), b.value / size, a, -a.value / size, b);
+    }
+    friend constexpr auto operator>=(const Dual& a, const Dual& b) { return primal(a) >= primal(b); }
+    template <class Mask>
+    friend constexpr Dual pick(const Mask& m, const Dual& a, const Dual& b) {
+        Dual d;
+        d.value = pick(m, a.value, b.value);
+        for (int k = 0; k < N; ++k) d.derivative[k] = pick(m, a.derivative[k], b.derivative[k]);
+        return d;
+    }
+    friend constexpr Dual min(const Dual& a, const Dual& b) { return pick(primal(a) < primal(b), a, b); }
+    friend constexpr Dual max(const Dual& a, const Dual& b) { return pick(primal(a) > primal(b), a, b); }
 
 private:
     static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {

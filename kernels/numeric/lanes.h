@@ -27,32 +27,30 @@ namespace kagero {
 
 template <class T, int R>
 struct LaneMask {
-    using Register = xsimd::batch_bool<T>;
-    Register v[R];
+    using Batch = xsimd::batch_bool<T>;
+    typename Batch::register_type v[R];
 };
 
-/// R registers of T.
+/// R registers of T, held as the compiler's own vectors: arithmetic on them needs no function, which is half of the time to compile.
 template <class T, int R>
 struct Lanes {
-    using Register = xsimd::batch<T>;
-    static constexpr int width = static_cast<int>(Register::size);
+    using Batch = xsimd::batch<T>;
+    using Register = typename Batch::register_type;
+    static constexpr int width = static_cast<int>(Batch::size);
     Register v[R];
 
     Lanes() = default;
     KAGERO_INLINE Lanes(T all) {
-        KAGERO_EACH_REGISTER(v[i] = Register(all))
+        KAGERO_EACH_REGISTER(v[i] = Batch(all))
     }
-    // Register by register, as plain vectors: copied as a block, g++ would send every copy through memory.
+    // Register by register: copied as a block, g++ would send every copy through memory.
     KAGERO_INLINE Lanes(const Lanes& other) {
-        KAGERO_EACH_REGISTER(v[i] = Register(plain(other.v[i])))
+        KAGERO_EACH_REGISTER(v[i] = other.v[i])
     }
     KAGERO_INLINE Lanes& operator=(const Lanes& other) {
-        KAGERO_EACH_REGISTER(v[i] = Register(plain(other.v[i])))
+        KAGERO_EACH_REGISTER(v[i] = other.v[i])
         return *this;
     }
-
-private:
-    static KAGERO_INLINE typename Register::register_type plain(const Register& r) { return r; }
 };
 
 // ---- what V is made of -------------------------------------------------------------------------------------------------------
@@ -120,16 +118,13 @@ KAGERO_INLINE B fused_neg(const B& a, const B& b, const B& c) { return c - a * b
 
 /// Bit i is lane i of one register's mask.
 #if defined(__AVX512F__)
-template <class T>
-KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<T>& m) {
-    return static_cast<std::uint64_t>(typename xsimd::batch_bool<T>::register_type(m));
-}
+KAGERO_INLINE std::uint64_t bits(std::uint64_t m) { return m; }
 #elif defined(__AVX2__)
-KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<double>& m) { return static_cast<unsigned>(_mm256_movemask_pd(m)); }
-KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return static_cast<unsigned>(_mm256_movemask_ps(m)); }
+KAGERO_INLINE std::uint64_t bits(__m256d m) { return static_cast<unsigned>(_mm256_movemask_pd(m)); }
+KAGERO_INLINE std::uint64_t bits(__m256 m) { return static_cast<unsigned>(_mm256_movemask_ps(m)); }
 #else
-KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<double>& m) { return static_cast<unsigned>(_mm_movemask_pd(m)); }
-KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
+KAGERO_INLINE std::uint64_t bits(__m128d m) { return static_cast<unsigned>(_mm_movemask_pd(m)); }
+KAGERO_INLINE std::uint64_t bits(__m128 m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
 #endif
 
 }  // namespace registers
@@ -139,6 +134,7 @@ KAGERO_INLINE std::uint64_t bits(const xsimd::batch_bool<float>& m) { return sta
 #define KAGERO_LANES_BINARY(NAME, EXPRESSION)                                                  \
     template <class T, int R>                                                            \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b) {         \
+        using Batch [[maybe_unused]] = xsimd::batch<T>;                                  \
         Lanes<T, R> c;                                                                   \
         KAGERO_EACH_REGISTER(c.v[i] = EXPRESSION)                                 \
         return c;                                                                        \
@@ -155,24 +151,25 @@ KAGERO_LANES_BINARY(operator+, a.v[i] + b.v[i])
 KAGERO_LANES_BINARY(operator-, a.v[i] - b.v[i])
 KAGERO_LANES_BINARY(operator*, a.v[i] * b.v[i])
 KAGERO_LANES_BINARY(operator/, a.v[i] / b.v[i])
-KAGERO_LANES_BINARY(min, xsimd::min(a.v[i], b.v[i]))
-KAGERO_LANES_BINARY(max, xsimd::max(a.v[i], b.v[i]))
-KAGERO_LANES_BINARY(atan2, xsimd::atan2(a.v[i], b.v[i]))
+KAGERO_LANES_BINARY(min, xsimd::min(Batch(a.v[i]), Batch(b.v[i])))
+KAGERO_LANES_BINARY(max, xsimd::max(Batch(a.v[i]), Batch(b.v[i])))
+KAGERO_LANES_BINARY(atan2, xsimd::atan2(Batch(a.v[i]), Batch(b.v[i])))
 #undef KAGERO_LANES_BINARY
 
 #define KAGERO_LANES_UNARY(NAME, EXPRESSION)                           \
     template <class T, int R>                                    \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a) {       \
+        using Batch [[maybe_unused]] = xsimd::batch<T>;          \
         Lanes<T, R> c;                                           \
         KAGERO_EACH_REGISTER(c.v[i] = EXPRESSION)         \
         return c;                                                \
     }
 KAGERO_LANES_UNARY(operator-, -a.v[i])
-KAGERO_LANES_UNARY(abs, xsimd::abs(a.v[i]))
-KAGERO_LANES_UNARY(sqrt, xsimd::sqrt(a.v[i]))
-KAGERO_LANES_UNARY(exp, xsimd::exp(a.v[i]))
-KAGERO_LANES_UNARY(log, xsimd::log(a.v[i]))
-KAGERO_LANES_UNARY(tanh, xsimd::tanh(a.v[i]))
+KAGERO_LANES_UNARY(abs, xsimd::abs(Batch(a.v[i])))
+KAGERO_LANES_UNARY(sqrt, xsimd::sqrt(Batch(a.v[i])))
+KAGERO_LANES_UNARY(exp, xsimd::exp(Batch(a.v[i])))
+KAGERO_LANES_UNARY(log, xsimd::log(Batch(a.v[i])))
+KAGERO_LANES_UNARY(tanh, xsimd::tanh(Batch(a.v[i])))
 #undef KAGERO_LANES_UNARY
 
 template <class T, int R>
@@ -196,7 +193,7 @@ KAGERO_LANES_TERNARY(neg_mul_add, fused_neg)  // c − a·b
     template <class T, int R>                                                                       \
     KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const Lanes<T, R>& a, const Lanes<T, R>& b) {    \
         LaneMask<T, R> m;                                                                           \
-        KAGERO_EACH_REGISTER(m.v[i] = a.v[i] OPERATOR b.v[i])                                \
+        KAGERO_EACH_REGISTER(m.v[i] = xsimd::batch<T>(a.v[i]) OPERATOR xsimd::batch<T>(b.v[i]))                                \
         return m;                                                                                   \
     }
 KAGERO_LANES_COMPARE(<)
@@ -208,8 +205,9 @@ KAGERO_LANES_COMPARE(>=)
 #define KAGERO_LANES_LOGIC(OPERATOR)                                                                            \
     template <class T, int R>                                                                             \
     KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const LaneMask<T, R>& a, const LaneMask<T, R>& b) {    \
+        using Batch = xsimd::batch_bool<T>;                                                               \
         LaneMask<T, R> m;                                                                                 \
-        KAGERO_EACH_REGISTER(m.v[i] = a.v[i] OPERATOR b.v[i])                                      \
+        KAGERO_EACH_REGISTER(m.v[i] = Batch(a.v[i]) OPERATOR Batch(b.v[i]))                                      \
         return m;                                                                                         \
     }
 KAGERO_LANES_LOGIC(&)
@@ -218,7 +216,7 @@ KAGERO_LANES_LOGIC(|)
 template <class T, int R>
 KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
     LaneMask<T, R> m;
-    KAGERO_EACH_REGISTER(m.v[i] = !a.v[i])
+    KAGERO_EACH_REGISTER(m.v[i] = !xsimd::batch_bool<T>(a.v[i]))
     return m;
 }
 
@@ -226,7 +224,7 @@ KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> pick(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
     Lanes<T, R> c;
-    KAGERO_EACH_REGISTER(c.v[i] = xsimd::select(m.v[i], a.v[i], b.v[i]))
+    KAGERO_EACH_REGISTER(c.v[i] = xsimd::select(xsimd::batch_bool<T>(m.v[i]), xsimd::batch<T>(a.v[i]), xsimd::batch<T>(b.v[i])))
     return c;
 }
 /// Bit i is lane i.
@@ -278,48 +276,32 @@ using std::tanh;
 
 #if defined(__AVX512F__)
 /// y += y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y²: about 2 ulp.
-template <class B>
-KAGERO_INLINE B polished_rsqrt(const B& x, const B& y) {
-    using T = std::conditional_t<std::is_same_v<B, float> || std::is_same_v<B, xsimd::batch<float>>, float, double>;
-    const auto fma = [](const B& a, const B& b, const B& c) {
-        if constexpr (std::is_same_v<B, T>) return std::fma(a, b, c);
-        else return B(registers::fused(a, b, c));
-    };
-    const auto one_minus = [](const B& a, const B& b) {
-        if constexpr (std::is_same_v<B, T>) return std::fma(-a, b, T(1));
-        else return B(registers::fused_neg(a, b, B(T(1))));
-    };
-    const B e = one_minus(B(x * y), y);
-    if constexpr (std::is_same_v<T, float>) return fma(B(y * e), B(T(0.5)), y);
-    else return fma(B(y * e), fma(e, fma(e, B(T(0.3125)), B(T(0.375))), B(T(0.5))), y);
+template <class V>
+KAGERO_INLINE V polished_rsqrt(const V& x, const V& y) {
+    using S = ScalarOf<V>;
+    const V e = neg_mul_add(x * y, y, V(S(1)));
+    if constexpr (std::is_same_v<S, float>) return mul_add(y * e, V(S(0.5)), y);
+    else return mul_add(y * e, mul_add(e, mul_add(e, V(S(0.3125)), V(S(0.375))), V(S(0.5))), y);
 }
 /// y += y e (1 + e (1 + e)) with e = 1 − x y.
-template <class B>
-KAGERO_INLINE B polished_recip(const B& x, const B& y) {
-    using T = std::conditional_t<std::is_same_v<B, float> || std::is_same_v<B, xsimd::batch<float>>, float, double>;
-    const auto fma = [](const B& a, const B& b, const B& c) {
-        if constexpr (std::is_same_v<B, T>) return std::fma(a, b, c);
-        else return B(registers::fused(a, b, c));
-    };
-    const auto one_minus = [](const B& a, const B& b) {
-        if constexpr (std::is_same_v<B, T>) return std::fma(-a, b, T(1));
-        else return B(registers::fused_neg(a, b, B(T(1))));
-    };
-    const B e = one_minus(x, y);
-    if constexpr (std::is_same_v<T, float>) return fma(B(y * e), B(T(1)), y);
-    else return fma(B(y * e), fma(e, B(e + B(T(1))), B(T(1))), y);
+template <class V>
+KAGERO_INLINE V polished_recip(const V& x, const V& y) {
+    using S = ScalarOf<V>;
+    const V e = neg_mul_add(x, y, V(S(1)));
+    if constexpr (std::is_same_v<S, float>) return mul_add(y * e, V(S(1)), y);
+    else return mul_add(y * e, mul_add(e, e + V(S(1)), V(S(1))), y);
 }
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) {
     Lanes<T, R> c;
-    KAGERO_EACH_REGISTER(c.v[i] = polished_rsqrt(a.v[i], xsimd::batch<T>(registers::rsqrt14(a.v[i]))))
-    return c;
+    KAGERO_EACH_REGISTER(c.v[i] = registers::rsqrt14(a.v[i]))
+    return polished_rsqrt(a, c);
 }
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> recip(const Lanes<T, R>& a) {
     Lanes<T, R> c;
-    KAGERO_EACH_REGISTER(c.v[i] = polished_recip(a.v[i], xsimd::batch<T>(registers::recip14(a.v[i]))))
-    return c;
+    KAGERO_EACH_REGISTER(c.v[i] = registers::recip14(a.v[i]))
+    return polished_recip(a, c);
 }
 template <Scalar V>
 KAGERO_INLINE V rsqrt(V a) { return polished_rsqrt(a, registers::rsqrt14(a)); }
@@ -358,7 +340,7 @@ KAGERO_INLINE MaskOf<V> from_bits(std::uint64_t bits) {
         MaskOf<V> mask;
         constexpr int width = V::width;
         for (int r = 0; r < ValueTraits<V>::registers; ++r) {
-            using Bits = typename std::remove_reference_t<decltype(mask.v[r])>::register_type;
+            using Bits = std::remove_reference_t<decltype(mask.v[r])>;
             mask.v[r] = static_cast<Bits>(bits >> (r * width));
         }
         return mask;

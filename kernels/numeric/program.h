@@ -25,6 +25,13 @@ struct Program {
             if (nodes[k].op == Op::input && nodes[k].a >= first && nodes[k].a < last) return true;
         return false;
     }
+    /// How many parameters it reads, counted to the last of them.
+    constexpr int parameters() const {
+        int count = 0;
+        for (int k = 0; k < size; ++k)
+            if (nodes[k].op == Op::parameter && nodes[k].a >= count) count = nodes[k].a + 1;
+        return count;
+    }
     /// Whether output k is input i itself.
     constexpr bool returns_input(int k, int i) const {
         const Node& n = nodes[outputs[k]];
@@ -228,6 +235,7 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::cos) return cos(a);
     else if constexpr (op == Op::tan) return tan(a);
     else if constexpr (op == Op::tanh) return tanh(a);
+    else if constexpr (op == Op::atan2) return atan2(a, b);
     else if constexpr (op == Op::min) return min(a, b);
     else if constexpr (op == Op::max) return max(a, b);
     else if constexpr (op == Op::at_least) return pick(a >= b, V(1), V(0));
@@ -294,6 +302,7 @@ void fill_uniforms(const S* parameters, S* uniforms) {
             case Op::cos: value[i] = cos(a); break;
             case Op::tan: value[i] = tan(a); break;
             case Op::tanh: value[i] = tanh(a); break;
+            case Op::atan2: value[i] = atan2(a, b); break;
             case Op::min: value[i] = min(a, b); break;
             case Op::max: value[i] = max(a, b); break;
             default: break;  // steps and fused operations are never uniform

@@ -67,6 +67,14 @@ inline Quad log(Quad a) {
 inline Quad sin(Quad a) { return detail::quadrant(a, 0); }
 inline Quad cos(Quad a) { return detail::quadrant(a, 1); }
 inline Quad tan(Quad a) { return sin(a) / cos(a); }
+inline Quad atan2(Quad a, Quad b) {
+    Quad angle = std::atan2(static_cast<double>(a), static_cast<double>(b));
+    for (int i = 0; i < 2; ++i) {  // turn by the angle that is left
+        const Quad c = cos(angle), s = sin(angle);
+        angle += (a * c - b * s) / (b * c + a * s);
+    }
+    return angle;
+}
 inline Quad tanh(Quad a) {
     const Quad e = exp(2 * a);
     return (e - 1) / (e + 1);

@@ -8,13 +8,14 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 namespace kagero {
 
 enum class Op : unsigned char {
     constant, parameter, input,  // leaves: a number, a parameter of H, a variable of the ray
     add, sub, mul, neg, recip, sqrt, rsqrt,
-    exp, log, sin, cos, tan, tanh, min, max, at_least,  // at_least(a, b) = 1 where a >= b, else 0
+    exp, log, sin, cos, tan, tanh, atan2, min, max, at_least,  // at_least(a, b) = 1 where a >= b, else 0
     mul_add, mul_sub, neg_mul_add,                      // a·b + c, a·b − c, c − a·b
 };
 
@@ -155,6 +156,7 @@ KAGERO_RECORD_BINARY(operator+, add(i, j), a.value + b.value)
 KAGERO_RECORD_BINARY(operator-, sub(i, j), a.value - b.value)
 KAGERO_RECORD_BINARY(operator*, mul(i, j), a.value * b.value)
 KAGERO_RECORD_BINARY(operator/, div(i, j), a.value / b.value)
+KAGERO_RECORD_BINARY(atan2, binary(Op::atan2, i, j), std::atan2(a.value, b.value))
 KAGERO_RECORD_BINARY(min, binary(Op::min, i, j), a.value < b.value ? a.value : b.value)
 KAGERO_RECORD_BINARY(max, binary(Op::max, i, j), a.value > b.value ? a.value : b.value)
 #undef KAGERO_RECORD_BINARY
@@ -218,6 +220,11 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wa
             case Op::cos: give(n.a, t.neg(t.mul(d, t.unary(Op::sin, n.a)))); break;
             case Op::tan: give(n.a, t.mul(d, t.add(t.constant(1), t.mul(i, i)))); break;
             case Op::tanh: give(n.a, t.mul(d, t.sub(t.constant(1), t.mul(i, i)))); break;
+            case Op::atan2: {
+                const int over = t.mul(d, t.recip(t.add(t.mul(n.a, n.a), t.mul(n.b, n.b))));
+                give(n.a, t.mul(over, n.b)), give(n.b, t.neg(t.mul(over, n.a)));
+                break;
+            }
             case Op::min: {
                 const int first = t.binary(Op::at_least, n.b, n.a);
                 give(n.a, t.mul(d, first)), give(n.b, t.mul(d, t.sub(t.constant(1), first)));

@@ -14,6 +14,7 @@ struct Flow {
     V h;                       ///< step length in the integration parameter τ; 0 in finished lanes, which makes a step the identity
     V start_parameter;         ///< λ of H
     V start_domain;            ///< `domain` at the start
+    V start_side;              ///< `side` at the start
     bool want_parameter = false;
     bool want_energy = false;
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
@@ -26,6 +27,7 @@ struct Flow {
     V energy_error;            ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;                  ///< H at the end
     V domain;                  ///< ≤ 0 where the ray has left the medium at the end
+    V side;                    ///< changes sign where H is not smooth
     V captured;                ///< ≤ 0 where the ray is captured at the end
     MaskOf<V> solved;          ///< the implicit equations were solved
     MaskOf<V> accepted;        ///< adaptive methods: the local error is within the tolerance

@@ -16,6 +16,8 @@ template <class V>
 struct SpaceKernel {
     /// Puts the system with these parameters into storage.
     void (*construct)(SystemStorage&, const double* parameters);
+    /// H is not smooth where Flow::side changes sign: steps must end there.
+    bool creased;
     /// Per kind: null where it serves this Hamiltonian, else why not.
     const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.

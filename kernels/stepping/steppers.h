@@ -42,6 +42,8 @@ template <class System, class V>
 __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
     f.start_velocity = system.dp(f.start);
     f.start_domain = f.domain = system.domain(f.start);
+    f.start_side = f.side = system.surface(f.start);
+    f.captured = system.captured(f.start.q(), f.start_velocity, f.start.y[6]);
     if (f.want_energy) watch_energy(system, f.start, f);
 }
 /// … and of the end of a step.
@@ -50,8 +52,9 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     f.end.y[6] = f.start.y[6];
     f.end_velocity = system.dp(f.end);
     f.domain = system.domain(f.end);
+    if constexpr (Creased<typename System::Hamiltonian>) f.side = system.surface(f.end);
     if (f.want_energy) watch_energy(system, f.end, f);
-    f.captured = system.captured(f.end.q(), f.end_velocity);
+    f.captured = system.captured(f.end.q(), f.end_velocity, f.start.y[6]);
 }
 
 template <class System, class Step, class V>
@@ -71,6 +74,7 @@ void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coeffici
 template <class System, class V>
 constexpr SpaceKernel<V> make_space_kernel() {
     SpaceKernel<V> kernel{};
+    kernel.creased = Creased<typename System::Hamiltonian>;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {

@@ -5,6 +5,7 @@
 /// parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006, §VIII.2).
 #pragma once
 
+#include "kernels/numeric/dual.h"
 #include "kernels/numeric/program.h"
 #include "kernels/numeric/vec.h"
 
@@ -24,7 +25,10 @@ concept Rescalable = requires(const typename H::template Parameters<double>& k, 
 template <class H>
 concept Bounded = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::domain(k, q); };
 template <class H>
-concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q); };
+concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q, 1.0); };
+/// H is not smooth where `surface` is zero.
+template <class H>
+concept Creased = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::surface(k, q); };
 /// States H as a sum of two parts, the paper's H_A and H_B (eq. 10).
 template <class H>
 concept Parted = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::part_a(k, q, q, 1.0); };
@@ -71,11 +75,11 @@ template <class H, bool Rescaled>
 struct Master {
     Tape tape{};
     std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
-    std::array<int, 9> mixed{};     ///< ∂²K/∂q_i∂p_j, row by row: reverse sweeps over the force, on the same tape
     std::array<int, 2> energy{};    ///< H − H0 and p·∂H/∂p (of H: present where not Rescaled)
     std::array<int, 1> pace{};      ///< Ω
     std::array<int, 1> domain{};    ///< the edge of the medium, or 1 where there is none
     std::array<int, 1> captured{};  ///< the capture condition, with the velocity in the place of p, or 1
+    std::array<int, 1> surface{};   ///< zero where H is not smooth, or 1
 
     constexpr Master() {
         Tape& t = tape;
@@ -84,18 +88,14 @@ struct Master {
         std::array<int, 6> wanted{};
         for (int i = 0; i < 6; ++i) wanted[i] = r.input[i];
         record_gradient<6>(t, k, wanted, gradient);
-        for (int i = 0; i < 3; ++i) {
-            std::array<int, 3> row{};
-            record_gradient<3>(t, gradient[i], {r.input[3], r.input[4], r.input[5]}, row);
-            for (int j = 0; j < 3; ++j) mixed[3 * i + j] = row[j];
-        }
         pace = {r.rescale};
-        domain = captured = {t.constant(1)};
+        domain = captured = surface = {t.constant(1)};
         if constexpr (!Rescaled) {
             energy[0] = r.energy;
             energy[1] = t.add(t.add(t.mul(r.input[3], gradient[3]), t.mul(r.input[4], gradient[4])), t.mul(r.input[5], gradient[5]));
             if constexpr (Bounded<H>) domain = {H::domain(make_parameters<H>(r.k), r.q).on(t)};
-            if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p).on(t)};
+            if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p, Recorded(&t, r.input[6])).on(t)};
+            if constexpr (Creased<H>) surface = {H::surface(make_parameters<H>(r.k), r.q).on(t)};
         }
     }
     constexpr std::array<int, 3> side(int from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
@@ -110,8 +110,6 @@ template <class H, bool Rescaled>
 inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), Varying{3, 6}>();
 template <class H, bool Rescaled>
 inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), Varying{0, 3}>();
-template <class H, bool Rescaled>
-inline constexpr auto mixed_program = extract<master<H, Rescaled>, master<H, Rescaled>.mixed>();
 template <class H>
 inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
 template <class H>
@@ -120,12 +118,23 @@ template <class H>
 inline constexpr auto domain_program = extract<master<H, false>, master<H, false>.domain>();
 template <class H>
 inline constexpr auto captured_program = extract<master<H, false>, master<H, false>.captured>();
+template <class H>
+inline constexpr auto surface_program = extract<master<H, false>, master<H, false>.surface>();
 
-/// A program's uniforms, as numbers of type S.
+/// A program's uniforms, as numbers of type S, computed in double at least.
 template <const auto& P, class S>
 struct Uniforms {
     S values[P.uniforms + 1];
-    explicit Uniforms(const S* parameters) { fill_uniforms<P>(parameters, values); }
+    explicit Uniforms(const double* parameters) {
+        using Wide = decltype(S() + 1.0);
+        Wide wide[P.uniforms + 1], k[parameter_limit];
+        for (int i = 0; i < P.parameters(); ++i) k[i] = Wide(parameters[i]);
+        fill_uniforms<P>(k, wide);
+        for (int i = 0; i < P.uniforms; ++i) values[i] = S(wide[i]);
+    }
+
+private:
+    static constexpr int parameter_limit = P.parameters() + 1;
 };
 
 /// One part of a Hamiltonian as a Hamiltonian of its own.
@@ -172,7 +181,10 @@ public:
     static constexpr bool separable = !force_needs_p && velocity_.returns_input(0, 3) && velocity_.returns_input(1, 4) &&
                                       velocity_.returns_input(2, 5);
 
-    explicit System(const double* parameters) : System(parameters, Numbers(parameters)) {}
+    explicit System(const double* parameters)
+        : numbers_(parameters), parts_(parameters), derivatives_u_(parameters), force_u_(parameters), velocity_u_(parameters),
+          energy_u_(parameters), rescale_u_(parameters), domain_u_(parameters), captured_u_(parameters),
+          surface_u_(parameters) {}
     /// The parts H_A and H_B as systems of their own.
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }
@@ -186,9 +198,16 @@ public:
     /// ∂K/∂p alone: dq/dτ.
     template <class V>
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side<velocity_>(velocity_u_.values, s); }
-    /// ∂²K/∂q_i∂p_j (9, row by row).
+    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program.
     template <class V>
-    KAGERO_INLINE void mixed(const State<V>& s, V* out) const { run<mixed_program<H, Rescaled>>(mixed_u_.values, s.y, out); }
+    KAGERO_INLINE void mixed(const State<V>& s, V* out) const {
+        using Forward = Dual<V, 3>;
+        Forward in[7], force[3];
+        for (int k = 0; k < 7; ++k) in[k] = k >= 3 && k < 6 ? Forward::variable(s.y[k], k - 3) : Forward(s.y[k]);
+        run<force_>(force_u_.values, in, force);
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) out[3 * i + k] = force[i].derivative[k];
+    }
     /// The parameters, for flows that a Hamiltonian states in closed form.
     template <class V>
     KAGERO_INLINE auto parameters() const {
@@ -219,10 +238,18 @@ public:
     }
     /// ≤ 0 where a ray at q that moves along v is captured.
     template <class V>
-    KAGERO_INLINE V captured(const Vec3<V>& q, const Vec3<V>& v) const {
-        const V in[7] = {q.x, q.y, q.z, v.x, v.y, v.z, V(S(0))};
+    KAGERO_INLINE V captured(const Vec3<V>& q, const Vec3<V>& v, const V& pt) const {
+        const V in[7] = {q.x, q.y, q.z, v.x, v.y, v.z, pt};
         V out[1];
         run<captured_program<H>>(captured_u_.values, in, out);
+        return out[0];
+    }
+
+    /// Changes sign where H is not smooth.
+    template <class V>
+    KAGERO_INLINE V surface(const State<V>& s) const {
+        V out[1];
+        run<surface_program<H>>(surface_u_.values, s.y, out);
         return out[0];
     }
 
@@ -234,10 +261,6 @@ private:
             for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = S(parameters[i]);
         }
     };
-    System(const double* parameters, const Numbers& n)
-        : numbers_(n), parts_(parameters), derivatives_u_(n.k), force_u_(n.k), velocity_u_(n.k), mixed_u_(n.k), energy_u_(n.k), rescale_u_(n.k),
-          domain_u_(n.k), captured_u_(n.k) {}
-
     template <const auto& P, class V>
     KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
         V out[3];
@@ -256,11 +279,11 @@ private:
     Uniforms<derivatives_program<H, Rescaled>, S> derivatives_u_;
     Uniforms<force_program<H, Rescaled>, S> force_u_;
     Uniforms<velocity_program<H, Rescaled>, S> velocity_u_;
-    Uniforms<mixed_program<H, Rescaled>, S> mixed_u_;
     Uniforms<energy_program<H>, S> energy_u_;
     Uniforms<rescale_program<H>, S> rescale_u_;
     Uniforms<domain_program<H>, S> domain_u_;
     Uniforms<captured_program<H>, S> captured_u_;
+    Uniforms<surface_program<H>, S> surface_u_;
 };
 
 }  // namespace kagero

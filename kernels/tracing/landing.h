@@ -44,9 +44,12 @@ public:
         s_ = pick(mask, s_, V(S(0)));
         const V full = pick(mask, flow.h, V(S(0)));
         flow.h = full;
-        if (chord) return interpolate();
+        if (chord) return interpolate(mask, flow);
+        const V on_chord = s_;
+        const Flow<V> whole = flow;
         refine_on_curve(mask);
         deliver(begin, step, mask, full);
+        keep_grazing_hits(whole, on_chord);
     }
 
 private:
@@ -99,16 +102,30 @@ private:
             open = open & usable & (abs(change) > close);
             if (!any(open)) break;
             if (i + 1 == max_corrections) lost |= to_bits(open & (abs(change) > V(S(1024) * close)));
-            else s_ = pick(open, max(min(s_ - change, V(S(1.25))), V(S(0))), s_);
+            else s_ = pick(open, max(min(s_ - change, V(S(1.25))), V(S(-0.25))), s_);
         }
     }
 
-    /// On the chord itself: straight-line interpolation between the ends of the step.
-    void interpolate() {
-        const Vec3<V> way = flow.end.q() - flow.start.q();
-        for (int k = 0; k < 6; ++k) flow.end.y[k] = mul_add(s_, flow.end.y[k] - flow.start.y[k], flow.start.y[k]);
-        flow.end_parameter = mul_add(s_, flow.end_parameter - flow.start_parameter, flow.start_parameter);
-        flow.end_velocity = way;
+    /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.
+    void keep_grazing_hits(const Flow<V>& whole, const V& on_chord) {
+        const std::uint64_t smooth = lost & ~edge_;
+        if (!smooth) return;
+        const Vec3<V> way = whole.end.q() - whole.start.q();
+        const V away = level_.value(Curve<V>::of_step(whole).at(on_chord)), near(S(0.01));
+        const std::uint64_t grazing = smooth & to_bits(away * away <= near * near * dot(way, way));
+        s_ = pick(from_bits<V>(grazing), on_chord, s_);
+        interpolate(from_bits<V>(grazing), whole);
+        unrefined |= grazing;
+        lost &= ~grazing;
+    }
+
+    /// On the chord itself: straight-line interpolation between the ends of the whole step.
+    void interpolate(const MaskOf<V>& mask, const Flow<V>& whole) {
+        const Vec3<V> way = whole.end.q() - whole.start.q();
+        for (int k = 0; k < 6; ++k)
+            flow.end.y[k] = pick(mask, mul_add(s_, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), flow.end.y[k]);
+        flow.end_parameter = pick(mask, mul_add(s_, whole.end_parameter - whole.start_parameter, whole.start_parameter), flow.end_parameter);
+        flow.end_velocity = pick<V>(mask, way, flow.end_velocity);
     }
 
     static constexpr int max_corrections = 30;

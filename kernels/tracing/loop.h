@@ -71,8 +71,11 @@ private:
     void retire_at_start(const RayStart (&starts)[W], std::uint64_t lanes);
     void advance_once(Landing<V>& landing, Encounter<V>* encounter);
     std::uint64_t leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving);
+    std::uint64_t crosses_crease(std::uint64_t moving) const;
     void retry(std::uint64_t bad, std::uint64_t unsolved);
-    void reject(std::uint64_t lanes);
+    void repeat(std::uint64_t lanes, const V& length);
+    void restart(std::uint64_t lanes, const V& length);
+    MaskOf<V> leaves_space(const Vec3<V>& q, const Vec3<V>& v) const;
     void fail(std::uint64_t lanes, std::uint64_t unsolved);
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
@@ -101,7 +104,7 @@ private:
 
     /// How often a step without solution is halved before its ray fails.
     static constexpr int max_halvings = 8;
-    /// How often in a row an adaptive step is rejected before its ray fails.
+    /// How often in a row a step is taken again with another length before its ray fails.
     static constexpr int max_rejections = 60;
 };
 
@@ -109,7 +112,7 @@ template <class V>
 void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     for (int i = 0; i < W; ++i) {
         const bool given = (lanes >> i) & 1;
-        if (given && starts[i].failure == Failure::none) active_ |= std::uint64_t(1) << i;
+        if (given && starts[i].failure == Failure::none && !starts[i].captured) active_ |= std::uint64_t(1) << i;
         const RayStart& r = starts[given ? i : __builtin_ctzll(lanes)];
         for (int k = 0; k < 3; ++k) set_lane(flow_.start.y[k], i, S(r.q[k])), set_lane(flow_.start.y[3 + k], i, S(r.p[k]));
         set_lane(flow_.start.y[6], i, S(r.pt));
@@ -130,23 +133,33 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     report_path(flow_, active_, true);
 }
 
-/// Rays that end where they start: unusable ones, and those that start outside the medium, or beyond the escape sphere moving outward.
+/// Whether rays at q that move along v are beyond the escape sphere, moving outward; in a wormhole's other universe outward is inward.
+template <class V>
+MaskOf<V> PacketTracer<V>::leaves_space(const Vec3<V>& q, const Vec3<V>& v) const {
+    const V outward = dot(q, v), square = dot(q, q);
+    const MaskOf<V> here = (square >= V(S(job_.escape_radius) * S(job_.escape_radius))) & (outward > V(S(0)));
+    if (!(job_.inner_escape_radius > 0)) return here;
+    return here | ((square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius))) & (outward < V(S(0))));
+}
+
+/// Rays that end where they start: unusable and captured ones, and those that start outside the medium, or beyond the escape sphere
+/// moving outward.
 template <class V>
 void PacketTracer<V>::retire_at_start(const RayStart (&starts)[W], std::uint64_t lanes) {
-    const Vec3<V> q = flow_.start.q();
-    const V size = sum_of_sizes(flow_.start, flow_.start_velocity), outward = dot(q, flow_.start_velocity);
-    const std::uint64_t usable = active_ & to_bits(is_finite(size));
-    const S radius = S(job_.escape_radius);
+    const std::uint64_t usable = active_ & to_bits(is_finite(sum_of_sizes(flow_.start, flow_.start_velocity)));
     const std::uint64_t away =
-        usable & to_bits(((dot(q, q) >= V(radius * radius)) & (outward > V(S(0)))) | (flow_.start_domain <= V(S(0))));
-    report_path(flow_, away, true);
+        usable & to_bits(leaves_space(flow_.start.q(), flow_.start_velocity) | (flow_.start_domain <= V(S(0))));
+    const std::uint64_t captured = usable & ~away & to_bits(flow_.captured <= V(S(0)));
+    report_path(flow_, away | captured, true);
     for (std::uint64_t rest = lanes & ~usable; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         const Failure failure = starts[i].failure;
-        retire(flow_, i, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
+        if (starts[i].captured) retire(flow_, i, Status::captured, Failure::none);
+        else retire(flow_, i, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
     }
     for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
-    active_ = usable & ~away;
+    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
+    active_ = usable & ~away & ~captured;
     make_harmless(~usable);
 }
 
@@ -159,7 +172,7 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
         if (!((lanes >> i) & 1)) continue;
         const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
         for (V& y : flow_.start.y) copy(y);
-        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain);
+        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain), copy(flow_.start_side);
         for (auto& stage : flow_.stage)
             for (V& g : stage) copy(g);
     }
@@ -194,9 +207,13 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
     if (moving != active_) retry(active_ & ~moving, active_ & ~solved);
     if (task_.method.info.adaptive && !task_.straight) {
         const std::uint64_t accepted = to_bits(flow_.accepted);
-        reject(moving & ~accepted);
+        repeat(moving & ~accepted, flow_.suggested);
         moving &= accepted;
         nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
+    }
+    if (const std::uint64_t across = task_.kernel.creased ? crosses_crease(moving) : 0) {
+        repeat(across, flow_.h * flow_.start_side / (flow_.start_side - flow_.side));
+        moving &= ~across;
     }
     const MaskOf<V> moved = from_bits<V>(moving);
     steps_ = pick(moved, steps_ + V(S(1)), steps_);
@@ -214,9 +231,7 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounte
     const std::uint64_t beyond = staying & to_bits(flow_.domain <= V(S(0)));
     for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest));
     staying &= ~beyond;
-    const Vec3<V> q = flow_.end.q();
-    const S radius = S(job_.escape_radius);
-    const std::uint64_t outside = staying & to_bits((dot(q, q) >= V(radius * radius)) & (dot(q, flow_.end_velocity) > V(S(0))));
+    const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
     if (outside) wait_for_sphere(landing, outside);
     staying &= ~outside;
     const std::uint64_t captured = staying & to_bits(flow_.captured <= V(S(0)));
@@ -233,18 +248,36 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounte
     return moving & ~(staying & ~limited);
 }
 
-/// Adaptive steps whose error was too large are taken again with the length that their error suggests.
+/// Lanes that have stepped across the surface where H is not smooth: they are to end on it. A step that starts on it has not crossed it.
 template <class V>
-void PacketTracer<V>::reject(std::uint64_t lanes) {
+std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
+    const V on(S(64) * machine_epsilon<S>);
+    return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
+}
+
+/// Steps that are not accepted are taken again with another length.
+template <class V>
+void PacketTracer<V>::repeat(std::uint64_t lanes, const V& length) {
     if (!lanes) return;
-    flow_.h = pick(from_bits<V>(lanes), flow_.suggested, flow_.h);
     repeated_ |= lanes;
     std::uint64_t failed = 0;
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         if (++rejections_[i] >= max_rejections) failed |= std::uint64_t(1) << i;
     }
+    restart(lanes, length);
     if (failed) fail(failed, failed);
+}
+
+/// Lanes go back to the start of their step, without what the stepper remembers of it.
+template <class V>
+void PacketTracer<V>::restart(std::uint64_t lanes, const V& length) {
+    Flow<V> again = flow_;
+    task_.begin(again);
+    const MaskOf<V> mask = from_bits<V>(lanes);
+    for (int k = 0; k < max_stages; ++k)
+        for (int c = 0; c < 6; ++c) flow_.stage[k][c] = pick(mask, again.stage[k][c], flow_.stage[k][c]);
+    flow_.h = pick(mask, length, flow_.h);
 }
 
 /// Lanes whose step has no solution, or left the numbers, go back and try half of it; the last halving fails the ray.
@@ -256,12 +289,7 @@ void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved) {
         const int i = __builtin_ctzll(rest);
         if (halvings_[i]++ >= max_halvings) failed |= std::uint64_t(1) << i;
     }
-    Flow<V> again = flow_;
-    task_.begin(again);
-    const MaskOf<V> lanes = from_bits<V>(bad);
-    for (int k = 0; k < max_stages; ++k)
-        for (int c = 0; c < 6; ++c) flow_.stage[k][c] = pick(lanes, again.stage[k][c], flow_.stage[k][c]);
-    flow_.h = pick(lanes, flow_.h * V(S(0.5)), flow_.h);
+    restart(bad, flow_.h * V(S(0.5)));
     if (failed) fail(failed, unsolved);
 }
 
@@ -293,6 +321,7 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
     flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
     flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);
+    if (task_.kernel.creased) flow_.start_side = pick(go, flow_.side, flow_.start_side);
     flow_.h = pick(go | done, step_length(), flow_.h);
     for (std::uint64_t rest = staying & repeated_; rest; rest &= rest - 1)
         halvings_[__builtin_ctzll(rest)] = rejections_[__builtin_ctzll(rest)] = 0;
@@ -317,7 +346,8 @@ std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encou
     for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         const Vec3<double> a1 = lane_of(a, i), b1 = lane_of(b, i), hit = a1 + encounter.t[i] * (b1 - a1);
-        if (dot(hit, hit) > job_.escape_radius * job_.escape_radius) continue;
+        const double square = dot(hit, hit), inner = job_.inner_escape_radius;
+        if (square > job_.escape_radius * job_.escape_radius || square < inner * inner) continue;
         const Level<double> level = level_of(job_.geometry->surfaces[encounter.surface[i]], encounter.primitive[i]);
         const double lo = encounter.from[i], hi = encounter.to[i];
         landing.wait(flow_, i, level, lo, hi, lo + (hi - lo) * chord_fraction(level, a1, b1, encounter.t[i]));
@@ -330,14 +360,15 @@ std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encou
 
 template <class V>
 void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) {
-    const Level<double> sphere = sphere_level({0, 0, 0}, job_.escape_radius);
     const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         const auto lane_of = [i](const Vec3<V>& v) {
             return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
         };
-        landing.wait(flow_, i, sphere, 0, 1, chord_fraction(sphere, lane_of(a), lane_of(b), 1));
+        const Vec3<double> from = lane_of(a), to = lane_of(b);
+        const Level<double> sphere = sphere_level({0, 0, 0}, dot(to, to) < dot(from, from) ? job_.inner_escape_radius : job_.escape_radius);
+        landing.wait(flow_, i, sphere, 0, 1, chord_fraction(sphere, from, to, 1));
     }
 }
 
@@ -395,33 +426,6 @@ void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at
         point.v[0] = v.x * inverse, point.v[1] = v.y * inverse, point.v[2] = v.z * inverse;
         point.pt = double(get_lane(f.start.y[6], i)), point.energy = double(get_lane(f.energy, i));
         job_.path_sink(job_.path_user, &point);
-    }
-}
-
-/// Traces a tile in packets: blocks of pixels aligned to the picture's grid (so that tiles and crops change no packet), or runs of a list.
-template <class V>
-void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
-    constexpr int W = lane_count<V>;
-    constexpr std::uint32_t wide = W >= 64 ? 8 : W >= 16 ? 4 : W >= 4 ? (W >= 8 ? 4 : 2) : W, high = W / wide;
-    const Job& job = task.job;
-    const std::uint32_t bw = job.camera ? wide : W, bh = job.camera ? high : 1;
-    const std::uint32_t width = tile.x1 - tile.x0;
-    for (std::uint32_t by = tile.y0 / bh * bh; by < tile.y1; by += bh) {
-        for (std::uint32_t bx = tile.x0 / bw * bw; bx < tile.x1; bx += bw) {
-            RayStart starts[W];
-            RayEnd* to[W];
-            std::uint64_t numbers[W];
-            std::uint64_t lanes = 0;
-            for (std::uint32_t i = 0; i < W; ++i) {
-                const std::uint32_t x = bx + i % bw, y = by + i / bw;
-                if (x < tile.x0 || x >= tile.x1 || y < tile.y0 || y >= tile.y1) continue;
-                starts[i] = job.camera ? camera_ray(*job.camera, x, y) : job.rays[x];
-                to[i] = ends + std::size_t(y - tile.y0) * width + (x - tile.x0);
-                numbers[i] = job.camera ? std::uint64_t(y) * job.camera->width + x : x;
-                lanes |= std::uint64_t(1) << i;
-            }
-            if (lanes) PacketTracer<V>(task, counters).trace(starts, lanes, to, numbers);
-        }
     }
 }
 

@@ -75,7 +75,7 @@ MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)
 template <class H>
 Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
     const double pt = H::spacetime ? 1.0 : 0.0;
-    out = {{q[0], q[1], q[2]}, {0, 0, 0}, pt, Failure::none};
+    out = {{q[0], q[1], q[2]}, {0, 0, 0}, pt, Failure::none, false};
     const double length = std::hypot(d[0], d[1], d[2]);
     for (int i = 0; i < 3; ++i)
         if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
@@ -103,35 +103,84 @@ Failure start_along(const double* parameters, const double (&q)[3], const double
     return Failure::none;
 }
 
-/// Directions of a static observer's rest frame to momenta. The frame's axes are the coordinate axes projected orthogonally to the
-/// 4-velocity u and orthonormalised symmetrically, E = h^(−1/2) e; the ray, followed backward from the eye, is p = −u + d·E.
+/// The gradient of the radius that a hole's observers are described with.
 template <class H>
-Failure observe_static(const double* parameters, const double (&q)[3], StartMap& map) {
-    map = {};
-    if constexpr (!H::spacetime) {
-        RayStart x;
-        if (const Failure f = start_along<H>(parameters, q, {1, 0, 0}, x); f != Failure::none) return f;
-        const double size = std::sqrt(x.p[0] * x.p[0] + x.p[1] * x.p[1] + x.p[2] * x.p[2]);
-        for (int i = 0; i < 3; ++i) map.matrix[i][i] = size;
-        return Failure::none;
+std::array<double, 3> radius_gradient(const double* parameters, const double (&q)[3], double& radius) {
+    using First = Dual<double, 3>;
+    First k[H::parameters.size() + 1];
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = First(parameters[i]);
+    const auto at = [&](int i) { return First::variable(q[i], i); };
+    const First r = H::radius(make_parameters<H>(k), Vec3<First>{at(0), at(1), at(2)});
+    radius = r.value;
+    return r.derivative;
+}
+
+template <class H>
+concept Hole = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
+
+/// A covector along the observer's lowered 4-velocity, (u_x, u_y, u_z, u_t) of any length: −dt of the coordinates, −dt of Boyer and
+/// Lindquist, or that of rain. The static observer's has u^a along ∂_t.
+template <class H>
+std::array<double, 4> lowered_velocity(ObserverKind kind, const double* parameters, const double (&q)[3], const Matrix<4>& metric) {
+    if (kind == ObserverKind::static_) return {metric[0][3], metric[1][3], metric[2][3], metric[3][3]};
+    if constexpr (Hole<H>) {
+        double r;
+        const std::array<double, 3> slope = radius_gradient<H>(parameters, q, r);
+        const auto k = make_parameters<H>(parameters);
+        const double s = kind == ObserverKind::zamo ? H::lag(k, r) : kind == ObserverKind::falling ? H::infall(k, r) : 0.0;
+        return {-s * slope[0], -s * slope[1], -s * slope[2], -1};
+    } else {
+        return {0, 0, 0, -1};
     }
+}
+
+/// p = N(q) d for directions d, the same for every observer at rest in an isotropic medium.
+template <class H>
+Failure observe_medium(const double* parameters, const double (&q)[3], StartMap& map) {
+    RayStart x;
+    if (const Failure f = start_along<H>(parameters, q, {1, 0, 0}, x); f != Failure::none) return f;
+    const double size = std::sqrt(x.p[0] * x.p[0] + x.p[1] * x.p[1] + x.p[2] * x.p[2]);
+    for (int i = 0; i < 3; ++i) map.matrix[i][i] = size;
+    return Failure::none;
+}
+
+/// Directions of an observer's rest frame to momenta. The frame's axes are the coordinate axes projected orthogonally to the
+/// 4-velocity u and orthonormalised symmetrically, E = h^(−1/2) e; the ray, followed backward from the eye, is p = −u + d·E. A falling
+/// observer lives in the ingoing form of the metric: its time is −t, and so is its p_t.
+template <class H>
+Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
+    map = {};
+    const bool needs_hole = kind == ObserverKind::falling || kind == ObserverKind::zamo;
+    if (needs_hole && (!H::spacetime || (kind == ObserverKind::falling && !Hole<H>))) return Failure::no_observer;
+    if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
     const MomentumExpansion e = expand_in_momentum<H>(parameters, q, 1);
-    if (!std::isfinite(e.value) || !std::isfinite(e.hessian[0][0])) return Failure::singular_start;
-    const Matrix<4> g = inverse<4>(e.hessian);
-    if (!(g[3][3] < 0)) return Failure::no_momentum;
-    std::array<double, 4> lower_u{};  // u^a = (0, 0, 0, 1/√−g_tt)
-    const double ut = 1 / std::sqrt(-g[3][3]);
-    for (int a = 0; a < 4; ++a) lower_u[a] = g[a][3] * ut;
+    Matrix<4> inverse_metric = e.hessian;
+    const double time = kind == ObserverKind::falling ? -1 : 1;
+    for (int i = 0; i < 3; ++i) inverse_metric[i][3] *= time, inverse_metric[3][i] *= time;
+    const Matrix<4> g = inverse<4>(inverse_metric);
+    for (const auto& row : g)
+        for (const double x : row)
+            if (!std::isfinite(x)) return Failure::singular_start;
+    std::array<double, 4> u = lowered_velocity<H>(kind, parameters, q, g), up{};
+    double square = 0;
+    for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) up[a] += inverse_metric[a][b] * u[b];
+    for (int a = 0; a < 4; ++a) square += u[a] * up[a];
+    if (!(square < 0) || !std::isfinite(square)) return Failure::no_observer;
+    // u^t > 0: into the future.
+    const double scale = (up[3] > 0 ? 1 : -1) / std::sqrt(-square);
+    for (int a = 0; a < 4; ++a) u[a] *= scale, up[a] *= scale;
     Matrix<3> h{};  // e_i · e_k with e_i^a = δ_i^a + u^a u_i
     for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) h[i][k] = g[i][k] + lower_u[i] * lower_u[k];
+        for (int k = 0; k < 3; ++k) h[i][k] = g[i][k] + u[i] * u[k];
     const Matrix<3> root = inverse_square_root(h);
     for (int a = 0; a < 4; ++a) {
-        map.offset[a] = -lower_u[a];
+        const double sign = a == 3 ? time : 1;
+        map.offset[a] = -sign * u[a];
         for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) map.matrix[a][i] += root[i][k] * (g[k][a] + lower_u[k] * lower_u[a]);
+            for (int k = 0; k < 3; ++k) map.matrix[a][i] += sign * root[i][k] * (g[k][a] + u[k] * u[a]);
     }
-    map.unit_pt = true;
+    map.unit_pt = kind == ObserverKind::static_ || kind == ObserverKind::zamo;
     return Failure::none;
 }
 

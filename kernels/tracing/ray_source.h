@@ -13,8 +13,10 @@ inline RayStart start_from_map(const StartMap& map, const double (&q)[3], double
     const double d[3] = {dx * inverse, dy * inverse, dz * inverse};
     double p[4];
     for (int i = 0; i < 4; ++i) p[i] = map.matrix[i][0] * d[0] + map.matrix[i][1] * d[1] + map.matrix[i][2] * d[2] + map.offset[i];
-    const double scale = map.unit_pt ? 1 / p[3] : 1;
-    return {{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none};
+    // Inside an ergosphere light of p_t <= 0 cannot have come from outside: only a hole sends it.
+    const bool captured = map.unit_pt && !(p[3] > 0);
+    const double scale = map.unit_pt && !captured ? 1 / p[3] : 1;
+    return {{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured};
 }
 
 /// The ray through the middle of pixel (x, y).

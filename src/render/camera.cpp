@@ -28,6 +28,7 @@ void aim(Plan& plan) {
     const CameraDescription& camera = plan.scene.camera;
     const FilmDescription& film = plan.scene.film;
     View& view = plan.view;
+    view.observer = observer_named(camera.observer);
     view.forward = unit(subtract(camera.look_at, camera.position));
     view.right = unit(cross(view.forward, camera.up));
     view.down = cross(view.forward, view.right);
@@ -45,8 +46,9 @@ Double3 on_sphere(const Plan& plan, double u, double v) {
     const double longitude = (u / plan.scene.film.width - 0.5) * 2 * std::numbers::pi;
     const double latitude = (0.5 - v / plan.scene.film.height) * std::numbers::pi;
     const View& view = plan.view;
-    return add(scaled(add(scaled(view.forward, std::cos(longitude)), scaled(view.right, std::sin(longitude))), std::cos(latitude)),
-               scaled(view.down, -std::sin(latitude)));
+    return add(
+        scaled(add(scaled(view.forward, std::cos(longitude)), scaled(view.right, std::sin(longitude))), std::cos(latitude)),
+        scaled(view.down, -std::sin(latitude)));
 }
 
 /// Parallel rays, each seen by the observer at its own place of the picture's plane.
@@ -57,7 +59,7 @@ CameraRay parallel_ray(const Plan& plan, double u, double v) {
         q[k] = rays.position[k] + (u - 0.5 * rays.width) * rays.right[k] + (v - 0.5 * rays.height) * rays.down[k];
     StartMap map;
     const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer, q, &map);
-    if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure}, 0};
+    if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false}, 0};
     return ray_in_frame(map, q, plan.view.forward);
 }
 
@@ -78,7 +80,7 @@ void place_camera(Plan& plan) {
                                                  plan.camera.position, &plan.camera.start);
     if (failure != Failure::none)
         throw InputError(scene.camera.position_place,
-                         "camera.position: no static observer can be here: " + std::string(describe(failure)));
+                         "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
     check_camera_off_surfaces(plan);
     if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;
 }
@@ -88,9 +90,11 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
     const double inverse = 1 / std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     const double n[3] = {d[0] * inverse, d[1] * inverse, d[2] * inverse};
     double p[4];
-    for (int i = 0; i < 4; ++i) p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
-    const double scale = map.unit_pt ? 1 / p[3] : 1;
-    return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none}, scale};
+    for (int i = 0; i < 4; ++i)
+        p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
+    const bool captured = map.unit_pt && !(p[3] > 0);
+    const double scale = map.unit_pt && !captured ? 1 / p[3] : 1;
+    return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured}, scale};
 }
 
 CameraRay camera_ray(const Plan& plan, double u, double v) {

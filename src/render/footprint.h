@@ -11,9 +11,9 @@ struct Quad {
     std::vector<std::array<double, 2>> places;
 };
 
-/// From the spread of the block's rays that escape to the same sky: over a pixel directions spread as much as over the block, by the
-/// ratio of a pixel's size to the spread of the places, and each of the `spp` rays has its share of the pixel's area. Zero where a ray
-/// is alone. A block is one of the film's grid, never of a tile or crop, so that no picture depends on those.
+/// From the spread of the block's rays that escape to the same sky: over a pixel directions spread as much as over the block, by
+/// the ratio of a pixel's size to the spread of the places, and each of the `spp` rays has its share of the pixel's area. Zero
+/// where a ray is alone. A block is one of the film's grid, never of a tile or crop, so that no picture depends on those.
 SkyFootprints footprints_of(const Plan& plan, const Quad& quad, std::uint32_t spp);
 
 /// The footprint of directions at places.

@@ -6,6 +6,7 @@
 #include "render/redshift.h"
 
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <thread>
 
@@ -60,7 +61,10 @@ void fill_job(Plan& plan, bool with_camera) {
     job.tolerance = scene.integrator.tolerance;
     job.solver_tolerance = scene.integrator.solver_tolerance;
     job.max_steps = scene.integrator.max_steps;
-    job.escape_radius = scene.integrator.escape_radius;
+    // Behind a throat lies another universe, the mirror image of this one: there `escape_radius` counts from the throat, on both sides.
+    const double far = plan.module->far_side(job.hamiltonian, job.parameters), limit = scene.integrator.escape_radius;
+    job.escape_radius = far > 0 ? 0.5 * (limit + std::sqrt(limit * limit + 4 * far * far)) : limit;
+    job.inner_escape_radius = far > 0 ? far * far / job.escape_radius : 0;
     job.parameter_limit = std::numeric_limits<double>::infinity();
     job.hit = scene.integrator.hit;
     job.chord_tolerance = chord_tolerance(plan, with_camera);
@@ -98,6 +102,12 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     return plan;
 }
 
+ObserverKind observer_named(const std::string& name) {
+    for (const auto& [known, kind] : {std::pair{"static", ObserverKind::static_}, std::pair{"zamo", ObserverKind::zamo},
+                                      std::pair{"falling", ObserverKind::falling}, std::pair{"coordinate", ObserverKind::coordinate}})
+        if (name == known) return kind;
+    throw InputError("there is no observer '" + name + "'; known are static, zamo, falling, coordinate");
+}
 const char* name_of(Strategy strategy) {
     constexpr const char* names[] = {"scalar", "per-ray", "packet"};
     return names[static_cast<int>(strategy)];
@@ -113,6 +123,7 @@ const char* describe(Failure failure) {
         case Failure::zero_direction: return "the direction has length zero";
         case Failure::nonfinite_start: return "start or direction is not finite";
         case Failure::singular_start: return "the Hamiltonian is singular at the start";
+        case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
         case Failure::no_momentum: return "no momentum with this direction exists here";
         case Failure::not_converged: return "an implicit step has no solution, even at 1/256 of its length";
         case Failure::not_finite: return "the state left the range of the number type";

@@ -53,6 +53,8 @@ Catalogue catalogue(const std::string& isa);
 /// `with_camera` is false for `trace`, which has its own rays.
 std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera = true);
 
+/// "static" | "zamo" | "falling" | "coordinate"
+ObserverKind observer_named(const std::string& name);
 const char* name_of(Strategy);
 const char* name_of(Precision);
 const char* name_of(Status);

@@ -1,7 +1,7 @@
 #include "render/redshift.h"
 
-#include "scene/vector3.h"
 #include "scene/value.h"
+#include "scene/vector3.h"
 
 namespace kagero {
 namespace {
@@ -62,7 +62,8 @@ void check_disks(const SceneDescription& scene) {
             throw InputError(object.place, name + ".center is not space.center: a disk's matter orbits the hole");
         const Double3 axis = unit(object.normal);
         if (hole.spin != 0 && (axis[0] != 0 || axis[1] != 0))
-            throw InputError(object.place, name + ".normal is not along z: a spinning hole has circular orbits in its equator alone");
+            throw InputError(object.place,
+                             name + ".normal is not along z: a spinning hole has circular orbits in its equator alone");
     }
 }
 

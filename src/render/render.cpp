@@ -69,8 +69,10 @@ void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const Ra
     const FilmDescription& film = plan.scene.film;
     for (std::uint32_t i = 0; i < film.spp; ++i) {
         Sighting& ray = quad.rays.emplace_back(Sighting{ends + first + i, {}});
-        if (!list.starts.empty()) ray.ray = {list.starts[first + i], list.frequencies[first + i]};
-        else if (wanted.starts) ray.ray = camera_ray(plan, x + 0.5, y + 0.5);
+        if (!list.starts.empty())
+            ray.ray = {list.starts[first + i], list.frequencies[first + i]};
+        else if (wanted.starts)
+            ray.ray = camera_ray(plan, x + 0.5, y + 0.5);
         if (!wanted.footprints) continue;
         const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
         quad.places.push_back({x + u, y + v});

@@ -22,7 +22,9 @@ std::uint32_t laine_karras(std::uint32_t x, std::uint32_t seed) {
 }
 
 /// Owen's scrambling: a bit is changed by higher bits alone.
-std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) { return reversed(laine_karras(reversed(x), seed)); }
+std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
+    return reversed(laine_karras(reversed(x), seed));
+}
 
 /// The second dimension; its generator matrix is Pascal's triangle modulo 2 (T. Kollig and A. Keller, 2002).
 std::uint32_t sobol_second(std::uint32_t index) {

@@ -20,12 +20,14 @@ Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& foot
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
         case Status::hit:
-            return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward, redshift_of(plan, ray));
+            return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward,
+                                                redshift_of(plan, ray));
         case Status::escaped: {
             const SkyView view = sky_view(plan, end);
             return plan.geometry->sky_color(view.direction, view.far, view.far ? footprints.far : footprints.near);
         }
-        default: return {0, 0, 0};
+        default:
+            return {0, 0, 0};
     }
 }
 
@@ -75,8 +77,10 @@ void shade(const Plan& plan, std::span<const Sighting> rays, const SkyFootprints
            std::uint32_t y) {
     for (const LayerInfo* layer : film.layers()) {
         float* pixel = film.pixel(layer->name, x, y);
-        if (layer->name == "color") write_color(plan, rays, footprints, pixel);
-        else pixel[0] = value_of(plan, rays, layer->name);
+        if (layer->name == "color")
+            write_color(plan, rays, footprints, pixel);
+        else
+            pixel[0] = value_of(plan, rays, layer->name);
     }
 }
 

@@ -34,7 +34,7 @@ RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& star
 
 /// The state of a ray whose direction is read in an observer's rest frame.
 RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d) {
-    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none};
+    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false};
     const double size = std::hypot(d[0], d[1], d[2]);
     if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
@@ -57,7 +57,7 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
             plan.module->start(plan.job.hamiltonian, plan.parameters.data(), q, ray.direction.data(), &start);
             starts.push_back(start);
         } else {
-            starts.push_back(observed(plan, ObserverKind::static_, q, ray.direction));
+            starts.push_back(observed(plan, observer_named(observer), q, ray.direction));
         }
     }
     return starts;

@@ -48,7 +48,9 @@ std::array<double, 3> tristimulus(double kelvin) {
 
 }  // namespace
 
-double blackbody_luminance(double kelvin) { return tristimulus(kelvin)[1]; }
+double blackbody_luminance(double kelvin) {
+    return tristimulus(kelvin)[1];
+}
 
 std::array<double, 3> blackbody_color(double kelvin) {
     const auto [x, y, z] = tristimulus(kelvin);

@@ -120,7 +120,10 @@ CameraDescription load_camera(const Section& section) {
     }
     if (camera.type == "orthographic") keys.emplace_back("height");
     only_keys(section, keys);
-    not_yet(section, "observer", {"static"});
+    if (const Value* observer = find(section, "observer")) {
+        static const std::vector<std::string> known{"static", "zamo", "falling", "coordinate"};
+        camera.observer = known[to_choice(*observer, "camera.observer", known)];
+    }
     const Value& position = need(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
     camera.position_place = position.place;

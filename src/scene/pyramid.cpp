@@ -28,7 +28,8 @@ void for_overlaps(int n, int m, const Visit& visit) {
 }
 
 Image narrower(const Image& image, int width) {
-    Image result{width, image.height, std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(image.height))};
+    Image result{width, image.height,
+                 std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(image.height))};
     const double share = static_cast<double>(width) / image.width;
     for (int y = 0; y < image.height; ++y) {
         const float* from = &image.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width)];
@@ -51,13 +52,15 @@ Image lower(const Image& image, int height) {
     for_overlaps(image.height, height, [&](int source, int target, double) {
         const double top = std::max<double>(source, target * ratio), bottom = std::min<double>(source + 1, (target + 1) * ratio);
         const double share = band(top, bottom, image.height) / band(target, target + 1, height);
-        accumulate(&result.rgb[static_cast<std::size_t>(target) * row], &image.rgb[static_cast<std::size_t>(source) * row], share, row);
+        accumulate(&result.rgb[static_cast<std::size_t>(target) * row], &image.rgb[static_cast<std::size_t>(source) * row], share,
+                   row);
     });
     return result;
 }
 
 /// Level 0 is the image itself.
-Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole, double level) {
+Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
+                 double level) {
     const auto [u, v] = sky_coordinates(direction, pole);
     const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, Edge::clamp); };
     const double last = static_cast<double>(coarser.size());

@@ -1,0 +1,97 @@
+#pragma once
+
+#include "kernels/hamiltonians/hamiltonian.h"
+
+namespace kagero::hamiltonians {
+
+/// A rotating black hole: Kerr's spacetime in Cartesian Kerr–Schild coordinates, outgoing form.
+///
+///     H = ½ (|p|² − p_t²) − ½ f (p_t + l·p)²              Kerr & Schild (1965); Visser (2007), eq. (32)
+///     f = 2 M r³ / (r⁴ + a² z²),  l = ((r x − a y)/(r² + a²), (r y + a x)/(r² + a²), z/r),  a = spin · M
+///     r⁴ − (|x|² − a²) r² − a² z² = 0
+///
+/// x in scene lengths from the hole's centre, spin along +z; M = GM/c², so the hole without spin is `schwarzschild` with r_g = 2M. r is
+/// Boyer and Lindquist's radius: on the equator x² + y² = r² + a². Light rays have H = 0. Conserved: H, p_t, x p_y − y p_x, and Carter's
+/// constant. Rays are followed backward from the eye, so with the spin up the left edge of the shadow is the near, prograde one.
+///
+/// Domain: outside the ring r = 0, which no ray meets: one with p_t > 0 ends `captured` at the outer horizon r₊ = M + √(M² − a²), or
+/// once it moves inward inside the prograde photon orbit 2M (1 + cos(⅔ arccos(−a/M))) (Bardeen, Press & Teukolsky 1972, eq. 2.18).
+struct Kerr {
+    static constexpr const char* name = "kerr";
+    static constexpr const char* what = "rotating black hole, Kerr-Schild coordinates";
+    static constexpr const char* formula = "H = (|p|^2 - pt^2)/2 - f/2 (pt + l.p)^2, f = 2 M r^3/(r^4 + a^2 z^2)";
+    static constexpr const char* source = "Kerr & Schild (1965); Visser (2007), eq. (32)";
+    static constexpr const char* conserved = "pt, x py - y px, Carter's constant";
+    static constexpr std::array parameters{
+        ParameterInfo{"mass", 1.0, 0, unlimited, true, "scene lengths", "GM/c^2, half the Schwarzschild radius"},
+        ParameterInfo{"spin", 0.9, -1, 1, false, "1", "a/M, along +z"},
+    };
+    static constexpr bool spacetime = true;
+    static constexpr double level = 0;
+    static constexpr const char* method = "gauss8";
+    static constexpr double step = 0.25;
+
+    template <class V>
+    struct Parameters {
+        V mass, spin;
+    };
+
+    template <class V>
+    static constexpr V radius(const Parameters<V>& k, const Vec3<V>& q) {
+        const V a2 = k.mass * k.mass * (k.spin * k.spin), b = dot(q, q) - a2;
+        return sqrt(0.5 * (b + sqrt(b * b + 4.0 * a2 * (q.z * q.z))));
+    }
+
+    /// ½ f (p_t + l·p)², the part that bends.
+    template <class V>
+    static constexpr V pull(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        const V a = k.spin * k.mass, r = radius(k, q), r2 = r * r, az = a * q.z;
+        const V across = (r * (q.x * p.x + q.y * p.y) + a * (q.x * p.y - q.y * p.x)) / (r2 + a * a);
+        const V u = pt + across + q.z * p.z / r;
+        return k.mass * (r2 * r) / (r2 * r2 + az * az) * (u * u);
+    }
+
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        return 0.5 * (dot(p, p) - pt * pt) - pull(k, q, p, pt);
+    }
+    /// The paper's two parts, eq. (10).
+    template <class V>
+    static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V& pt) {
+        return 0.5 * (dot(p, p) - pt * pt);
+    }
+    template <class V>
+    static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        return -pull(k, q, p, pt);
+    }
+
+    template <class V>
+    static constexpr V rescale(const Parameters<V>& k, const Vec3<V>& q) {
+        return radius(k, q);
+    }
+
+    /// As for `schwarzschild`; dr/dλ has the sign of r² x·v + a² z v_z.
+    template <class V>
+    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& v, const V& pt) {
+        const V r = radius(k, q), s2 = k.spin * k.spin, cosine = sqrt(s2), sine = sqrt(max(1.0 - s2, V(0.0)));
+        const V horizon = k.mass * (1.0 + sine);
+        const V photon_orbit = 2.0 * k.mass * (1.0 + cos((2.0 / 3.0) * atan2(sine, -cosine)));
+        const V outward = r * r * dot(q, v) + s2 * (k.mass * k.mass) * (q.z * v.z);
+        return min(max(r - horizon, -pt), max(r - photon_orbit, outward));
+    }
+
+    /// For observers, as in `schwarzschild`: with Δ = r² − 2Mr + a², lag = 2Mr/Δ to Boyer and Lindquist's time, and rain without angular
+    /// momentum (Doran 2000) has u_r = −√(2Mr)/(√(2Mr) + √(r² + a²)).
+    template <class V>
+    static constexpr V lag(const Parameters<V>& k, const V& r) {
+        const V a = k.spin * k.mass, pull = 2.0 * k.mass * r;
+        return pull / (r * r + a * a - pull);
+    }
+    template <class V>
+    static constexpr V infall(const Parameters<V>& k, const V& r) {
+        const V a = k.spin * k.mass, pull = sqrt(2.0 * k.mass * r);
+        return pull / (pull + sqrt(r * r + a * a));
+    }
+};
+
+}  // namespace kagero::hamiltonians

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "kernels/hamiltonians/hamiltonian.h"
+
+namespace kagero::hamiltonians {
+
+/// Luneburg's lens: a ball that brings parallel light to a point on its far surface.
+///
+///     H = ½ (|p|² − N²),  N² = 2 − r²/R² inside, 1 outside      Luneburg (1944); Born & Wolf, §4.2
+///
+/// Cartesian coordinates from the centre, H0 = 0. Inside, rays are arcs of ellipses about the centre; outside they are straight.
+/// Conserved: x × p. N is continuous on the surface, its slope is not, so steps end there. Domain: all of space.
+struct Luneburg : IndexMedium<Luneburg> {
+    static constexpr const char* name = "luneburg";
+    static constexpr const char* what = "Luneburg lens: parallel light meets in a point of its surface";
+    static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = 2 - r^2/R^2 inside R, 1 outside";
+    static constexpr const char* source = "Luneburg (1944); Born & Wolf, Principles of Optics, sec. 4.2";
+    static constexpr const char* conserved = "x cross p";
+    static constexpr std::array parameters{
+        ParameterInfo{"radius", 1.0, 0, unlimited, true, "scene lengths", "R, of the ball"},
+    };
+    static constexpr const char* method = "gauss8";  // its stages never leave the step, hence never cross the surface
+    static constexpr double step = 0.25;
+
+    template <class V>
+    struct Parameters {
+        V radius;
+    };
+
+    template <class V>
+    static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
+        return 1.0 + max(surface(k, q), V(0.0));
+    }
+
+    template <class V>
+    static constexpr V surface(const Parameters<V>& k, const Vec3<V>& q) {
+        return 1.0 - dot(q, q) / (k.radius * k.radius);
+    }
+};
+
+}  // namespace kagero::hamiltonians

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "kernels/hamiltonians/hamiltonian.h"
+
+namespace kagero::hamiltonians {
+
+/// Ellis's wormhole: two universes joined by a throat, in isotropic coordinates.
+///
+///     H = ½ (|p|² / (1 + a²/4ρ²)² − p_t²),  ρ = |x|       Ellis (1973); Müller (2004)
+///
+/// x in scene lengths, a the radius of the throat. The proper distance from the throat is l = ρ − a²/4ρ: ρ > a/2 is this universe, and
+/// the sphere ρ < a/2 is the other one, whole, turned inside out by ρ → a²/4ρ. The areal radius is √(l² + a²) = ρ + a²/4ρ. Light rays
+/// have H = 0. Conserved: H, p_t, x × p. A ray with the impact parameter b passes through where b < a, comes back where b > a.
+///
+/// Domain: ρ > 0. `escape_radius` is |l|, on both sides.
+struct Wormhole {
+    static constexpr const char* name = "wormhole";
+    static constexpr const char* what = "Ellis wormhole between two universes";
+    static constexpr const char* formula = "H = (|p|^2/(1 + a^2/(4 r^2))^2 - pt^2)/2, a = throat";
+    static constexpr const char* source = "Ellis (1973); Mueller (2004)";
+    static constexpr const char* conserved = "pt, x cross p";
+    static constexpr std::array parameters{
+        ParameterInfo{"throat", 1.0, 0, unlimited, true, "scene lengths", "radius of the throat, a"},
+    };
+    static constexpr bool spacetime = true;
+    static constexpr double level = 0;
+    static constexpr const char* method = "gauss8";
+    static constexpr double step = 0.25;
+
+    template <class V>
+    struct Parameters {
+        V throat;
+    };
+
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        const V r2 = dot(q, q), stretched = r2 + 0.25 * k.throat * k.throat, shrink = r2 / stretched;
+        return 0.5 * (shrink * shrink * dot(p, p) - pt * pt);
+    }
+
+    template <class V>
+    static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>&, const V& pt) {
+        return -0.5 * (pt * pt);
+    }
+    template <class V>
+    static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
+        return energy(k, q, p, V(0.0));
+    }
+
+    /// The areal radius: as long a scale on this side as on the other.
+    template <class V>
+    static constexpr V rescale(const Parameters<V>& k, const Vec3<V>& q) {
+        const V r = norm(q);
+        return r + 0.25 * k.throat * k.throat / r;
+    }
+
+    static constexpr double far_side(const Parameters<double>& k) { return 0.5 * k.throat; }
+};
+
+}  // namespace kagero::hamiltonians

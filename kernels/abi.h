@@ -208,6 +208,10 @@ struct Module {
     Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
     /// The state with dq/dλ along d and H = H0.
     Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3], RayStart*);
+    /// p · u: the frequency of a ray as matter at q sees it that moves with the velocity v = dx/dt. Not a number where v is no velocity
+    /// of matter; 1 in an index medium, where nothing moves and the frequency is the same everywhere.
+    double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3], double pt,
+                        const double v[3]);
 };
 
 }  // namespace kagero

@@ -20,7 +20,7 @@ struct Arguments {
     std::string json;  ///< "-": stdout
     std::vector<std::string> overrides;
     std::string threads, isa = "auto", strategy = "auto", precision = "auto";
-    std::string integrator, step, size, layers, crop, pixel;
+    std::string integrator, step, size, spp, seed, layers, crop, pixel;
     std::string rays = "-", observer, parameter, repeat;
     std::string color = "auto";
     bool path = false, quiet = false, verbose = false;

@@ -20,6 +20,12 @@ struct Options {
     bool energy_error = false;         ///< watch H along every ray
 };
 
+/// Where the camera looks: unit vectors in its observer's rest frame.
+struct View {
+    ObserverKind observer = ObserverKind::static_;
+    Double3 forward{}, right{}, down{};
+};
+
 /// Scene, geometry, kernel and job. Pointers in `job` point into this object: it is not copied.
 struct Plan {
     SceneDescription scene;
@@ -29,6 +35,7 @@ struct Plan {
     std::unique_ptr<SceneGeometry> geometry;
     std::vector<double> parameters;
     bool straight = false;             ///< every ray is a straight line: no integrator runs
+    View view;
     CameraRays camera{};
     Job job{};
     unsigned threads = 1;

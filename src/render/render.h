@@ -17,7 +17,7 @@ struct Percentiles {
 /// What a finished run says of itself.
 struct RunReport {
     std::uint64_t rays = 0;
-    double seconds = 0;      ///< tracing and shading
+    double seconds = 0;  ///< tracing and shading
     Counters counters{};
     std::uint64_t status[status_count] = {};
     Percentiles energy_error;  ///< only with Options::energy_error

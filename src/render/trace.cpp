@@ -94,9 +94,13 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
 }
 
 RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y) {
+    return film_ray(plan, x + 0.5, y + 0.5);
+}
+
+RayStart film_ray(const Plan& plan, double x, double y) {
     const CameraRays& c = plan.camera;
     Double3 d;
-    for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + (x + 0.5) * c.right[k] + (y + 0.5) * c.down[k];
+    for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + x * c.right[k] + y * c.down[k];
     return observed(plan, ObserverKind::static_, c.position, d);
 }
 

@@ -1,0 +1,33 @@
+/// The methods and steps of a study of error.
+#pragma once
+
+#include "render/variant.h"
+
+#include <string>
+
+namespace kagero {
+
+/// One method over steps that shrink by a constant factor.
+struct Ladder {
+    Variant variant;     ///< its step is the first, coarsest one
+    double factor = 0.5;
+    int least_points = 5, most_points = 10;
+    bool own = false;    ///< the scene's own method
+};
+
+struct LadderChoice {
+    bool quick = false, full = false;
+};
+
+/// Packets in double precision first, then in float where that suffices, then one ray at a time. Methods that the space cannot serve
+/// go into `refused`.
+std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused);
+
+/// What a finished ladder shows: positions in scene units, the coarsest step first.
+struct Slope {
+    std::optional<double> order;  ///< none where fewer than two errors lie between the floor and the size of the scene
+    double floor = 0;
+};
+Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double scene_size);
+
+}  // namespace kagero

@@ -28,7 +28,9 @@ void declare(CLI::App& app, Arguments& arguments) {
     app.add_flag("--quick", arguments.quick, "A handful of methods, less than a minute");
     app.add_flag("--full", arguments.full, "Every method one ray at a time too");
     add_json(app, arguments);
-    app.add_option("--threads", arguments.threads, "Threads of the timed runs; default: 1")->type_name("N")->envname("KAGERO_THREADS");
+    app.add_option("--threads", arguments.threads, "Threads of the timed runs; default: 1")
+        ->type_name("N")
+        ->envname("KAGERO_THREADS");
     add_messages(app, arguments);
 }
 
@@ -53,7 +55,8 @@ std::string report_directory(const Arguments& arguments) {
     std::error_code failure;
     fs::create_directories(directory, failure);
     if (failure || !fs::is_directory(directory))
-        throw InputError("cannot make the directory '" + directory + "'" + (failure ? ": " + failure.message() : "; a file bears its name"));
+        throw InputError("cannot make the directory '" + directory + "'" +
+                         (failure ? ": " + failure.message() : "; a file bears its name"));
     for (const char* name : {"results.json", "results.csv", "plot.gp", "report.html"})
         check_output((fs::path(directory) / name).string());
     return directory;
@@ -78,16 +81,16 @@ void write_report(const std::string& directory, const Plan& plan, const ErrorStu
 
 void tell_result(const ErrorStudy& study, const std::string& directory, const Terminal& terminal) {
     for (const Cheapest& best : study.cheapest) {
-        const std::string bound = "99 % of the rays within " + shortest(best.error) +
-                                  (std::string(best.measure) == "pixels" ? " pixel" : " rad");
+        const std::string bound =
+            "99 % of the rays within " + shortest(best.error) + (std::string(best.measure) == "pixels" ? " pixel" : " rad");
         if (!best.found) {
             terminal.note(bound + ": by none of the points");
             continue;
         }
         const StudyCurve& curve = study.curves[best.curve];
         const StudyPoint& point = curve.points[best.point];
-        terminal.note(bound + ": " + curve.method + ", " + (curve.info->adaptive ? "tolerance " : "step ") + shortest(point.step) +
-                      ", " + name_of(curve.precision) + ", " + rounded(point.time.median) + " ns per ray");
+        terminal.note(bound + ": " + curve.method + ", " + (curve.info->adaptive ? "tolerance " : "step ") +
+                      shortest(point.step) + ", " + name_of(curve.precision) + ", " + rounded(point.time.median) + " ns per ray");
     }
     terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
 }

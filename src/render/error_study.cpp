@@ -20,8 +20,8 @@ constexpr std::uint32_t picture_width = 128;
 struct Timed {
     Variant variant;
     std::size_t curve, point;
-    double estimate = 0;                     ///< seconds of one run with and one without surfaces
-    std::vector<double> with, without;       ///< ns per ray
+    double estimate = 0;                ///< seconds of one run with and one without surfaces
+    std::vector<double> with, without;  ///< ns per ray
 };
 
 class Study {
@@ -72,7 +72,7 @@ private:
     ErrorStudy study_;
     ReferenceRays reference_;
     std::vector<RayStart> drift_rays_;
-    std::size_t most_bent_ = 0;              ///< of the calm rays of the sample: the one whose energy is drawn
+    std::size_t most_bent_ = 0;  ///< of the calm rays of the sample: the one whose energy is drawn
     std::vector<Timed> timed_;
     double least_work_ = std::numeric_limits<double>::infinity();
 };
@@ -89,7 +89,8 @@ void Study::choose_drift_rays() {
         good.push_back(i);
     }
     const std::size_t wanted = std::min(drift_rays, good.size());
-    for (std::size_t k = 0; k < wanted; ++k) drift_rays_.push_back(study_.sample.starts[good[(2 * k + 1) * good.size() / (2 * wanted)]]);
+    for (std::size_t k = 0; k < wanted; ++k)
+        drift_rays_.push_back(study_.sample.starts[good[(2 * k + 1) * good.size() / (2 * wanted)]]);
 }
 
 void Study::climb_all() {
@@ -109,25 +110,28 @@ void Study::climb(const Ladder& ladder) {
     const double limit = study_.options.quick ? absurd_work_quick : absurd_work;
     std::vector<double> steps, errors;
     Variant variant = ladder.variant;
-    for (int n = 0; n < ladder.most_points && !stopped(); ++n, variant.step *= ladder.factor) {
+    for (std::size_t n = 0; n < ladder.steps.size() && !stopped(); ++n) {
+        variant.step = ladder.steps[n];
         Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, {}, {}};
         const StudyPoint point = measure(variant, timed.estimate);
         curve.points.push_back(point), timed_.push_back(std::move(timed));
         steps.push_back(variant.step), errors.push_back(point.errors.position.p90);
         const double work = std::max(point.gradients, point.steps);
         if (point.errors.compared > 0) least_work_ = std::min(least_work_, work);
-        const bool enough = n + 1 >= ladder.least_points;
+        const bool enough = n + 1 >= ladder.least;
         const double error = errors.back(), before = n > 0 ? errors[n - 1] : error;
         if (enough && error < 1e-5 && error > 0.7 * before) {
             curve.stopped = "rounding: a finer step gains nothing";
             break;
         }
         if ((curve.info->adaptive ? 1.5 : 2.0) * work > limit * least_work_) {
-            curve.stopped = "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
+            curve.stopped =
+                "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
             break;
         }
     }
-    const Slope slope = slope_of(steps, errors, plan_.geometry->kernel_view() ? plan_.geometry->diagonal() : plan_.job.escape_radius);
+    const double size = plan_.geometry->kernel_view() ? plan_.geometry->diagonal() : plan_.job.escape_radius;
+    const Slope slope = slope_of(steps, errors, curve.info->order, size);
     curve.floor = slope.floor;
     if (!curve.info->adaptive) curve.order = slope.order;
 }
@@ -192,7 +196,8 @@ Cheapest Study::cheapest(double error, const char* measure, Spread RayErrors::*s
         for (std::size_t p = 0; p < study_.curves[c].points.size(); ++p) {
             const StudyPoint& point = study_.curves[c].points[p];
             const RayErrors& e = point.errors;
-            const bool good = e.compared > 0 && (e.*spread).p99 <= error && double(e.flips) <= 0.01 * double(study_.reference.decided);
+            const bool good =
+                e.compared > 0 && (e.*spread).p99 <= error && double(e.flips) <= 0.01 * double(study_.reference.decided);
             if (!good || !(point.time.median < least)) continue;
             least = point.time.median;
             best.curve = c, best.point = p, best.found = true;

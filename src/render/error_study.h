@@ -1,4 +1,5 @@
-/// Error against run time for a scene's own rays: methods × steps × precisions, through the kernels and the loop that `render` uses.
+/// Error against run time for a scene's own rays: methods × steps × precisions, through the kernels and the loop that `render`
+/// uses.
 #pragma once
 
 #include "render/energy_drift.h"
@@ -22,12 +23,12 @@ struct Timing {
 
 /// One method at one step.
 struct StudyPoint {
-    double step = 0;                ///< of adaptive methods: the tolerance
-    Timing time;                    ///< with the scene's surfaces
-    Timing time_without;            ///< no surfaces, no intersection: rays run on until they leave the scene
+    double step = 0;      ///< of adaptive methods: the tolerance
+    Timing time;          ///< with the scene's surfaces
+    Timing time_without;  ///< no surfaces, no intersection: rays run on until they leave the scene
     double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
-    double steps_without = 0;       ///< per ray, without surfaces
-    double occupancy = 1;           ///< active lane-steps over issued ones
+    double steps_without = 0;                                      ///< per ray, without surfaces
+    double occupancy = 1;                                          ///< active lane-steps over issued ones
     RayErrors errors;
     EnergyDrift drift;
 };
@@ -39,17 +40,17 @@ struct StudyCurve {
     Precision precision{};
     const IntegratorInfo* info = nullptr;
     bool rescaled = false;
-    bool own = false;               ///< the scene's own method
-    std::optional<double> order;    ///< slope of position error (p90) over step, above the floor; none for adaptive methods
-    double floor = 0;               ///< least position error (p90) reached
-    std::string stopped;            ///< why there are no finer steps
+    bool own = false;             ///< the scene's own method
+    std::optional<double> order;  ///< slope of position error (p90) over step, above the floor; none for adaptive methods
+    double floor = 0;             ///< least position error (p90) reached
+    std::string stopped;          ///< why there are no finer steps
     std::vector<StudyPoint> points;
 };
 
 /// The quickest point whose 99th percentile of an error stays below a bound, and of whose rays at most 1 % end otherwise.
 struct Cheapest {
     double error = 0;
-    const char* measure = "";       ///< "pixels" or "direction"
+    const char* measure = "";  ///< "pixels" or "direction"
     std::size_t curve = 0, point = 0;
     bool found = false;
 };
@@ -61,14 +62,15 @@ struct ErrorStudy {
     std::uint64_t ill_conditioned = 0;
     std::vector<StudyCurve> curves;
     std::vector<Cheapest> cheapest;
-    std::vector<std::string> refused;          ///< methods that this space cannot serve
-    std::vector<EnergyTrace> energy;           ///< along one ray, at about equal work
+    std::vector<std::string> refused;  ///< methods that this space cannot serve
+    std::vector<EnergyTrace> energy;   ///< along one ray, at about equal work
     std::vector<PictureError> pictures;
     double seconds = 0;
     bool interrupted = false;
 };
 
 /// The plan is as before when this returns.
-ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress = {},
+                       const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

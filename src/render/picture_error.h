@@ -11,10 +11,10 @@ struct PictureError {
     std::string method;
     Precision precision{};
     double step = 0;
-    double seconds = 0;             ///< of rendering
-    double wrong_pixels = 0;        ///< share of pixels of which a colour differs by more than 1/255, linear
-    double rms = 0;                 ///< over all colours, linear; 1 is white
-    std::optional<double> psnr;     ///< decibels below white; none for equal pictures
+    double seconds = 0;          ///< of rendering
+    double wrong_pixels = 0;     ///< share of pixels of which a colour differs by more than 1/255, linear
+    double rms = 0;              ///< over all colours, linear; 1 is white
+    std::optional<double> psnr;  ///< decibels below white; none for equal pictures
 };
 
 /// The scene's picture at most `width` pixels wide, by each variant, against that by `reference`.

@@ -45,7 +45,8 @@ bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b) {
     return a.status != Status::hit || plan.geometry->object_of(a.surface) == plan.geometry->object_of(b.surface);
 }
 
-RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference, const std::vector<RayEnd>& ends) {
+RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference,
+                       const std::vector<RayEnd>& ends) {
     RayErrors errors;
     std::vector<double> position, direction, pixels, ill;
     for (std::size_t i = 0; i < ends.size(); ++i) {

@@ -22,22 +22,23 @@ struct ReferenceRays {
     std::vector<bool> decided;         ///< two methods agree on how the ray ends, and it does
 };
 
-/// Errors of one way of tracing the sample. Rays that end otherwise than they should are `flips` and enter nothing else; rays that are
-/// captured have no end to compare.
+/// Errors of one way of tracing the sample. Rays that end otherwise than they should are `flips` and enter nothing else; rays
+/// that are captured have no end to compare.
 struct RayErrors {
     std::uint64_t compared = 0, flips = 0, ill = 0;
-    Spread position;                ///< of the end point, scene units
-    Spread direction;               ///< between the ends' directions, radians
-    Spread pixels;                  ///< where the end is seen, in pixels of the film
-    double above_quarter_pixel = 0; ///< share of the compared rays
-    Spread ill_pixels;              ///< of ill-conditioned rays: pixels over conditioning
+    Spread position;                 ///< of the end point, scene units
+    Spread direction;                ///< between the ends' directions, radians
+    Spread pixels;                   ///< where the end is seen, in pixels of the film
+    double above_quarter_pixel = 0;  ///< share of the compared rays
+    Spread ill_pixels;               ///< of ill-conditioned rays: pixels over conditioning
 };
 
 /// True when both rays ended in the same way, and on the same object if on any.
 bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b);
 
 /// Positions of `ends` are scene coordinates.
-RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference, const std::vector<RayEnd>& ends);
+RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference,
+                       const std::vector<RayEnd>& ends);
 
 /// conditioning of ReferenceRays, from the ends of the sample's rays and of those turned aside.
 std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, const std::vector<RayEnd>& ends,

@@ -59,7 +59,7 @@ ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceSto
         ++story.status[static_cast<int>(end.status)];
     }
     const RayErrors difference = compare_rays(plan, sample, reference, confirming);
-    story.uncertainty = difference.position, story.direction = difference.direction;
+    story.uncertainty = difference.position, story.direction = difference.direction, story.pixels = difference.pixels;
     return reference;
 }
 

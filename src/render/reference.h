@@ -9,11 +9,12 @@ namespace kagero {
 /// How the reference was made, and what is left of doubt.
 struct ReferenceStory {
     std::string method, confirmed_by;
-    double step = 0;            ///< of `method`; its tolerance if that is adaptive
+    double step = 0;  ///< of `method`; its tolerance if that is adaptive
     double confirmed_step = 0;
     bool adaptive = false, confirmed_adaptive = false;
-    Spread uncertainty;         ///< distance of the two methods' end points over well-conditioned rays, scene units
-    Spread direction;           ///< angle between their ends' directions
+    Spread uncertainty;  ///< distance of the two methods' end points over well-conditioned rays, scene units
+    Spread direction;    ///< angle between their ends' directions
+    Spread pixels;
     std::uint64_t decided = 0, undecided = 0;
     std::uint64_t status[status_count] = {};
 };

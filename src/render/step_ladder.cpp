@@ -12,23 +12,24 @@ constexpr const char* quick_methods[] = {"satoh2", "satoh4", "verlet", "suzuki4-
 /// Beyond this order a method buys nothing before float is exhausted.
 constexpr std::uint32_t highest_float_order = 4;
 
+constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}, float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
+constexpr std::size_t most_halvings = 9;
+
 /// Higher orders take longer steps.
 double coarsest_step(const Plan& plan, const IntegratorInfo& info) {
     const double doublings = info.order >= 8 ? 2 : info.order >= 4 ? 1 : 0;
     return plan.job.step * std::exp2(doublings);
 }
 
-void shape(const Plan& plan, Ladder& ladder) {
-    const IntegratorInfo& info = info_of(plan, ladder.variant);
-    const bool coarse = ladder.variant.kernel->precision == Precision::float32;
-    if (info.adaptive) {
-        ladder.variant.step = coarse ? 1e-2 : 1e-3;
-        ladder.factor = coarse ? 0.1 : 0.01;
-        ladder.most_points = coarse ? 5 : 6;
-    } else {
-        ladder.variant.step = coarsest_step(plan, info);
-    }
-    if (plan.straight) ladder.least_points = ladder.most_points = 1;
+std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
+    const IntegratorInfo& info = info_of(plan, variant);
+    if (plan.straight) return {plan.job.step};
+    if (info.adaptive && variant.kernel->precision == Precision::float32)
+        return {std::begin(float_tolerances), std::end(float_tolerances)};
+    if (info.adaptive) return {std::begin(tolerances), std::end(tolerances)};
+    std::vector<double> steps{coarsest_step(plan, info)};
+    for (std::size_t i = 0; i < most_halvings; ++i) steps.push_back(0.5 * steps.back());
+    return steps;
 }
 
 struct Way {
@@ -63,28 +64,33 @@ std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice,
             }
             Ladder& ladder = ladders.emplace_back();
             ladder.variant = *variant, ladder.own = info.name == own;
-            shape(plan, ladder);
+            ladder.steps = steps_of(plan, *variant);
         }
     return ladders;
 }
 
-Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double scene_size) {
+Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order, double scene_size) {
     Slope slope;
     if (errors.empty()) return slope;
     slope.floor = *std::min_element(errors.begin(), errors.end());
-    // Rounding begins to show a little above the floor; errors near the size of the scene follow no power. Of what lies between, the
-    // finest steps are the nearest to the limit that defines an order.
-    const double rounding = 1e-13 * scene_size;
-    const double greatest = 0.03 * scene_size;
+    // Errors near the size of the scene follow no power of the step, and below the last step that still gains what the order
+    // promises rounding shows. Of what lies between, the finest steps are the nearest to the limit that defines an order.
+    const double greatest = 0.1 * scene_size;
+    std::vector<std::array<double, 2>> above;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        if (!(errors[i] > 0) || errors[i] > greatest) continue;
+        const std::array<double, 2> point{std::log(steps[i]), std::log(errors[i])};
+        const bool gains = above.empty() || (point[1] - above.back()[1]) / (point[0] - above.back()[0]) > 0.75 * stated_order;
+        if (!gains && above.size() >= 2) break;
+        if (!gains) above.clear();
+        above.push_back(point);
+    }
     constexpr std::size_t most = 3;
-    std::vector<std::array<double, 2>> fitted;
-    for (std::size_t i = errors.size(); i-- > 0 && fitted.size() < most;)
-        if (errors[i] > 30 * rounding && errors[i] < greatest && (errors[i] >= 2 * slope.floor || slope.floor > 1e3 * rounding))
-            fitted.push_back({std::log(steps[i]), std::log(errors[i])});
-    if (fitted.size() < 2) return slope;
+    if (above.size() > most) above.erase(above.begin(), above.end() - most);
+    if (above.size() < 2) return slope;
     double x = 0, y = 0, xx = 0, xy = 0;
-    const double n = double(fitted.size());
-    for (const auto& [a, b] : fitted) x += a, y += b, xx += a * a, xy += a * b;
+    const double n = double(above.size());
+    for (const auto& [a, b] : above) x += a, y += b, xx += a * a, xy += a * b;
     slope.order = (n * xy - x * y) / (n * xx - x * x);
     return slope;
 }

@@ -7,27 +7,27 @@
 
 namespace kagero {
 
-/// One method over steps that shrink by a constant factor.
+/// One method over its steps.
 struct Ladder {
-    Variant variant;     ///< its step is the first, coarsest one
-    double factor = 0.5;
-    int least_points = 5, most_points = 10;
-    bool own = false;    ///< the scene's own method
+    Variant variant;            ///< without a step
+    std::vector<double> steps;  ///< of adaptive methods: tolerances; the coarsest first
+    std::size_t least = 5;      ///< steps to take even where rounding already rules
+    bool own = false;           ///< the scene's own method
 };
 
 struct LadderChoice {
     bool quick = false, full = false;
 };
 
-/// Packets in double precision first, then in float where that suffices, then one ray at a time. Methods that the space cannot serve
-/// go into `refused`.
+/// Packets in double precision first, then in float where that suffices, then one ray at a time. Methods that the space cannot
+/// serve go into `refused`.
 std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused);
 
-/// What a finished ladder shows: positions in scene units, the coarsest step first.
+/// What a finished ladder shows: errors in scene units, the coarsest step first.
 struct Slope {
     std::optional<double> order;  ///< none where fewer than two errors lie between the floor and the size of the scene
     double floor = 0;
 };
-Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double scene_size);
+Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order, double scene_size);
 
 }  // namespace kagero

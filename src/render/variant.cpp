@@ -26,11 +26,13 @@ const IntegratorInfo& info_of(const Plan& plan, const Variant& variant) {
     return plan.module->integrators[variant.integrator];
 }
 
-std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision, double step) {
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
+                                    double step) {
     const Module& module = *plan.module;
     const KernelInfo* kernel = find_kernel(module, strategy, precision);
     if (!kernel) return {};
-    const bool rescales = module.hamiltonians[plan.job.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
+    const bool rescales =
+        module.hamiltonians[plan.job.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
     for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
         if (method != module.integrators[i].name) continue;
         if (rescales && !module.refusal(plan.job.hamiltonian, i, true)) return Variant{i, true, kernel, step};

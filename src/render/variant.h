@@ -17,9 +17,10 @@ struct Variant {
 
 const IntegratorInfo& info_of(const Plan& plan, const Variant& variant);
 
-/// The variant that `render` would use for a method of this name; nothing where the module has no such method, or the space or the
-/// scene refuses it.
-std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision, double step);
+/// The variant that `render` would use for a method of this name; nothing where the module has no such method, or the space or
+/// the scene refuses it.
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
+                                    double step);
 
 /// Makes a plan follow a variant while it lives. A ray may take as many steps as cover the path that the scene allows.
 class PlanAs {

@@ -30,6 +30,7 @@ Json json_of(const ReferenceStory& story) {
             {story.confirmed_adaptive ? "confirmed_tolerance" : "confirmed_step", story.confirmed_step},
             {"uncertainty", json_of(story.uncertainty)},
             {"direction_uncertainty", json_of(story.direction)},
+            {"pixels_uncertainty", json_of(story.pixels)},
             {"decided", story.decided},
             {"undecided", story.undecided},
             {"status", status}};

@@ -57,15 +57,18 @@ std::string error_csv(const ErrorStudy& study) {
 std::string error_plot(const Plan& plan, const ErrorStudy& study) {
     std::string title;
     for (const char c : plan.scene.path) title += c == '\'' ? std::string("''") : std::string(1, c);
-    std::string text = "# Error against run time, from results.csv beside this script: gnuplot plot.gp writes plot.svg.\n"
-                       "set terminal svg size 900,620 font 'sans,12' background rgb 'white'\n"
-                       "set output 'plot.svg'\n"
-                       "set datafile separator ','\n"
-                       "set logscale xy\nset format y '10^{%L}'\nset grid\nset key outside right\n"
-                       "set title '" + title + "' noenhanced\n"
-                       "set xlabel 'ns per ray'\nset ylabel 'position error of 90 % of the rays, scene units'\n"
-                       "pick(method, precision) = strcol(1) eq method && strcol(2) eq 'packet' && strcol(3) eq precision\n"
-                       "plot";
+    std::string text =
+        "# Error against run time, from results.csv beside this script: gnuplot plot.gp writes plot.svg.\n"
+        "set terminal svg size 900,620 font 'sans,12' background rgb 'white'\n"
+        "set output 'plot.svg'\n"
+        "set datafile separator ','\n"
+        "set logscale xy\nset format y '10^{%L}'\nset grid\nset key outside right\n"
+        "set title '" +
+        title +
+        "' noenhanced\n"
+        "set xlabel 'ns per ray'\nset ylabel 'position error of 90 % of the rays, scene units'\n"
+        "pick(method, precision) = strcol(1) eq method && strcol(2) eq 'packet' && strcol(3) eq precision\n"
+        "plot";
     const char* between = " \\\n    ";
     for (const StudyCurve& curve : study.curves) {
         if (curve.strategy != Strategy::packet) continue;

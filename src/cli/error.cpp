@@ -90,7 +90,9 @@ void tell_result(const ErrorStudy& study, const std::string& directory, const Te
         const StudyCurve& curve = study.curves[best.curve];
         const StudyPoint& point = curve.points[best.point];
         terminal.note(bound + ": " + curve.method + ", " + (curve.info->adaptive ? "tolerance " : "step ") +
-                      shortest(point.step) + ", " + name_of(curve.precision) + ", " + rounded(point.time.median) + " ns per ray");
+                      shortest(point.step) + ", " + name_of(curve.precision) +
+                      (curve.loose ? ", solver_tolerance " + rounded(point.solver_tolerance) : "") + ", " +
+                      rounded(point.time.median) + " ns per ray");
     }
     terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
 }

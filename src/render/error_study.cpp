@@ -14,13 +14,16 @@ namespace {
 constexpr std::size_t drift_rays = 8;
 /// Points that do more work per ray than this many times the cheapest are not worth their wait.
 constexpr double absurd_work = 200, absurd_work_quick = 60;
+/// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
+constexpr double enough_seconds = 0.15;
 constexpr std::uint32_t picture_width = 128;
 
 /// One point of the study with what is needed to time it again.
 struct Timed {
     Variant variant;
     std::size_t curve, point;
-    double estimate = 0;                ///< seconds of one run with and one without surfaces
+    double estimate = 0;  ///< seconds of one run with and one without surfaces
+    unsigned repeats = 0;
     std::vector<double> with, without;  ///< ns per ray
 };
 
@@ -56,8 +59,10 @@ private:
     void choose_drift_rays();
     void climb_all();
     void climb(const Ladder& ladder);
+    bool set_loose_tolerance(Variant& variant) const;
     StudyPoint measure(const Variant& variant, double& estimate);
     void take_times();
+    void keep_times();
     void choose_cheapest();
     Cheapest cheapest(double error, const char* measure, Spread RayErrors::*spread) const;
     void follow_energy();
@@ -106,13 +111,15 @@ void Study::climb(const Ladder& ladder) {
     StudyCurve& curve = study_.curves.emplace_back();
     curve.info = &info_of(plan_, ladder.variant), curve.method = curve.info->name;
     curve.strategy = ladder.variant.kernel->strategy, curve.precision = ladder.variant.kernel->precision;
-    curve.rescaled = ladder.variant.rescaled, curve.own = ladder.own;
-    const double limit = study_.options.quick ? absurd_work_quick : absurd_work;
+    curve.rescaled = ladder.variant.rescaled, curve.own = ladder.own, curve.loose = ladder.loose;
+    const double size = plan_.geometry->kernel_view() ? plan_.geometry->diagonal() : plan_.job.escape_radius;
     std::vector<double> steps, errors;
     Variant variant = ladder.variant;
+    double work_before = 0;
     for (std::size_t n = 0; n < ladder.steps.size() && !stopped(); ++n) {
         variant.step = ladder.steps[n];
-        Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, {}, {}};
+        if (ladder.loose && !set_loose_tolerance(variant)) break;
+        Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, 0, {}, {}};
         const StudyPoint point = measure(variant, timed.estimate);
         curve.points.push_back(point), timed_.push_back(std::move(timed));
         steps.push_back(variant.step), errors.push_back(point.errors.position.p90);
@@ -120,25 +127,43 @@ void Study::climb(const Ladder& ladder) {
         if (point.errors.compared > 0) least_work_ = std::min(least_work_, work);
         const bool enough = n + 1 >= ladder.least;
         const double error = errors.back(), before = n > 0 ? errors[n - 1] : error;
-        if (enough && error < 1e-5 && error > 0.7 * before) {
+        if (enough && error < 1e-5 * size && error > 0.7 * before) {
             curve.stopped = "rounding: a finer step gains nothing";
             break;
         }
-        if ((curve.info->adaptive ? 1.5 : 2.0) * work > limit * least_work_) {
+        const double limit = enough && study_.options.quick ? absurd_work_quick : absurd_work;
+        // Long steps of implicit methods may cost more than shorter ones, whose equations are solved sooner.
+        const bool rises = n > 0 && work > 1.2 * work_before;
+        work_before = work;
+        if (rises && (curve.info->adaptive ? 1.5 : 2.0) * work > limit * least_work_) {
             curve.stopped =
                 "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
             break;
         }
     }
-    const double size = plan_.geometry->kernel_view() ? plan_.geometry->diagonal() : plan_.job.escape_radius;
     const Slope slope = slope_of(steps, errors, curve.info->order, size);
     curve.floor = slope.floor;
     if (!curve.info->adaptive) curve.order = slope.order;
 }
 
+/// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False where
+/// that was not measured, or rounding is all there is.
+bool Study::set_loose_tolerance(Variant& variant) const {
+    for (const StudyCurve& curve : study_.curves) {
+        if (curve.info != &info_of(plan_, variant) || curve.loose || curve.precision != Precision::float64) continue;
+        for (const StudyPoint& point : curve.points) {
+            if (point.step != variant.step || !(point.errors.direction.p50 > 1e-13)) continue;
+            variant.solver_tolerance = 0.01 * std::min(1.0, point.errors.direction.p50);
+            return true;
+        }
+    }
+    return false;
+}
+
 StudyPoint Study::measure(const Variant& variant, double& estimate) {
     StudyPoint point;
     point.step = variant.step;
+    point.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan_.job.solver_tolerance;
     const double rays = double(study_.sample.starts.size());
     {
         PlanAs as(plan_, variant);
@@ -169,11 +194,18 @@ Timing timing_of(std::vector<double> times) {
 /// The repetitions are interleaved: what disturbs the machine for a while disturbs every method.
 void Study::take_times() {
     double total = 0, done = 0;
-    for (const Timed& timed : timed_) total += timed.estimate * study_.options.repeats;
+    unsigned most = 0;
+    for (Timed& timed : timed_) {
+        // Short runs are disturbed more easily, and cost little to repeat.
+        const double wanted = std::min(4.0, std::ceil(enough_seconds / (timed.estimate * study_.options.repeats)));
+        timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, wanted));
+        total += timed.estimate * timed.repeats, most = std::max(most, timed.repeats);
+    }
     const double rays = double(study_.sample.starts.size());
-    for (unsigned repeat = 0; repeat < study_.options.repeats; ++repeat)
+    for (unsigned repeat = 0; repeat < most; ++repeat)
         for (Timed& timed : timed_) {
-            if (stopped()) break;
+            if (stopped()) return keep_times();
+            if (repeat >= timed.repeats) continue;
             PlanAs as(plan_, timed.variant);
             as.on_threads(study_.options.threads);
             std::vector<RayEnd> ends;
@@ -183,6 +215,10 @@ void Study::take_times() {
             done += timed.estimate;
             tell(0.3 + 0.65 * done / total);
         }
+    keep_times();
+}
+
+void Study::keep_times() {
     for (const Timed& timed : timed_) {
         StudyPoint& point = study_.curves[timed.curve].points[timed.point];
         point.time = timing_of(timed.with), point.time_without = timing_of(timed.without);
@@ -216,7 +252,8 @@ const Timed* Study::nearest_in_work(const std::string& method, double gradients)
     double least = std::numeric_limits<double>::infinity();
     for (const Timed& timed : timed_) {
         const StudyCurve& curve = study_.curves[timed.curve];
-        if (curve.method != method || curve.strategy != Strategy::packet || curve.precision != Precision::float64) continue;
+        if (curve.method != method || curve.loose || curve.strategy != Strategy::packet || curve.precision != Precision::float64)
+            continue;
         const double off = std::abs(std::log(std::max(1.0, curve.points[timed.point].gradients) / gradients));
         if (off < least) least = off, nearest = &timed;
     }
@@ -230,7 +267,7 @@ std::vector<const Timed*> Study::rivals() const {
     double least = std::numeric_limits<double>::infinity();
     for (const Timed& timed : timed_) {
         const StudyCurve& curve = study_.curves[timed.curve];
-        if (!curve.own || curve.strategy != Strategy::packet || curve.precision != Precision::float64) continue;
+        if (!curve.own || curve.loose || curve.strategy != Strategy::packet || curve.precision != Precision::float64) continue;
         const double wanted = curve.info->adaptive ? plan_.job.tolerance : plan_.job.step;
         const double off = std::abs(std::log(timed.variant.step / wanted));
         if (off < least) least = off, mine = &timed;

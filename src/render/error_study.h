@@ -13,7 +13,7 @@ struct StudyOptions {
     bool quick = false;                     ///< a handful of methods, in double precision
     bool full = false;                      ///< every method one ray at a time too
     unsigned threads = 1;                   ///< of the timed runs
-    unsigned repeats = 5;
+    unsigned repeats = 5;                   ///< at least
 };
 
 /// ns per ray over the repeated runs.
@@ -23,9 +23,10 @@ struct Timing {
 
 /// One method at one step.
 struct StudyPoint {
-    double step = 0;      ///< of adaptive methods: the tolerance
-    Timing time;          ///< with the scene's surfaces
-    Timing time_without;  ///< no surfaces, no intersection: rays run on until they leave the scene
+    double step = 0;              ///< of adaptive methods: the tolerance
+    double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
+    Timing time;                  ///< with the scene's surfaces
+    Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene
     double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
     double steps_without = 0;                                      ///< per ray, without surfaces
     double occupancy = 1;                                          ///< active lane-steps over issued ones
@@ -40,7 +41,8 @@ struct StudyCurve {
     Precision precision{};
     const IntegratorInfo* info = nullptr;
     bool rescaled = false;
-    bool own = false;             ///< the scene's own method
+    bool loose = false;  ///< implicit equations solved to a hundredth of the error of the same step, not as the scene says
+    bool own = false;    ///< the scene's own method
     std::optional<double> order;  ///< slope of position error (p90) over step, above the floor; none for adaptive methods
     double floor = 0;             ///< least position error (p90) reached
     std::string stopped;          ///< why there are no finer steps

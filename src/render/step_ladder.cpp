@@ -35,9 +35,16 @@ std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
 struct Way {
     Strategy strategy;
     Precision precision;
+    bool loose = false;
 };
+constexpr Way ways[] = {{Strategy::packet, Precision::float64},
+                        {Strategy::packet, Precision::float64, true},
+                        {Strategy::packet, Precision::float32},
+                        {Strategy::scalar, Precision::float64},
+                        {Strategy::scalar, Precision::float32}};
 
-bool worth_it(const IntegratorInfo& info, const Way& way, const LadderChoice& choice, bool own) {
+bool worth_it(const Plan& plan, const IntegratorInfo& info, const Way& way, const LadderChoice& choice, bool own) {
+    if (way.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
     if (way.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
     if (way.precision == Precision::float32 && choice.quick && !own) return false;
     return way.strategy == Strategy::packet || own || choice.full;
@@ -52,18 +59,17 @@ std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice,
         return !choice.quick || name == own || std::count(std::begin(quick_methods), std::end(quick_methods), name) > 0;
     };
     std::vector<Ladder> ladders;
-    for (const Way& way : {Way{Strategy::packet, Precision::float64}, Way{Strategy::packet, Precision::float32},
-                           Way{Strategy::scalar, Precision::float64}, Way{Strategy::scalar, Precision::float32}})
+    for (const Way& way : ways)
         for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i) {
             const IntegratorInfo& info = plan.module->integrators[i];
-            if (!wanted(info.name) || !worth_it(info, way, choice, info.name == own)) continue;
+            if (!wanted(info.name) || !worth_it(plan, info, way, choice, info.name == own)) continue;
             const auto variant = find_variant(plan, info.name, way.strategy, way.precision, 0);
             if (!variant) {
                 if (std::count(refused.begin(), refused.end(), info.name) == 0) refused.push_back(info.name);
                 continue;
             }
             Ladder& ladder = ladders.emplace_back();
-            ladder.variant = *variant, ladder.own = info.name == own;
+            ladder.variant = *variant, ladder.own = info.name == own, ladder.loose = way.loose;
             ladder.steps = steps_of(plan, *variant);
         }
     return ladders;

@@ -13,14 +13,15 @@ struct Ladder {
     std::vector<double> steps;  ///< of adaptive methods: tolerances; the coarsest first
     std::size_t least = 5;      ///< steps to take even where rounding already rules
     bool own = false;           ///< the scene's own method
+    bool loose = false;         ///< implicit equations are solved no further than the step's own error deserves
 };
 
 struct LadderChoice {
     bool quick = false, full = false;
 };
 
-/// Packets in double precision first, then in float where that suffices, then one ray at a time. Methods that the space cannot
-/// serve go into `refused`.
+/// Packets in double precision first, implicit methods loosely solved behind them, then float where that suffices, then one ray
+/// at a time. Methods that the space cannot serve go into `refused`.
 std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused);
 
 /// What a finished ladder shows: errors in scene units, the coarsest step first.

@@ -35,8 +35,8 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
         module.hamiltonians[plan.job.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
     for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
         if (method != module.integrators[i].name) continue;
-        if (rescales && !module.refusal(plan.job.hamiltonian, i, true)) return Variant{i, true, kernel, step};
-        if (!module.refusal(plan.job.hamiltonian, i, false)) return Variant{i, false, kernel, step};
+        if (rescales && !module.refusal(plan.job.hamiltonian, i, true)) return Variant{i, true, kernel, step, -1};
+        if (!module.refusal(plan.job.hamiltonian, i, false)) return Variant{i, false, kernel, step, -1};
     }
     return {};
 }
@@ -45,6 +45,7 @@ PlanAs::PlanAs(Plan& plan, const Variant& variant) : plan_(plan), job_(plan.job)
     plan.job.max_steps = allowed_steps(plan, variant);
     plan.job.integrator = variant.integrator, plan.job.rescaled = variant.rescaled;
     (info_of(plan, variant).adaptive ? plan.job.tolerance : plan.job.step) = variant.step;
+    if (variant.solver_tolerance >= 0) plan.job.solver_tolerance = variant.solver_tolerance;
     plan.kernel = variant.kernel;
 }
 

@@ -12,7 +12,8 @@ struct Variant {
     std::uint32_t integrator = 0;
     bool rescaled = false;
     const KernelInfo* kernel = nullptr;
-    double step = 0;  ///< of adaptive methods: the tolerance
+    double step = 0;               ///< of adaptive methods: the tolerance
+    double solver_tolerance = -1;  ///< of implicit equations; negative: the scene's
 };
 
 const IntegratorInfo& info_of(const Plan& plan, const Variant& variant);

@@ -173,7 +173,10 @@ std::string draw(const Series& series, const Scale& x, const Scale& y) {
     }
     return "<path d=\"" + path + "\" style=\"fill:none;stroke:" + series.color +
            ";stroke-width:" + (series.strong ? "2.8" : "1.4") + ";stroke-linejoin:round" +
-           (series.dashed ? ";stroke-dasharray:5 4" : "") + "\"/>\n" + marks;
+           (series.dashed   ? ";stroke-dasharray:5 4"
+            : series.dotted ? ";stroke-dasharray:1.5 3"
+                            : "") +
+           "\"/>\n" + marks;
 }
 
 /// Where a line ends that is labelled, and where its label goes.

@@ -14,7 +14,7 @@ struct Series {
     std::string label;
     std::string color;  ///< CSS
     Mark mark = Mark::circle;
-    bool dashed = false;
+    bool dashed = false, dotted = false;
     bool strong = false;                        ///< drawn thicker, and above the others
     std::vector<std::array<double, 2>> points;  ///< those that an axis cannot show are left out
     std::vector<std::string> tips;              ///< shown over each point; may be empty

@@ -26,8 +26,10 @@ bool emphasised(const StudyCurve& curve) {
 
 Series series_of(const StudyCurve& curve, Work work) {
     const MethodStyle style = style_of(curve.method);
-    Series series{curve.method, style.color, style.mark, false, emphasised(curve) && curve.precision == Precision::float64,
+    Series series{curve.method, style.color, style.mark,
+                  false,        false,       emphasised(curve) && curve.precision == Precision::float64 && !curve.loose,
                   {},           {}};
+    if (curve.loose) series.label += " loose", series.dotted = true;
     if (curve.precision == Precision::float32) series.label += " float", series.dashed = true;
     for (const StudyPoint& point : curve.points) {
         series.points.push_back({work == Work::nanoseconds ? point.time.median : point.gradients, point.errors.pixels.p90});
@@ -51,8 +53,7 @@ std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work
     LineChart chart;
     const bool time = work == Work::nanoseconds;
     chart.title = std::string("Pixel error against ") + (time ? "run time" : "gradient evaluations") + " for " + plan.scene.path;
-    chart.x.title = time ? "run time per ray, ns (median of " + std::to_string(study.options.repeats) + " runs)"
-                         : "gradient evaluations per ray";
+    chart.x.title = time ? "run time per ray, ns (median)" : "gradient evaluations per ray";
     chart.y.title = "error of 90 % of the rays, pixels";
     for (const StudyCurve& curve : study.curves) {
         if (curve.strategy != Strategy::packet) continue;
@@ -75,7 +76,7 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
     for (const EnergyTrace& trace : study.energy) {
         const MethodStyle style = style_of(trace.method);
         const bool own = trace.method == plan.scene.integrator.method;
-        Series series{trace.method, style.color, trace.points.size() > 60 ? Mark::none : style.mark, false, own, {}, {}};
+        Series series{trace.method, style.color, trace.points.size() > 60 ? Mark::none : style.mark, false, false, own, {}, {}};
         // Points where the error changes sign are accidents; the floor keeps them from ruling the axis.
         for (std::size_t i = 1; i < trace.points.size(); ++i)
             series.points.push_back({trace.points[i][0], std::max(std::abs(trace.points[i][1]), 1e-17)});
@@ -92,7 +93,7 @@ std::string strategy_chart(const Plan& plan, const ErrorStudy& study) {
     std::optional<double> slowest;
     for (const Strategy strategy : {Strategy::scalar, Strategy::packet})
         for (const StudyCurve& curve : study.curves) {
-            if (!curve.own || curve.strategy != strategy) continue;
+            if (!curve.own || curve.loose || curve.strategy != strategy) continue;
             const StudyPoint* point = at_scene_step(plan, curve);
             if (!point || !std::isfinite(point->time.median)) continue;
             if (!slowest && curve.precision == Precision::float64) slowest = point->time.median;

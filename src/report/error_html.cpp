@@ -67,8 +67,10 @@ std::string cheapest_section(const ErrorStudy& study) {
         }
         const StudyCurve& curve = study.curves[best.curve];
         const StudyPoint& point = curve.points[best.point];
-        rows.push_back({bound_text(best), "<b>" + html_text(curve.method) + "</b>", name_of(curve.precision),
-                        step_text(curve, point.step), time_text(point.time.median), html_number(point.gradients)});
+        rows.push_back(
+            {bound_text(best),
+             "<b>" + html_text(curve.method) + "</b>" + (curve.loose ? ", solved to " + html_number(point.solver_tolerance) : ""),
+             name_of(curve.precision), step_text(curve, point.step), time_text(point.time.median), html_number(point.gradients)});
     }
     return "<section class=\"keep\"><h2>Cheapest method for an error</h2>\n" +
            html_table({"99 % of the rays within", "method", "precision", "step", "per ray", "gradients"}, rows, 4) +
@@ -88,7 +90,7 @@ std::string legend() {
 std::string order_section(const ErrorStudy& study) {
     Rows rows;
     for (const StudyCurve& curve : study.curves) {
-        if (curve.strategy != Strategy::packet || curve.precision != Precision::float64) continue;
+        if (curve.strategy != Strategy::packet || curve.precision != Precision::float64 || curve.loose) continue;
         rows.push_back({"<span style=\"color:" + style_of(curve.method).color + "\">■</span> " + html_text(curve.method) +
                             (curve.own ? " <b>(the scene's)</b>" : ""),
                         html_text(curve.info->what), curve.rescaled ? "yes" : "no",
@@ -179,7 +181,7 @@ std::string reference_section(const ErrorStudy& study) {
            " (99 %), " + html_number(r.uncertainty.max) + " at most. " +
            (r.undecided ? html_number(double(r.undecided)) + " rays on which the two disagree are left out. "
                         : std::string("On how each ray ends they agree throughout. ")) +
-           "Times are medians of " + std::to_string(study.options.repeats) + " interleaved runs on " +
+           "Times are medians of at least " + std::to_string(study.options.repeats) + " interleaved runs on " +
            std::to_string(study.options.threads) + (study.options.threads == 1 ? " thread" : " threads") + ".</p></section>\n";
 }
 
@@ -197,7 +199,8 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
             "Error against run time", work_precision_chart(plan, study, Work::nanoseconds),
             "Each mark is one step size; steps are halved from left to right. Lower is more exact, further left is quicker: the "
             "best method for an error is the "
-            "leftmost line at its height. Dashed: single precision. Thick: the scene's own method and the recipe as printed.") +
+            "leftmost line at its height. Dashed: single precision. Dotted: implicit equations solved to a hundredth of the "
+            "step's own error instead of as the scene asks. Thick: the scene's own method and the recipe as printed.") +
         legend();
     body += figure("Error against work", work_precision_chart(plan, study, Work::gradients),
                    "The same errors over evaluations of the gradient of H, which do not depend on the machine. Where a method is "

@@ -55,7 +55,8 @@ Json json_of(const StudyPoint& point) {
             {"steps_per_ray_without_surfaces", point.steps_without},
             {"queries_per_ray", point.queries},
             {"iterations_per_ray", point.iterations},
-            {"lane_occupancy", point.occupancy}};
+            {"lane_occupancy", point.occupancy},
+            {"solver_tolerance", point.solver_tolerance}};
 }
 
 Json json_of(const StudyCurve& curve) {
@@ -69,6 +70,7 @@ Json json_of(const StudyCurve& curve) {
             {"stated_order", curve.info->order},
             {"adaptive", curve.info->adaptive},
             {"rescaled", curve.rescaled},
+            {"loose", curve.loose},
             {"floor", curve.floor},
             {"stopped", curve.stopped.empty() ? Json() : Json(curve.stopped)}};
 }
@@ -84,6 +86,7 @@ Json cheapest_json(const ErrorStudy& study) {
             row["ns_per_ray"] = point.time.median;
         }
         row["measure"] = best.measure;
+        row["solver_tolerance"] = best.found ? Json(study.curves[best.curve].points[best.point].solver_tolerance) : Json();
         all.push_back(row);
     }
     return all;

@@ -36,6 +36,8 @@ std::string row_of(const StudyCurve& curve, const StudyPoint& point) {
     append(row, point.queries);
     append(row, point.iterations);
     append(row, point.occupancy);
+    append(row, point.solver_tolerance);
+    row += curve.loose ? ",yes" : ",no";
     return row + '\n';
 }
 
@@ -43,7 +45,8 @@ constexpr const char* header =
     "method,strategy,precision,step,ns_median,ns_min,ns_max,gradients,steps,"
     "position_p50,position_p90,position_p99,position_max,direction_p50,direction_p90,direction_p99,direction_max,"
     "pixels_p50,pixels_p90,pixels_p99,pixels_max,above_quarter_pixel,flips,drift_max,drift_first_tenth,drift_last_tenth,"
-    "ns_without_surfaces_median,ns_without_surfaces_min,ns_without_surfaces_max,queries,iterations,lane_occupancy\n";
+    "ns_without_surfaces_median,ns_without_surfaces_min,ns_without_surfaces_max,queries,iterations,lane_occupancy,solver_"
+    "tolerance,loose\n";
 
 }  // namespace
 
@@ -67,15 +70,20 @@ std::string error_plot(const Plan& plan, const ErrorStudy& study) {
         title +
         "' noenhanced\n"
         "set xlabel 'ns per ray'\nset ylabel 'position error of 90 % of the rays, scene units'\n"
-        "pick(method, precision) = strcol(1) eq method && strcol(2) eq 'packet' && strcol(3) eq precision\n"
+        "pick(method, precision, loose) = strcol(1) eq method && strcol(2) eq 'packet' && strcol(3) eq precision && strcol(34) "
+        "eq loose\n"
         "plot";
     const char* between = " \\\n    ";
     for (const StudyCurve& curve : study.curves) {
         if (curve.strategy != Strategy::packet) continue;
         const std::string precision = name_of(curve.precision);
-        text += std::string(between) + "'results.csv' skip 1 using (pick('" + curve.method + "', '" + precision +
-                "') ? $5 : 1/0):(column(11) > 0 ? column(11) : 1/0) with linespoints title '" + curve.method +
-                (curve.precision == Precision::float32 ? " float" : "") + "' noenhanced";
+        text += std::string(between) + "'results.csv' skip 1 using (pick('" + curve.method + "', '" + precision + "', '" +
+                (curve.loose ? "yes" : "no") + "') ? $5 : 1/0):(column(11) > 0 ? column(11) : 1/0) with linespoints title '" +
+                curve.method +
+                (curve.precision == Precision::float32 ? " float"
+                 : curve.loose                         ? " loose"
+                                                       : "") +
+                "' noenhanced";
         between = ", \\\n    ";
     }
     return text + "\n";

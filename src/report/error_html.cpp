@@ -5,7 +5,7 @@
 #include "report/method_style.h"
 #include "report/page.h"
 
-#include <cmath>
+#include <charconv>
 #include <filesystem>
 
 namespace kagero {
@@ -21,6 +21,11 @@ std::string figure(const std::string& heading, const std::string& svg, const std
 
 std::string fact(const std::string& value, const std::string& what) {
     return "<div><b>" + value + "</b><span>" + what + "</span></div>\n";
+}
+
+std::string fixed(double value, int digits) {
+    char buffer[40];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
 }
 
 std::string percent(double share) {
@@ -54,7 +59,7 @@ std::string facts(const Plan& plan, const ErrorStudy& study) {
                      html_text(reference.confirmed_by) + ", 99 % of the rays");
     text += fact(html_text(plan.module->isa) + ", " + std::to_string(study.options.threads) +
                      (study.options.threads == 1 ? " thread" : " threads"),
-                 html_text(processor_name()) + "; " + html_text(plan.module->compiler));
+                 html_text(processor_name()) + "; kernels by compiler " + html_text(plan.module->compiler));
     return text + "</div>\n";
 }
 
@@ -95,7 +100,7 @@ std::string order_section(const ErrorStudy& study) {
                             (curve.own ? " <b>(the scene's)</b>" : ""),
                         html_text(curve.info->what), curve.rescaled ? "yes" : "no",
                         curve.info->adaptive ? "adaptive" : std::to_string(curve.info->order),
-                        curve.order ? html_number(std::round(100 * *curve.order) / 100) : "–", html_number(curve.floor)});
+                        curve.order ? fixed(*curve.order, 2) : "–", html_number(curve.floor)});
     }
     return "<section><h2>Observed order</h2>\n" +
            html_table({"method", "", "rescaled time", "stated", "observed", "least error"}, rows, 2) +
@@ -112,7 +117,7 @@ std::string pictures_section(const ErrorStudy& study) {
     Rows rows;
     for (const PictureError& picture : study.pictures)
         rows.push_back({html_text(picture.method), html_number(picture.step), percent(picture.wrong_pixels),
-                        html_number(picture.rms), picture.psnr ? html_number(std::round(10 * *picture.psnr) / 10) + " dB" : "∞",
+                        html_number(picture.rms), picture.psnr ? fixed(*picture.psnr, 1) + " dB" : "∞",
                         html_number(1000 * picture.seconds) + " ms"});
     return "<section class=\"keep\"><h2>What it does to the picture</h2>\n" +
            html_table({"method", "step", "wrong pixels", "RMS", "PSNR", "rendering"}, rows, 1) +

@@ -9,25 +9,29 @@ struct Family {
     Mark mark;
 };
 constexpr Family families[] = {
-    {"satoh", 2, 72, Mark::cross},    {"euler", 2, 72, Mark::cross},    {"ks-", 282, 45, Mark::diamond},
-    {"srkn", 185, 70, Mark::diamond}, {"gauss", 140, 55, Mark::circle}, {"midpoint", 140, 55, Mark::circle},
-    {"rk", 214, 78, Mark::square},    {"dp", 214, 78, Mark::square},    {"", 32, 85, Mark::triangle},
+    {"satoh", 354, 72, Mark::cross},  {"euler", 354, 72, Mark::cross},  {"ks-", 282, 45, Mark::diamond},
+    {"srkn", 180, 70, Mark::diamond}, {"gauss", 132, 55, Mark::circle}, {"midpoint", 132, 55, Mark::circle},
+    {"rk", 215, 78, Mark::square},    {"dp", 215, 78, Mark::square},    {"", 34, 88, Mark::triangle},
 };
 
-/// The same for a name in every run: lighter and darker shades tell siblings apart.
-int lightness_of(const std::string& method) {
+/// Shades tell siblings apart; a name has the same one in every run.
+struct Shade {
+    int hue, lightness;
+};
+Shade shade_of(const std::string& method) {
     unsigned sum = 0;
     for (const char c : method) sum = 31 * sum + static_cast<unsigned char>(c);
-    return 36 + static_cast<int>(sum % 5) * 4;
+    return {static_cast<int>(sum / 3 % 3) * 12 - 12, 34 + static_cast<int>(sum % 3) * 8};
 }
 
 }  // namespace
 
 MethodStyle style_of(const std::string& method) {
+    const Shade shade = shade_of(method);
     for (const Family& family : families)
         if (method.starts_with(family.prefix))
-            return {"hsl(" + std::to_string(family.hue) + " " + std::to_string(family.saturation) + "% calc(" +
-                        std::to_string(lightness_of(method)) + "% + var(--shade)))",
+            return {"hsl(" + std::to_string(family.hue + shade.hue) + " " + std::to_string(family.saturation) + "% calc(" +
+                        std::to_string(shade.lightness) + "% + var(--shade)))",
                     family.mark};
     return {"var(--ink)", Mark::circle};
 }

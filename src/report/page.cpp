@@ -45,11 +45,13 @@ table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabu
 th, td { padding: .28rem .6rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th { font-weight: 600; color: var(--soft); border-bottom: 1.5px solid var(--ink); vertical-align: bottom; }
 th.word, td.word { text-align: left; white-space: normal; }
+td.word:first-child { white-space: nowrap; }
 .key { white-space: nowrap; margin-right: 1.2em; }
 tr:hover td { background: var(--panel); }
 details { border-bottom: 1px solid var(--line); padding: .3rem 0; }
 summary { cursor: pointer; font-size: .95rem; }
 summary small { color: var(--soft); font-size: .86rem; margin-left: .5rem; }
+sup { line-height: 0; font-size: .75em; }
 code { font: .92em ui-monospace, "DejaVu Sans Mono", monospace; }
 footer { margin-top: 3rem; border-top: 1px solid var(--line); padding-top: .8rem; color: var(--soft); font-size: .85rem; }
 .bad { color: var(--mark); font-weight: 600; }

@@ -16,6 +16,8 @@ constexpr std::size_t drift_rays = 8;
 constexpr double absurd_work = 200, absurd_work_quick = 60;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;
+/// A ray that takes so many times as many steps as the longest that ends does not end; but never fewer steps than this.
+constexpr std::uint32_t far_beyond = 10, least_steps = 200;
 constexpr std::uint32_t picture_width = 128;
 
 /// One point of the study with what is needed to time it again.
@@ -36,7 +38,9 @@ public:
 
     ErrorStudy run() {
         study_.sample = sample_rays(plan_, study_.options.width, study_.options.height);
+        bound_steps();
         reference_ = trace_reference(plan_, study_.sample, study_.reference);
+        keep_decided();
         for (std::size_t i = 0; i < reference_.ends.size(); ++i)
             study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
         choose_drift_rays();
@@ -56,6 +60,8 @@ private:
     void tell(double done) const {
         if (progress_) progress_(done, seconds());
     }
+    void bound_steps();
+    void keep_decided();
     void choose_drift_rays();
     void climb_all();
     void climb(const Ladder& ladder);
@@ -81,6 +87,33 @@ private:
     std::vector<Timed> timed_;
     double least_work_ = std::numeric_limits<double>::infinity();
 };
+
+/// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end far beyond
+/// the longest ray that ends by itself.
+void Study::bound_steps() {
+    std::vector<RayEnd> ends;
+    trace(plan_, study_.sample.starts, ends);
+    std::uint32_t longest = 1;
+    for (const RayEnd& end : ends)
+        if (end.status != Status::step_limit) longest = std::max(longest, end.steps);
+    plan_.job.max_steps = std::min(plan_.job.max_steps, std::max(least_steps, far_beyond * longest));
+}
+
+/// Rays without a reference have no error; they would only take time.
+void Study::keep_decided() {
+    std::size_t kept = 0;
+    SampleRays& sample = study_.sample;
+    for (std::size_t i = 0; i < reference_.ends.size(); ++i) {
+        if (!reference_.decided[i]) continue;
+        sample.starts[kept] = sample.starts[i], sample.pixels[kept] = sample.pixels[i];
+        reference_.ends[kept] = reference_.ends[i], reference_.conditioning[kept] = reference_.conditioning[i];
+        ++kept;
+    }
+    if (kept == 0) throw RunError("no ray of this scene ends in a way that two methods agree on: there is no error to measure");
+    sample.starts.resize(kept), sample.pixels.resize(kept);
+    reference_.ends.resize(kept), reference_.conditioning.resize(kept);
+    reference_.decided.assign(kept, true);
+}
 
 /// Spread over the picture, and well-conditioned: their energy says something of the method, not of the ray.
 void Study::choose_drift_rays() {
@@ -293,13 +326,18 @@ void Study::compare_pictures() {
     if (plan_.straight || stopped()) return;
     std::vector<Variant> variants;
     for (const Timed* timed : rivals()) variants.push_back(timed->variant);
-    study_.pictures = picture_errors(plan_, picture_width, reference_variant(plan_), variants, stop_);
+    study_.pictures = picture_errors(plan_, picture_width, study_.reference.variant, variants, stop_);
     tell(1);
 }
 
 }  // namespace
 
 ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
+    struct Restore {
+        Plan& plan;
+        std::uint32_t max_steps = plan.job.max_steps;
+        ~Restore() { plan.job.max_steps = max_steps; }
+    } const restore{plan};
     return Study(plan, options, progress, stop).run();
 }
 

@@ -14,7 +14,9 @@ std::unique_ptr<Plan> small_plan(const Plan& plan, std::uint32_t width) {
     scene.film.layers = {"color"};
     Options options = plan.options;
     options.crop = {0, 0, 0, 0};
-    return make_plan(std::move(scene), options);
+    auto small = make_plan(std::move(scene), options);
+    small->job.max_steps = plan.job.max_steps;
+    return small;
 }
 
 Film picture(Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {

@@ -8,6 +8,7 @@ namespace kagero {
 
 /// How the reference was made, and what is left of doubt.
 struct ReferenceStory {
+    Variant variant;  ///< of `method`
     std::string method, confirmed_by;
     double step = 0;  ///< of `method`; its tolerance if that is adaptive
     double confirmed_step = 0;
@@ -19,10 +20,7 @@ struct ReferenceStory {
     std::uint64_t status[status_count] = {};
 };
 
-/// The method and step that references are made with. Throws RunError where the space has none.
-Variant reference_variant(const Plan& plan);
-
-/// Throws RunError where the space has no two methods to compare.
+/// Tries pairs of methods until two agree, and takes the closest. Throws RunError where the space has no two methods to compare.
 ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story);
 
 }  // namespace kagero

@@ -12,8 +12,8 @@ const KernelInfo* find_kernel(const Module& module, Strategy strategy, Precision
     return nullptr;
 }
 
-/// Steps of adaptive methods are as long as they like; those of a hundredth of the scene's are rare.
-constexpr double adaptive_allowance = 100;
+/// Steps of adaptive methods are as long as they like; on the average those of a tenth of the scene's are rare.
+constexpr double adaptive_allowance = 10;
 
 std::uint32_t allowed_steps(const Plan& plan, const Variant& variant) {
     const double share = info_of(plan, variant).adaptive ? adaptive_allowance : std::max(1.0, plan.job.step / variant.step);

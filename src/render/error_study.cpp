@@ -16,8 +16,10 @@ constexpr std::size_t drift_rays = 8;
 constexpr double absurd_work = 200, absurd_work_quick = 60;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;
-/// A ray that takes so many times as many steps as the longest that ends does not end; but never fewer steps than this.
-constexpr std::uint32_t far_beyond = 10, least_steps = 200;
+/// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
+/// this.
+constexpr double far_beyond = 30;
+constexpr std::uint32_t least_steps = 1000;
 constexpr std::uint32_t picture_width = 128;
 
 /// One point of the study with what is needed to time it again.
@@ -89,14 +91,15 @@ private:
 };
 
 /// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end far beyond
-/// the longest ray that ends by itself.
+/// what the middle one of those needs that end by themselves.
 void Study::bound_steps() {
     std::vector<RayEnd> ends;
     trace(plan_, study_.sample.starts, ends);
-    std::uint32_t longest = 1;
+    std::vector<double> steps;
     for (const RayEnd& end : ends)
-        if (end.status != Status::step_limit) longest = std::max(longest, end.steps);
-    plan_.job.max_steps = std::min(plan_.job.max_steps, std::max(least_steps, far_beyond * longest));
+        if (end.status != Status::step_limit) steps.push_back(end.steps);
+    const auto enough = static_cast<std::uint32_t>(std::min(1e9, far_beyond * spread_of(std::move(steps)).p50));
+    plan_.job.max_steps = std::min(plan_.job.max_steps, std::max(least_steps, enough));
 }
 
 /// Rays without a reference have no error; they would only take time.

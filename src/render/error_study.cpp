@@ -180,15 +180,16 @@ void Study::climb(const Ladder& ladder) {
     const Slope slope = slope_of(steps, errors, curve.info->order, size);
     curve.floor = slope.floor;
     if (!curve.info->adaptive) curve.order = slope.order;
+    if (curve.points.empty()) study_.curves.pop_back();
 }
 
 /// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False where
-/// that was not measured, or rounding is all there is.
+/// that was not measured, rounding is all there is, or this space leaves no equations to solve.
 bool Study::set_loose_tolerance(Variant& variant) const {
     for (const StudyCurve& curve : study_.curves) {
         if (curve.info != &info_of(plan_, variant) || curve.loose || curve.precision != Precision::float64) continue;
         for (const StudyPoint& point : curve.points) {
-            if (point.step != variant.step || !(point.errors.direction.p50 > 1e-13)) continue;
+            if (point.step != variant.step || !(point.errors.direction.p50 > 1e-13) || point.iterations == 0) continue;
             variant.solver_tolerance = 0.01 * std::min(1.0, point.errors.direction.p50);
             return true;
         }

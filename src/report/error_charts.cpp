@@ -47,25 +47,56 @@ const StudyPoint* at_scene_step(const Plan& plan, const StudyCurve& curve) {
     return nearest;
 }
 
-}  // namespace
+/// Curves that the first charts show: few enough to be told apart.
+bool represents(const ErrorStudy& study, std::size_t index) {
+    const StudyCurve& curve = study.curves[index];
+    if (curve.strategy != Strategy::packet) return false;
+    if (curve.own) return true;
+    for (const Cheapest& best : study.cheapest)
+        if (best.found && best.curve == index) return true;
+    if (curve.precision == Precision::float32 || curve.loose) return false;
+    for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "ks-s10", "rk4", "dp54", "gauss8"})
+        if (curve.method == name) return true;
+    return false;
+}
 
-std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work work) {
+std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vector<const StudyCurve*>& curves, Work work) {
     LineChart chart;
     const bool time = work == Work::nanoseconds;
     chart.title = std::string("Pixel error against ") + (time ? "run time" : "gradient evaluations") + " for " + plan.scene.path;
     chart.x.title = time ? "run time per ray, ns (median)" : "gradient evaluations per ray";
     chart.y.title = "error of 90 % of the rays, pixels";
-    for (const StudyCurve& curve : study.curves) {
-        if (curve.strategy != Strategy::packet) continue;
-        // Work does not depend on precision; drawing both would only double the lines.
-        if (!time && curve.precision == Precision::float32) continue;
-        chart.series.push_back(series_of(curve, work));
-    }
+    for (const StudyCurve* curve : curves) chart.series.push_back(series_of(*curve, work));
     chart.bounds = {{0.25, "¼ pixel"}, {1e-3, "1/1000 pixel"}};
     chart.doubtful = study.reference.pixels.p90;
     chart.doubtful_label = "below the reference's own uncertainty";
     chart.least_y = std::max(1e-15, 0.1 * study.reference.pixels.p90);
     return svg_of(chart);
+}
+
+}  // namespace
+
+std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work work) {
+    std::vector<const StudyCurve*> curves;
+    for (std::size_t i = 0; i < study.curves.size(); ++i) {
+        const StudyCurve& curve = study.curves[i];
+        // Work does not depend on precision; drawing both would only double the lines.
+        if (curve.precision == Precision::float32 && work == Work::gradients) continue;
+        if (represents(study, i)) curves.push_back(&curve);
+    }
+    return chart_of(plan, study, curves, work);
+}
+
+std::string family_chart(const Plan& plan, const ErrorStudy& study, const std::string& example) {
+    std::vector<const StudyCurve*> curves;
+    bool more = false;
+    for (std::size_t i = 0; i < study.curves.size(); ++i) {
+        const StudyCurve& curve = study.curves[i];
+        if (curve.strategy != Strategy::packet || !same_family(curve.method, example)) continue;
+        curves.push_back(&curve);
+        more |= !represents(study, i);
+    }
+    return more ? chart_of(plan, study, curves, Work::nanoseconds) : "";
 }
 
 std::string energy_chart(const Plan& plan, const ErrorStudy& study) {

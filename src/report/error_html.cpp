@@ -92,6 +92,16 @@ std::string legend() {
     return text + "</p>\n";
 }
 
+/// Every method beside its siblings, where the first chart shows one of them only.
+std::string families_section(const Plan& plan, const ErrorStudy& study) {
+    std::string text;
+    for (const MethodFamily& family : method_families())
+        if (const std::string svg = family_chart(plan, study, family.example); !svg.empty())
+            text += figure(std::string("Run time, family by family: ") + family.name, svg,
+                           "All methods of the family; dashed: single precision, dotted: loosely solved.");
+    return text;
+}
+
 std::string order_section(const ErrorStudy& study) {
     Rows rows;
     for (const StudyCurve& curve : study.curves) {
@@ -212,6 +222,7 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
                    "further left here than above, it spends its "
                    "time on something else: intersection, solving equations.");
     body += order_section(study);
+    body += families_section(plan, study);
     if (!study.energy.empty())
         body += figure("H along one ray", energy_chart(plan, study),
                        "The most bent of the well-conditioned rays; each method at the step that needs about as many gradient "

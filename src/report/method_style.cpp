@@ -36,6 +36,15 @@ MethodStyle style_of(const std::string& method) {
     return {"var(--ink)", Mark::circle};
 }
 
+bool same_family(const std::string& a, const std::string& b) {
+    const auto hue = [](const std::string& method) {
+        for (const Family& family : families)
+            if (method.starts_with(family.prefix)) return family.hue;
+        return 0;
+    };
+    return hue(a) == hue(b);
+}
+
 const std::vector<MethodFamily>& method_families() {
     static const std::vector<MethodFamily> all{{"the recipe as printed", "satoh2"},
                                                {"symmetric compositions", "verlet"},

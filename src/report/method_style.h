@@ -12,6 +12,8 @@ struct MethodStyle {
 
 MethodStyle style_of(const std::string& method);
 
+bool same_family(const std::string& a, const std::string& b);
+
 /// What the families are called, with one method of each to ask for its style.
 struct MethodFamily {
     const char* name;

@@ -47,5 +47,7 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
 
 /// The canonical state of the ray through the middle of a pixel.
 RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y);
+/// The same for any point of the film, in pixels from its upper left corner.
+RayStart film_ray(const Plan& plan, double x, double y);
 
 }  // namespace kagero

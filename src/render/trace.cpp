@@ -89,7 +89,11 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
 }
 
 RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y) {
-    return camera_ray(plan, x + 0.5, y + 0.5).start;
+    return film_ray(plan, x + 0.5, y + 0.5);
+}
+
+RayStart film_ray(const Plan& plan, double x, double y) {
+    return camera_ray(plan, x, y).start;
 }
 
 }  // namespace kagero

@@ -72,6 +72,7 @@ private:
     void advance_once(Landing<V>& landing, Encounter<V>* encounter);
     std::uint64_t leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving);
     std::uint64_t crosses_crease(std::uint64_t moving) const;
+    V length_to_crease(std::uint64_t lanes);
     void retry(std::uint64_t bad, std::uint64_t unsolved);
     void repeat(std::uint64_t lanes, const V& length);
     void restart(std::uint64_t lanes, const V& length);
@@ -92,6 +93,7 @@ private:
     Flow<V> flow_;
     V nominal_;                     ///< step length of active lanes, 0 in finished ones
     V worst_energy_;
+    V tried_h_, tried_side_;        ///< of lanes that search for the crease: their last try
     std::uint64_t active_ = 0;
     std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
     V steps_;                       ///< whole numbers, exactly
@@ -124,6 +126,7 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     flow_.start_parameter = flow_.end_parameter = V(S(0));
     flow_.gradients = flow_.open_iterations = steps_ = V(S(0));
     flow_.energy_error = flow_.energy = V(S(0));
+    tried_h_ = tried_side_ = V(S(0));
     task_.begin(flow_);
     worst_energy_ = flow_.energy_error;
     flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
@@ -212,7 +215,7 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
         nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
     }
     if (const std::uint64_t across = task_.kernel.creased ? crosses_crease(moving) : 0) {
-        repeat(across, flow_.h * flow_.start_side / (flow_.start_side - flow_.side));
+        repeat(across, length_to_crease(across));
         moving &= ~across;
     }
     const MaskOf<V> moved = from_bits<V>(moving);
@@ -253,6 +256,19 @@ template <class V>
 std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
     const V on(S(64) * machine_epsilon<S>);
     return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
+}
+
+/// The step that ends on the crease, by the secant through the last two tries, of which the first is the start.
+template <class V>
+V PacketTracer<V>::length_to_crease(std::uint64_t lanes) {
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (rejections_[i] == 0) set_lane(tried_h_, i, S(0)), set_lane(tried_side_, i, get_lane(flow_.start_side, i));
+    }
+    const V next = flow_.h - flow_.side * (flow_.h - tried_h_) / (flow_.side - tried_side_);
+    const MaskOf<V> here = from_bits<V>(lanes);
+    tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.side, tried_side_);
+    return max(min(next, V(S(0.98)) * flow_.h), V(S(0)));
 }
 
 /// Steps that are not accepted are taken again with another length.

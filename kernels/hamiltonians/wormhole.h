@@ -34,7 +34,7 @@ struct Wormhole {
 
     template <class V>
     static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        const V r2 = dot(q, q), stretched = r2 + 0.25 * k.throat * k.throat, shrink = r2 / stretched;
+        const V shrink = 1.0 / (1.0 + 0.25 * k.throat * k.throat / dot(q, q));
         return 0.5 * (shrink * shrink * dot(p, p) - pt * pt);
     }
 

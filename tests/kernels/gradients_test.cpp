@@ -32,6 +32,7 @@ struct Complex {
     friend Complex cos(Complex a) { return std::cos(a.z); }
     friend Complex tan(Complex a) { return std::tan(a.z); }
     friend Complex tanh(Complex a) { return std::tanh(a.z); }
+    friend Complex pick(bool m, Complex a, Complex b) { return m ? a : b; }
     friend Complex min(Complex a, Complex b) { return a < b ? a : b; }
     friend Complex max(Complex a, Complex b) { return a > b ? a : b; }
 };

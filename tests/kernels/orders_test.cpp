@@ -163,7 +163,9 @@ void expect_stated_order(const Method& method, bool rescaled) {
                 EXPECT_LE(p.error, 30 * coefficient_epsilon<V>(method) * p.steps * stages_of(method)) << "not exact";
             continue;
         }
-        if (short_range && points[i].size() < fitted) continue;
+        // In a Luneburg lens rays are harmonic for less than a quarter of a turn: the highest orders make no error to fit.
+        const bool too_exact = motion == Motion::linear && order >= 6;
+        if ((short_range || too_exact) && points[i].size() < fitted) continue;
         ASSERT_GE(points[i].size(), fitted);
         const double at_the_end = slope({points[i].end() - fitted, points[i].end()}), overall = slope(points[i]);
         EXPECT_GE(std::max(at_the_end, overall), order - below);

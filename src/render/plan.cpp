@@ -64,6 +64,18 @@ void aim(CameraRays& rays, const CameraDescription& camera, const FilmDescriptio
     }
 }
 
+/// The greatest momentum, for p_t = 1, that an observer gives to a direction along an axis.
+double start_momentum(const StartMap& map) {
+    double greatest = 0;
+    for (int j = 0; j < 3; ++j)
+        for (const double sign : {1.0, -1.0}) {
+            double p[4];
+            for (int i = 0; i < 4; ++i) p[i] = sign * map.matrix[i][j] + map.offset[i];
+            if (map.unit_pt && p[3] > 0) greatest = std::max(greatest, std::hypot(p[0], p[1], p[2]) / p[3]);
+        }
+    return greatest;
+}
+
 void place_camera(Plan& plan) {
     const SceneDescription& scene = plan.scene;
     aim(plan.camera, scene.camera, scene.film);
@@ -73,6 +85,9 @@ void place_camera(Plan& plan) {
     if (failure != Failure::none)
         throw InputError(scene.camera.position_place,
                          "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
+    // The corners' momenta are as large as any: p depends on the direction linearly, but for the division by p_t.
+    if (needs_double(plan, start_momentum(plan.camera.start)))
+        throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
     check_camera_off_surfaces(plan);
     plan.job.camera = &plan.camera;
 }
@@ -151,6 +166,11 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     return plan;
 }
 
+bool needs_double(const Plan& plan, double momentum) {
+    if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.job.hamiltonian].spacetime) return false;
+    return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
+}
+
 ObserverKind observer_named(const std::string& name) {
     for (const auto& [known, kind] : {std::pair{"static", ObserverKind::static_}, std::pair{"zamo", ObserverKind::zamo},
                                       std::pair{"falling", ObserverKind::falling}, std::pair{"coordinate", ObserverKind::coordinate}})
@@ -176,6 +196,8 @@ const char* describe(Failure failure) {
         case Failure::no_momentum: return "no momentum with this direction exists here";
         case Failure::not_converged: return "an implicit step has no solution, even at 1/256 of its length";
         case Failure::not_finite: return "the state left the range of the number type";
+        case Failure::energy_lost: return "a step loses the Hamiltonian's value, even at 1/256 of its length";
+        case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }
     return "unknown";
 }

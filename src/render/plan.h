@@ -46,6 +46,9 @@ Catalogue catalogue(const std::string& isa);
 /// `with_camera` is false for `trace`, which has its own rays.
 std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera = true);
 
+/// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
+bool needs_double(const Plan& plan, double momentum);
+
 /// "static" | "zamo" | "falling" | "coordinate"
 ObserverKind observer_named(const std::string& name);
 const char* name_of(Strategy);

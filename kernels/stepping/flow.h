@@ -29,7 +29,7 @@ struct Flow {
     V end_parameter;
     V energy_error;            ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;                  ///< H at the end
-    V energy_size;             ///< |p·∂H/∂p| + |H0| at the end
+    V energy_size;             ///< |p||∂H/∂p| + |H0| at the end
     MaskOf<V> energy_holds;    ///< the step has not lost H
     V domain;                  ///< ≤ 0 where the ray has left the medium at the end
     V side;                    ///< changes sign where H is not smooth
@@ -41,6 +41,8 @@ struct Flow {
     V gradients;               ///< derivative evaluations of each ray, accumulated
 
     // Carried from step to step by the stepper.
+    V carry[6] = {};           ///< what rounding has cut off the state at the start (Gauss)
+    V next_carry[6] = {};      ///< … and at the end
     V stage[max_stages][6];    ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
 
     // Iterations of implicit solves, accumulated: those that each ray needed, and those that the packet ran.

@@ -34,12 +34,12 @@ inline constexpr S greatest_loss = S(0.1);
 template <class System, class V>
 V watch_energy(const System& system, const State<V>& s, Flow<V>& f) {
     using S = ScalarOf<V>;
-    V excess, pv;
-    system.energy(s, excess, pv);
+    V excess, pv, size;
+    system.energy(s, excess, pv, size);
     const S level = S(System::Hamiltonian::level);
     f.energy = excess + V(level);
-    f.energy_size = abs(pv) + V(level < 0 ? -level : level);
-    f.energy_error = abs(excess) / f.energy_size;
+    f.energy_size = size + V(level < 0 ? -level : level);
+    f.energy_error = abs(excess) / (abs(pv) + V(level < 0 ? -level : level));
     return abs(excess);
 }
 
@@ -62,10 +62,9 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     if constexpr (Creased<typename System::Hamiltonian>) f.side = system.surface(f.end);
     if constexpr (Scaled<typename System::Hamiltonian>) f.scale = system.scale(f.end);
     if (f.want_energy || f.test_energy) {
-        // Relative to the greater of both ends: where a ray turns back, p may vanish. Beyond the medium's edge H means nothing.
+        // Relative to the greater of both ends: where a ray turns back, p may vanish.
         const V lost = watch_energy(system, f.end, f);
-        f.energy_holds = (lost <= V(greatest_loss<ScalarOf<V>>) * max(f.energy_size, f.start_energy_size)) |
-                         (f.domain <= V(ScalarOf<V>(0)));
+        f.energy_holds = lost <= V(greatest_loss<ScalarOf<V>>) * max(f.energy_size, f.start_energy_size);
     }
     f.captured = system.captured(f.end.q(), f.end_velocity, f.start.y[6]);
 }
@@ -84,6 +83,15 @@ void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coeffici
     arrive(system, f);
 }
 
+/// Where the slope of H jumps steps end; a derivative taken there, or in a stage that reaches across, is that of the wrong side.
+template <class System, class Step>
+constexpr const char* refusal() {
+    if constexpr (Creased<typename System::Hamiltonian> && !requires { Step::stages_inside; })
+        return "it takes derivatives on the surface where the slope of this H jumps, and loses its order there";
+    else
+        return Step::template refusal<System>();
+}
+
 template <class System, class V>
 constexpr SpaceKernel<V> make_space_kernel() {
     SpaceKernel<V> kernel{};
@@ -92,8 +100,8 @@ constexpr SpaceKernel<V> make_space_kernel() {
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {
-            kernel.refusal[k] = Step::template refusal<System>();
-            if constexpr (!Step::template refusal<System>()) {
+            kernel.refusal[k] = refusal<System, Step>();
+            if constexpr (!refusal<System, Step>()) {
                 kernel.begin[k] = begin<System, Step, V>;
                 kernel.step[k] = step<System, Step, V>;
             }

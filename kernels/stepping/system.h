@@ -78,7 +78,7 @@ template <class H, bool Rescaled>
 struct Master {
     Tape tape{};
     std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
-    std::array<int, 2> energy{};    ///< H − H0 and p·∂H/∂p (of H: present where not Rescaled)
+    std::array<int, 3> energy{};    ///< H − H0, p·∂H/∂p and |p|²|∂H/∂p|² (of H: present where not Rescaled)
     std::array<int, 1> pace{};      ///< Ω
     std::array<int, 1> domain{};    ///< the edge of the medium, or 1 where there is none
     std::array<int, 1> captured{};  ///< the capture condition, with the velocity in the place of p, or 1
@@ -96,7 +96,12 @@ struct Master {
         domain = captured = surface = scale = {t.constant(1)};
         if constexpr (!Rescaled) {
             energy[0] = r.energy;
-            energy[1] = t.add(t.add(t.mul(r.input[3], gradient[3]), t.mul(r.input[4], gradient[4])), t.mul(r.input[5], gradient[5]));
+            const auto product = [&](const std::array<int, 3>& a, const std::array<int, 3>& b) {
+                return t.add(t.add(t.mul(a[0], b[0]), t.mul(a[1], b[1])), t.mul(a[2], b[2]));
+            };
+            const std::array<int, 3> p{r.input[3], r.input[4], r.input[5]}, v = side(3);
+            energy[1] = product(p, v);
+            energy[2] = t.mul(product(p, p), product(v, v));
             if constexpr (Bounded<H>) domain = {H::domain(make_parameters<H>(r.k), r.q).on(t)};
             if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p, Recorded(&t, r.input[6])).on(t)};
             if constexpr (Creased<H>) surface = {H::surface(make_parameters<H>(r.k), r.q).on(t)};
@@ -222,12 +227,12 @@ public:
         for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(numbers_.k[i]);
         return make_parameters<H>(k);
     }
-    /// H − H0 and p·∂H/∂p, of the Hamiltonian itself.
+    /// H − H0, p·∂H/∂p and |p||∂H/∂p|, of the Hamiltonian itself.
     template <class V>
-    KAGERO_INLINE void energy(const State<V>& s, V& h, V& pv) const {
-        V out[2];
+    KAGERO_INLINE void energy(const State<V>& s, V& h, V& pv, V& size) const {
+        V out[3];
         run<energy_program<H>>(energy_u_.values, s.y, out);
-        h = out[0], pv = out[1];
+        h = out[0], pv = out[1], size = sqrt(out[2]);
     }
     /// dλ/dτ at the position in s.
     template <class V>

@@ -97,6 +97,7 @@ private:
     std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
     V steps_;                       ///< whole numbers, exactly
     std::uint8_t halvings_[W] = {};
+    std::uint16_t all_halvings_[W] = {};
     std::uint8_t rejections_[W] = {};
     std::uint32_t surface_[W], primitive_[W];
     std::uint64_t fell_on_surface_ = 0;
@@ -104,7 +105,9 @@ private:
     const std::uint64_t* numbers_ = nullptr;
 
     /// How often a step without solution is halved before its ray fails.
-    static constexpr int max_halvings = 8;
+    static constexpr int max_halvings = 24;
+    /// The same for all steps of a ray: one that creeps on by halvings alone would hardly ever end.
+    static constexpr int most_halvings = 4000;
     /// How often in a row a step is taken again with another length before its ray fails.
     static constexpr int max_rejections = 60;
 };
@@ -175,6 +178,7 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
         if (!((lanes >> i) & 1)) continue;
         const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
         for (V& y : flow_.start.y) copy(y);
+        for (V& c : flow_.carry) copy(c);
         copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain), copy(flow_.start_side);
         copy(flow_.start_scale), copy(flow_.start_energy_size);
         for (auto& stage : flow_.stage)
@@ -213,7 +217,8 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
     const std::uint64_t finite = to_bits(is_finite(sum_of_sizes(flow_.end, flow_.end_velocity))), solved = to_bits(flow_.solved);
     const bool adaptive = task_.method.info.adaptive && !task_.straight;
     const std::uint64_t accepted = adaptive ? to_bits(flow_.accepted) : active_;
-    const std::uint64_t lossy = flow_.test_energy ? accepted & ~to_bits(flow_.energy_holds) : 0;
+    // Beyond the medium's edge H means nothing.
+    const std::uint64_t lossy = flow_.test_energy ? accepted & ~to_bits(flow_.energy_holds | (flow_.domain <= V(S(0)))) : 0;
     std::uint64_t moving = active_ & finite & solved & ~lossy;
     if (moving != active_) retry(active_ & ~moving, active_ & ~solved, lossy & finite & solved);
     if (adaptive) {
@@ -297,7 +302,7 @@ void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved, std::uint
     std::uint64_t failed = 0;
     for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
-        if (halvings_[i]++ >= max_halvings) failed |= std::uint64_t(1) << i;
+        if (halvings_[i]++ >= max_halvings || all_halvings_[i]++ >= most_halvings) failed |= std::uint64_t(1) << i;
     }
     restart(bad, flow_.h * V(S(0.5)));
     if (failed) fail(failed, unsolved, lossy);
@@ -329,6 +334,7 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     }
     const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
     for (int k = 0; k < 6; ++k) flow_.start.y[k] = pick(go, flow_.end.y[k], flow_.start.y[k]);
+    for (int k = 0; k < 6; ++k) flow_.carry[k] = pick(go, flow_.next_carry[k], flow_.carry[k]);
     flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
     flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
     flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);

@@ -28,6 +28,7 @@ struct Plan {
     const KernelInfo* kernel = nullptr;
     std::unique_ptr<SceneGeometry> geometry;
     std::vector<double> parameters;
+    double unit = 1;                   ///< of the lengths in `scene`, `camera` and `job`, in units of the scene as written
     bool straight = false;             ///< every ray is a straight line: no integrator runs
     CameraRays camera{};
     Job job{};

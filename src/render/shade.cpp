@@ -24,7 +24,7 @@ Float3 color_of(const Plan& plan, const RayEnd& end) {
 double depth_of(const Plan& plan, const RayEnd& end) {
     if (end.status != Status::hit) return 0;
     const double* eye = plan.camera.position;
-    return std::hypot(end.q[0] - eye[0], end.q[1] - eye[1], end.q[2] - eye[2]);
+    return plan.unit * std::hypot(end.q[0] - eye[0], end.q[1] - eye[1], end.q[2] - eye[2]);
 }
 
 /// The value of a layer of one channel.

@@ -16,18 +16,22 @@ std::vector<Tile> cut_list(std::size_t rays) {
     return tiles;
 }
 
-void to_scene(const Double3& center, double (&q)[3]) {
-    for (int k = 0; k < 3; ++k) q[k] += center[k];
+/// To the scene's coordinates and unit of length, which λ has too. `Point` is RayEnd or PathPoint.
+template <class Point>
+void to_scene(const Plan& plan, Point& point) {
+    for (std::size_t k = 0; k < 3; ++k) point.q[k] = (point.q[k] + plan.scene.space.center[k]) * plan.unit;
+    point.parameter *= plan.unit;
 }
 
 RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     job.camera = nullptr;
     job.rays = starts.data();
+    job.parameter_limit /= plan.unit;
     job.outputs |= output_parameter;
     ends.resize(starts.size());
     return run_tiles(plan, job, cut_list(starts.size()), [&](const Tile& tile, const RayEnd* done) {
         std::copy(done, done + (tile.x1 - tile.x0), ends.begin() + tile.x0);
-        for (std::uint32_t i = tile.x0; i < tile.x1; ++i) to_scene(plan.scene.space.center, ends[i].q);
+        for (std::uint32_t i = tile.x0; i < tile.x1; ++i) to_scene(plan, ends[i]);
     });
 }
 
@@ -76,7 +80,7 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
     starts.reserve(rays.size());
     for (const RayInput& ray : rays) {
         double q[3];
-        for (int k = 0; k < 3; ++k) q[k] = ray.position[k] - plan.scene.space.center[k];
+        for (int k = 0; k < 3; ++k) q[k] = ray.position[k] / plan.unit - plan.scene.space.center[k];
         if (observer.empty()) {
             starts.push_back(directed(plan, q, ray.direction));
         } else {
@@ -108,7 +112,7 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
         c.points.push_back(*point);
     };
     run_list(plan, job, starts, ends);
-    for (PathPoint& point : collector.points) to_scene(plan.scene.space.center, point.q);
+    for (PathPoint& point : collector.points) to_scene(plan, point);
     std::stable_sort(collector.points.begin(), collector.points.end(), [](const PathPoint& a, const PathPoint& b) {
         return a.ray != b.ray ? a.ray < b.ray : a.step < b.step;
     });

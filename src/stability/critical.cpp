@@ -32,8 +32,8 @@ std::vector<double> swept_angles(const std::vector<PathPoint>& points, std::size
 void photon_sphere(Trial& trial) {
     std::vector<RayInput> rays;
     for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, critical_impact, 10));
-    for (const char* method : {"gauss8", "gauss12", "ks-s10", "kahan-li8"}) {
-        const auto plan = trial.plan(hole(method, 0.1));
+    for (const char* method : {"gauss8", "gauss12", "gauss16", "kahan-li8"}) {
+        const auto plan = trial.plan(hole(method, std::string(method) == "kahan-li8" ? 0.02 : 0.04));
         trial.ends(*plan, rays);
         std::vector<RayEnd> ends;
         const auto swept = swept_angles(trace_paths(*plan, start_rays(*plan, rays, ""), ends), rays.size());

@@ -34,10 +34,10 @@ struct Layer : IndexMedium<Layer> {
         return 0.5 * (below + above) + 0.5 * (above - below) * tanh(q.z / k.thickness);
     }
 
-    /// An eighth of the thickness in the layer, of the distance from its middle outside: no step reaches across.
+    /// A tenth of the thickness in the layer, of the distance from its middle outside: no step reaches across.
     template <class V>
     static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
-        return 0.125 * max(k.thickness, max(q.z, -q.z));
+        return 0.1 * max(k.thickness, max(q.z, -q.z));
     }
 };
 

@@ -88,7 +88,7 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
         }
     }
     for (RayStart& start : starts)
-        if (start.failure == Failure::none && !start.captured &&
+        if (start.failure == Failure::none && !start.captured && observer != "falling" &&  // whose p_t may vanish
             needs_double(plan, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;
     return starts;

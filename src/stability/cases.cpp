@@ -22,8 +22,8 @@ constexpr Case cases[] = {
     {"layer-momentum", "the same layers: tangential momentum", "constant to 8 ulp", stability::layer_momentum},
     {"lens-surface", "the gradient jumps on the surface of a Luneburg lens",
      "steps end there, every method keeps its order or is refused (double); direction and parameter within 1e-5 (float)", stability::lens_surface},
-    {"photon-sphere", "the critical ray, b = 3/2 sqrt(3) rg, from r = 10 rg",
-     "4 windings in double, 2 in float, then captured or escaped", stability::photon_sphere},
+    {"photon-sphere", "the critical ray, b = b_c, and one just above, from r = 10 rg",
+     "4 windings in double, 2 in float, then escaped; half as many where it is captured, on r = 3/2 rg", stability::photon_sphere},
     {"near-critical", "b/b_c = 1 -+ 1e-6, 1e-4, 1e-2", "right class in double; in float from 1e-4", stability::near_critical},
     {"near-horizon", "static camera at r - rg = 1e-2, 1e-4, 1e-6 rg",
      "right class at 0.9 and 1.1 of the escape cone; float may refuse or fail with a reason instead", stability::near_horizon},
@@ -47,7 +47,7 @@ constexpr Case cases[] = {
     {"trapped", "closed rays in a fisheye", "step_limit after exactly max_steps, twice the same", stability::trapped},
     {"throat", "Ellis wormhole, b/a = 1 -+ 1e-6 (float: 1e-4)", "through below, back above", stability::throat},
     {"float-floor", "float against double at r = 50, steps 0.4 … 0.0125",
-     "floor between 3e-5 and 1e-3; more steps never make float worse", stability::float_floor},
+     "floor below 1e-3; more steps never make float's median error worse", stability::float_floor},
     {"straight-picture", "rg = 0 and constant indices", "the straight-ray picture, pixel by pixel", stability::straight_picture},
 };
 

@@ -30,9 +30,12 @@ std::vector<double> swept_angles(const std::vector<PathPoint>& points, std::size
 }  // namespace
 
 void photon_sphere(Trial& trial) {
-    std::vector<RayInput> rays;
-    for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, critical_impact, 10));
+    // The deflection is −ln(b/b_c − 1) − 0.40: of rays that come back, these have just as many windings as they should.
+    const double least = trial.in_float() ? 2 : 4, above = std::exp(-2 * std::numbers::pi * (least + 0.1) - 0.4);
+    for (const double b : {critical_impact, critical_impact * (1 + above)})
     for (const char* method : {"gauss8", "gauss12", "gauss16", "kahan-li8"}) {
+        std::vector<RayInput> rays;
+        for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, b, 10));
         const auto plan = trial.plan(hole(method, std::string(method) == "kahan-li8" ? 0.02 : 0.04));
         trial.ends(*plan, rays);
         std::vector<RayEnd> ends;
@@ -43,8 +46,11 @@ void photon_sphere(Trial& trial) {
                          std::string(name_of(ends[i].status)) + " at " + ray);
             // What a straight ray sweeps is no deflection.
             const double windings = (swept[i] - std::numbers::pi) / (2 * std::numbers::pi);
-            trial.expect(windings >= (trial.in_float() ? 2 : 4), std::to_string(windings) + " windings at " + ray);
-            if (i == 0 && !trial.in_scalar()) trial.note(std::to_string(windings).substr(0, 4) + " windings with " + method);
+            // A ray that falls ends where it crosses r = 3/2 r_g, half-way.
+            const double enough = ends[i].status == Status::captured ? 0.5 * least : least;
+            trial.expect(windings >= enough, std::to_string(windings) + " windings at " + ray);
+            if (i == 0 && !trial.in_scalar())
+                trial.note(std::to_string(windings).substr(0, 4) + " windings, " + name_of(ends[i].status) + ", " + method);
         }
     }
 }

@@ -87,20 +87,24 @@ void float_floor(Trial& trial) {
     Options exact = trial.options();
     exact.precision = "double";
     const auto reference = ends(exact, 0.05);
-    double least = HUGE_VAL, last = 0;
+    double least = HUGE_VAL, greatest = 0;
     for (const double step : {0.4, 0.2, 0.1, 0.05, 0.025, 0.0125}) {
         const auto rough = ends(trial.options(), step);
-        last = 0;
+        std::vector<double> errors;
         for (std::size_t i = 0; i < rough.size(); ++i) {
             trial.expect_status(rough[i], Status::escaped, "step " + number(step));
-            last = std::max(last, distance(rough[i].q, {reference[i].q[0], reference[i].q[1], reference[i].q[2]}));
+            errors.push_back(distance(rough[i].q, {reference[i].q[0], reference[i].q[1], reference[i].q[2]}));
         }
-        // Half as much again is the luck of roundings.
-        trial.expect(last < 1.5 * least, "error " + std::to_string(last) + " at step " + number(step) + ", but " +
-                                             std::to_string(least) + " at a longer one");
-        least = std::min(least, last);
+        std::sort(errors.begin(), errors.end());
+        const double median = errors[errors.size() / 2];
+        // Half as much again is the luck of roundings; the greatest error, of one ray, has more of it.
+        trial.expect(median < 1.5 * least, "median error " + std::to_string(median) + " at step " + number(step) + ", but " +
+                                               std::to_string(least) + " at a longer one");
+        trial.note("step " + std::to_string(step).substr(0, 6) + ": median " + std::to_string(median) + ", greatest " +
+                   std::to_string(errors.back()));
+        least = std::min(least, median), greatest = errors.back();
     }
-    trial.measure("floor", least, 1e-3);
+    trial.measure("greatest error at the shortest step", greatest, 1e-3);
 }
 
 }  // namespace kagero::stability

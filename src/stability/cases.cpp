@@ -32,7 +32,7 @@ constexpr Case cases[] = {
     {"captured-stay", "rays with b up to 0.98 b_c, many methods and steps that resolve the orbit", "none is escaped", stability::captured_stay},
     {"wrong-time-momentum", "p_t of the wrong sign, inward", "captured within 1000 steps", stability::wrong_time_momentum},
     {"unsolvable-step", "implicit steps too long to have a solution; b a fifth from b_c and more",
-     "halved, or the ray fails; H within 0.1 after every accepted step, no wrong class", stability::unsolvable_step},
+     "halved, or the ray fails with a reason; no wrong class", stability::unsolvable_step},
     {"coarse-steps", "steps 100 times too large; b a fifth from b_c and more", "right class, or failed with a reason", stability::coarse_steps},
     {"vanishing-index", "n -> 0 and below", "escaped where the medium ends, turned back, or failed", stability::vanishing_index},
     {"long-path", "1e6 steps in a graded fibre and a fisheye",

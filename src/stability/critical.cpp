@@ -29,30 +29,37 @@ std::vector<double> swept_angles(const std::vector<PathPoint>& points, std::size
 
 }  // namespace
 
+namespace {
+
+/// Rays of impact parameter b in all planes; those that come back must wind `least` times. A ray that falls ends where it crosses
+/// r = 3/2 r_g, half-way.
+void expect_windings(Trial& trial, double b, double least, const char* method) {
+    std::vector<RayInput> rays;
+    for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, b, 10));
+    const auto plan = trial.plan(hole(method, std::string(method) == "kahan-li8" ? 0.02 : 0.04));
+    trial.ends(*plan, rays);
+    std::vector<RayEnd> ends;
+    const auto swept = swept_angles(trace_paths(*plan, start_rays(*plan, rays, ""), ends), rays.size());
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        const std::string ray = "plane " + std::to_string(i) + ", b/b_c - 1 = " + number(b / critical_impact - 1) + ", " + method;
+        trial.expect(ends[i].status == Status::captured || ends[i].status == Status::escaped,
+                     std::string(name_of(ends[i].status)) + " at " + ray);
+        // What a straight ray sweeps is no deflection.
+        const double half = ends[i].status == Status::captured ? 0.5 : 1, windings = 0.5 * (swept[i] / std::numbers::pi - half);
+        trial.expect(windings >= half * least,
+                     std::to_string(windings) + " windings, " + name_of(ends[i].status) + ", at " + ray);
+        if (i == 0 && !trial.in_scalar())
+            trial.note(std::to_string(windings).substr(0, 4) + " windings, " + name_of(ends[i].status) + ", " + method);
+    }
+}
+
+}  // namespace
+
+// The deflection is −ln(b/b_c − 1) − 0.40 (Luminet 1979): of rays that come back, those just above b_c wind as often as they should.
 void photon_sphere(Trial& trial) {
-    // The deflection is −ln(b/b_c − 1) − 0.40: of rays that come back, these have just as many windings as they should.
     const double least = trial.in_float() ? 2 : 4, above = std::exp(-2 * std::numbers::pi * (least + 0.1) - 0.4);
     for (const double b : {critical_impact, critical_impact * (1 + above)})
-    for (const char* method : {"gauss8", "gauss12", "gauss16", "kahan-li8"}) {
-        std::vector<RayInput> rays;
-        for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, b, 10));
-        const auto plan = trial.plan(hole(method, std::string(method) == "kahan-li8" ? 0.02 : 0.04));
-        trial.ends(*plan, rays);
-        std::vector<RayEnd> ends;
-        const auto swept = swept_angles(trace_paths(*plan, start_rays(*plan, rays, ""), ends), rays.size());
-        for (std::size_t i = 0; i < ends.size(); ++i) {
-            const std::string ray = "plane " + std::to_string(i) + ", " + method;
-            trial.expect(ends[i].status == Status::captured || ends[i].status == Status::escaped,
-                         std::string(name_of(ends[i].status)) + " at " + ray);
-            // What a straight ray sweeps is no deflection.
-            const double windings = (swept[i] - std::numbers::pi) / (2 * std::numbers::pi);
-            // A ray that falls ends where it crosses r = 3/2 r_g, half-way.
-            const double enough = ends[i].status == Status::captured ? 0.5 * least : least;
-            trial.expect(windings >= enough, std::to_string(windings) + " windings at " + ray);
-            if (i == 0 && !trial.in_scalar())
-                trial.note(std::to_string(windings).substr(0, 4) + " windings, " + name_of(ends[i].status) + ", " + method);
-        }
-    }
+        for (const char* method : {"gauss8", "gauss12", "gauss16", "kahan-li8"}) expect_windings(trial, b, least, method);
 }
 
 void near_critical(Trial& trial) {

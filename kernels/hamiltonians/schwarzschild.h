@@ -91,7 +91,7 @@ struct Schwarzschild {
     template <class V>
     static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = norm(q), away = r - k.rg, d = max(max(away, -away), 1e-7 * k.rg), share = d / k.rg;
-        return min(d * (0.25 + 40.0 * share * share), r);
+        return min(d * (0.25 + 40.0 * share * share), 0.9 * r);
     }
 
     /// For observers: the areal radius; dt_S = dt + lag dr leads to Schwarzschild's time; and in the ingoing form (t → −t) rain that

@@ -23,7 +23,7 @@ constexpr Case cases[] = {
     {"lens-surface", "the gradient jumps on the surface of a Luneburg lens",
      "steps end there, every method keeps its order or is refused (double); direction and parameter within 1e-5 (float)", stability::lens_surface},
     {"photon-sphere", "the critical ray, b = b_c, and one just above, from r = 10 rg",
-     "4 windings in double, 2 in float, then escaped; half as many where it is captured, on r = 3/2 rg", stability::photon_sphere},
+     "4 windings in double, 2 in float (Gauss methods), then escaped; half as many where it is captured, on r = 3/2 rg", stability::photon_sphere},
     {"near-critical", "b/b_c = 1 -+ 1e-6, 1e-4, 1e-2", "right class in double; in float from 1e-4", stability::near_critical},
     {"near-horizon", "static camera at r - rg = 1e-2, 1e-4, 1e-6 rg",
      "right class at 0.9 and 1.1 of the escape cone; float may refuse or fail with a reason instead", stability::near_horizon},

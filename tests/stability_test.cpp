@@ -1,6 +1,6 @@
 // kagero stability: the table of cases, its verdicts, and what the program makes of them.
-#include "program.h"
 #include "stability/stability.h"
+#include "program.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -17,10 +17,11 @@ class Stability : public ProgramTest {};
 TEST(StabilityCases, AreThoseOfTheTable) {
     const auto names = stability_case_names();
     EXPECT_EQ(names.size(), 21u);
-    for (const char* name : {"layer-refraction", "layer-momentum", "lens-surface", "photon-sphere", "near-critical", "near-horizon", "inside",
-                             "captured-stay", "wrong-time-momentum", "unsolvable-step", "coarse-steps", "vanishing-index", "long-path",
-                             "scaled-scene", "unusable-input", "denormals", "grazing", "trapped", "throat", "float-floor",
-                             "straight-picture"})
+    for (const char* name :
+         {"layer-refraction", "layer-momentum", "lens-surface",        "photon-sphere",   "near-critical", "near-horizon",
+          "inside",           "captured-stay",  "wrong-time-momentum", "unsolvable-step", "coarse-steps",  "vanishing-index",
+          "long-path",        "scaled-scene",   "unusable-input",      "denormals",       "grazing",       "trapped",
+          "throat",           "float-floor",    "straight-picture"})
         EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
 }
 
@@ -42,7 +43,8 @@ TEST_F(Stability, RunsEveryCase) {
     const Outcome outcome = run("stability --json report.json -o page --quiet");
     const json report = json::parse(read("report.json"));
     EXPECT_EQ(report["cases"].size(), stability_case_names().size());
-    const bool all = std::all_of(report["cases"].begin(), report["cases"].end(), [](const json& row) { return row["pass"].get<bool>(); });
+    const bool all =
+        std::all_of(report["cases"].begin(), report["cases"].end(), [](const json& row) { return row["pass"].get<bool>(); });
     EXPECT_EQ(outcome.status, all ? 0 : 4) << outcome.err;
     EXPECT_EQ(json::parse(read("page/stability.json")), report);
     const std::string page = read("page/stability.html");
@@ -51,8 +53,7 @@ TEST_F(Stability, RunsEveryCase) {
         EXPECT_NE(outcome.out.find(name), std::string::npos) << name;
     }
     EXPECT_EQ(page.find("http"), std::string::npos) << "the page needs nothing from elsewhere";
-    for (const json& row : report["cases"])
-        EXPECT_TRUE(row["pass"].get<bool>()) << row;
+    for (const json& row : report["cases"]) EXPECT_TRUE(row["pass"].get<bool>()) << row;
 }
 
 TEST_F(Stability, RunsInOnePrecisionAndStrategy) {

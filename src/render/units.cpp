@@ -44,7 +44,8 @@ void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double uni
     scene.integrator.escape_radius /= unit;
     divide(scene.camera.position, unit), divide(scene.camera.look_at, unit);
     for (ObjectDescription& object : scene.objects) {
-        for (Double3* lengths : {&object.origin, &object.edge_u, &object.edge_v, &object.min, &object.max, &object.center, &object.translate})
+        for (Double3* lengths :
+             {&object.origin, &object.edge_u, &object.edge_v, &object.min, &object.max, &object.center, &object.translate})
             divide(*lengths, unit);
         object.radius /= unit, object.scale /= unit;
     }

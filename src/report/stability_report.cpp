@@ -29,10 +29,14 @@ td:first-child { font-family: ui-monospace, monospace; white-space: nowrap }
 std::string escaped(const std::string& text) {
     std::string html;
     for (const char c : text) {
-        if (c == '<') html += "&lt;";
-        else if (c == '>') html += "&gt;";
-        else if (c == '&') html += "&amp;";
-        else html += c;
+        if (c == '<')
+            html += "&lt;";
+        else if (c == '>')
+            html += "&gt;";
+        else if (c == '&')
+            html += "&amp;";
+        else
+            html += c;
     }
     return html;
 }
@@ -52,7 +56,8 @@ std::string stability_summary(const std::vector<StabilityRow>& rows) {
 std::string stability_json(const std::vector<StabilityRow>& rows) {
     Json cases = Json::array();
     for (const StabilityRow& row : rows)
-        cases.push_back({{"name", row.name}, {"what", row.what}, {"expected", row.expected}, {"got", row.got}, {"pass", row.pass}});
+        cases.push_back(
+            {{"name", row.name}, {"what", row.what}, {"expected", row.expected}, {"got", row.got}, {"pass", row.pass}});
     return Json{{"cases", cases}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -61,8 +66,8 @@ std::string stability_page(const std::vector<StabilityRow>& rows) {
                        "</p>\n<table><tr><th>case</th><th></th><th>what</th><th>expected</th><th>got</th></tr>\n";
     for (const StabilityRow& row : rows) {
         const std::string verdict = row.pass ? "pass" : "fail";
-        page += "<tr><td>" + escaped(row.name) + "</td><td class=\"" + verdict + "\">" + verdict + "</td><td>" + escaped(row.what) +
-                "</td><td>" + escaped(row.expected) + "</td><td>" + escaped(row.got) + "</td></tr>\n";
+        page += "<tr><td>" + escaped(row.name) + "</td><td class=\"" + verdict + "\">" + verdict + "</td><td>" +
+                escaped(row.what) + "</td><td>" + escaped(row.expected) + "</td><td>" + escaped(row.got) + "</td></tr>\n";
     }
     return page + "</table>\n</body></html>\n";
 }

@@ -21,19 +21,23 @@ constexpr Case cases[] = {
      "right class for every d; direction within 1e-6 for d >= 1e-3 (double)", stability::layer_refraction},
     {"layer-momentum", "the same layers: tangential momentum", "constant to 8 ulp", stability::layer_momentum},
     {"lens-surface", "the gradient jumps on the surface of a Luneburg lens",
-     "steps end there, every method keeps its order or is refused (double); direction and parameter within 1e-5 (float)", stability::lens_surface},
+     "steps end there, every method keeps its order or is refused (double); direction and parameter within 1e-5 (float)",
+     stability::lens_surface},
     {"photon-sphere", "the critical ray, b = b_c, and one just above, from r = 10 rg",
-     "4 windings in double, 2 in float (Gauss methods), then escaped; half as many where it is captured, on r = 3/2 rg", stability::photon_sphere},
+     "4 windings in double, 2 in float (Gauss methods), then escaped; half as many where it is captured, on r = 3/2 rg",
+     stability::photon_sphere},
     {"near-critical", "b/b_c = 1 -+ 1e-6, 1e-4, 1e-2", "right class in double; in float from 1e-4", stability::near_critical},
     {"near-horizon", "static camera at r - rg = 1e-2, 1e-4, 1e-6 rg",
      "right class at 0.9 and 1.1 of the escape cone; float may refuse or fail with a reason instead", stability::near_horizon},
-    {"inside", "observers at rg, inside, and at r = 0",
-     "finite for a falling observer; no static one; r = 0 failed at its start", stability::inside},
-    {"captured-stay", "rays with b up to 0.98 b_c, many methods and steps that resolve the orbit", "none is escaped", stability::captured_stay},
+    {"inside", "observers at rg, inside, and at r = 0", "finite for a falling observer; no static one; r = 0 failed at its start",
+     stability::inside},
+    {"captured-stay", "rays with b up to 0.98 b_c, many methods and steps that resolve the orbit", "none is escaped",
+     stability::captured_stay},
     {"wrong-time-momentum", "p_t of the wrong sign, inward", "captured within 1000 steps", stability::wrong_time_momentum},
     {"unsolvable-step", "implicit steps too long to have a solution; b a fifth from b_c and more",
      "halved, or the ray fails with a reason; no wrong class", stability::unsolvable_step},
-    {"coarse-steps", "steps 100 times too large; b a fifth from b_c and more", "right class, or failed with a reason", stability::coarse_steps},
+    {"coarse-steps", "steps 100 times too large; b a fifth from b_c and more", "right class, or failed with a reason",
+     stability::coarse_steps},
     {"vanishing-index", "n -> 0 and below", "escaped where the medium ends, turned back, or failed", stability::vanishing_index},
     {"long-path", "1e6 steps in a graded fibre and a fisheye",
      "H flat between first and last tenth: 1e-10 in double, 1e-3 in float; drift of rk4 told", stability::long_fiber},
@@ -66,8 +70,10 @@ StabilityRow run_case(const Case& chosen, const StabilityRequest& request) {
             } catch (const std::exception& error) {
                 trial.expect(false, error.what());
             }
-            if (i == 0) first = statuses;
-            else trial.expect(statuses == first, "rays end otherwise than with " + request.strategies[0]);
+            if (i == 0)
+                first = statuses;
+            else
+                trial.expect(statuses == first, "rays end otherwise than with " + request.strategies[0]);
         }
     }
     return {chosen.name, chosen.what, chosen.expected, findings.text(), findings.holds()};

@@ -8,8 +8,9 @@
 namespace kagero::stability {
 
 std::string hole(const std::string& method, double step, const std::string& integrator) {
-    return space_text("schwarzschild", "rg = 1.0",
-                      "method = \"" + method + "\"\nstep = " + number(step) + "\nescape_radius = 20\nmax_steps = 100000\n" + integrator);
+    return space_text(
+        "schwarzschild", "rg = 1.0",
+        "method = \"" + method + "\"\nstep = " + number(step) + "\nescape_radius = 20\nmax_steps = 100000\n" + integrator);
 }
 
 namespace {
@@ -55,7 +56,8 @@ void expect_windings(Trial& trial, double b, double least, const char* method) {
 
 }  // namespace
 
-// The deflection is −ln(b/b_c − 1) − 0.40 (Luminet 1979): of rays that come back, those just above b_c wind as often as they should.
+// The deflection is −ln(b/b_c − 1) − 0.40 (Luminet 1979): of rays that come back, those just above b_c wind as often as they
+// should.
 void photon_sphere(Trial& trial) {
     const double least = trial.in_float() ? 2 : 4, above = std::exp(-2 * std::numbers::pi * (least + 0.1) - 0.4);
     for (const double b : {critical_impact, critical_impact * (1 + above)})
@@ -96,12 +98,12 @@ void near_horizon(Trial& trial) {
             std::vector<RayInput> rays;
             for (int i = 0; i < 8; ++i) {
                 const double around = i * std::numbers::pi / 4, angle = share * cone;
-                rays.push_back({{r, 0, 0}, {std::cos(angle), std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around)}});
+                rays.push_back(
+                    {{r, 0, 0}, {std::cos(angle), std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around)}});
             }
             for (const RayEnd& end : trial.ends(*plan, rays, "static")) {
                 if (trial.in_float() && end.status == Status::failed) continue;
-                trial.expect_status(end, share < 1 ? Status::escaped : Status::captured,
-                                    number(share) + " of the cone, " + at);
+                trial.expect_status(end, share < 1 ? Status::escaped : Status::captured, number(share) + " of the cone, " + at);
             }
         }
     }
@@ -118,8 +120,9 @@ void inside(Trial& trial) {
         const std::string at = "r = " + number(r);
         const auto ends = trial.ends(*plan, rays, "falling");
         for (std::size_t i = 0; i < ends.size(); ++i)
-            trial.expect(ends[i].status == Status::escaped || ends[i].status == Status::captured,
-                         std::string(name_of(ends[i].status)) + " (" + describe(ends[i].failure) + ") for a falling observer at " + at);
+            trial.expect(
+                ends[i].status == Status::escaped || ends[i].status == Status::captured,
+                std::string(name_of(ends[i].status)) + " (" + describe(ends[i].failure) + ") for a falling observer at " + at);
         // Straight back out lies the sky from which it fell.
         trial.expect_status(trial.ends(*plan, {RayInput{{r, 0, 0}, {1, 0, 0}}}, "falling")[0], Status::escaped, "outward, " + at);
         for (const RayEnd& end : trial.ends(*plan, rays, "static"))
@@ -134,8 +137,8 @@ void inside(Trial& trial) {
 void throat(Trial& trial) {
     const double away = trial.in_float() ? 1e-4 : 1e-6, rho = 5, areal = rho + 0.25 / rho;
     for (const char* method : {"gauss8", "gauss12", "kahan-li8"}) {
-        const auto plan = trial.plan(space_text("wormhole", "throat = 1.0",
-                                                std::string("method = \"") + method + "\"\nstep = 0.1\nescape_radius = 10"));
+        const auto plan = trial.plan(
+            space_text("wormhole", "throat = 1.0", std::string("method = \"") + method + "\"\nstep = 0.1\nescape_radius = 10"));
         for (const double b : {0.0, 0.5, 1 - 1e-2, 1 - away, 1 + away, 1 + 1e-2, 2.0}) {
             std::vector<RayInput> rays;
             const double sine = b / areal, cosine = std::sqrt(1 - sine * sine);

@@ -8,8 +8,8 @@ namespace kagero::stability {
 
 namespace {
 
-// b_c is 2.598. A method of low order moves it a little, and a step that may lose a tenth of H by as much: what is asked of rough steps
-// is at least a fifth away from it.
+// b_c is 2.598. A method of low order moves it a little, and a step that may lose a tenth of H by as much: what is asked of rough
+// steps is at least a fifth away from it.
 constexpr double swallowed[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.5, 2.55};
 constexpr double well_inside[] = {0, 0.1, 0.5, 1, 1.5, 2};
 constexpr double well_outside[] = {3.2, 4, 5, 7, 10, 15};
@@ -24,10 +24,12 @@ std::vector<RayInput> fan(const double (&impacts)[n], double radius) {
 
 /// Every ray has its class, or has failed with a reason.
 template <std::size_t n>
-void expect_class_or_failure(Trial& trial, const Plan& plan, const double (&impacts)[n], Status expected, const std::string& how) {
+void expect_class_or_failure(Trial& trial, const Plan& plan, const double (&impacts)[n], Status expected,
+                             const std::string& how) {
     const auto ends = trial.ends(plan, fan(impacts, 18));
     for (std::size_t i = 0; i < ends.size(); ++i)
-        if (ends[i].status != Status::failed) trial.expect_status(ends[i], expected, "b = " + number(impacts[i % n]) + ", " + how);
+        if (ends[i].status != Status::failed)
+            trial.expect_status(ends[i], expected, "b = " + number(impacts[i % n]) + ", " + how);
 }
 
 }  // namespace
@@ -50,8 +52,8 @@ void captured_stay(Trial& trial) {
             }
 }
 
-// H is the same for (p, p_t) and (−p, −p_t), which moves backward: a ray outward, reversed, goes inward with p_t = −1. It cannot cross
-// the horizon this way, and would creep up to it for ever.
+// H is the same for (p, p_t) and (−p, −p_t), which moves backward: a ray outward, reversed, goes inward with p_t = −1. It cannot
+// cross the horizon this way, and would creep up to it for ever.
 void wrong_time_momentum(Trial& trial) {
     for (const char* method : {"gauss8", "suzuki4-nine", "ks-s10", "rk4", "dp54"}) {
         const auto plan = trial.plan(hole(method, 0.1));

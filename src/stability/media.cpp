@@ -12,7 +12,8 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr double thicknesses[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 
 std::string layer(double thickness, const char* method) {
-    return space_text("layer", "thickness = " + number(thickness), std::string("method = \"") + method + "\"\ntolerance = 1e-10\nescape_radius = 50");
+    return space_text("layer", "thickness = " + number(thickness),
+                      std::string("method = \"") + method + "\"\ntolerance = 1e-10\nescape_radius = 50");
 }
 
 /// Angles to the normal below the layer; total reflection begins at asin(1/1.5) = 41.81 degrees.
@@ -62,12 +63,12 @@ void layer_momentum(Trial& trial) {
 
 namespace {
 
-/// Greatest error of direction and parameter behind a Luneburg lens of radius 1. A ray that comes along z at distance x from the axis
-/// is an arc of an ellipse, q = q0 cos τ + p0 sin τ, which ends at τ = π/2 in the focus (0, 0, 1) with p = −q0: from there it goes
-/// straight on. Gauss methods keep the ellipse exactly, so the parameter has to tell their order.
+/// Greatest error of direction and parameter behind a Luneburg lens of radius 1. A ray that comes along z at distance x from the
+/// axis is an arc of an ellipse, q = q0 cos τ + p0 sin τ, which ends at τ = π/2 in the focus (0, 0, 1) with p = −q0: from there
+/// it goes straight on. Gauss methods keep the ellipse exactly, so the parameter has to tell their order.
 double lens_error(Trial& trial, const char* method, double step) {
-    const auto plan = trial.plan(space_text("luneburg", "", std::string("method = \"") + method + "\"\nescape_radius = 4\nstep = " +
-                                                                number(step)));
+    const auto plan = trial.plan(
+        space_text("luneburg", "", std::string("method = \"") + method + "\"\nescape_radius = 4\nstep = " + number(step)));
     const double offsets[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8};
     std::vector<RayInput> rays;
     for (const double x : offsets) rays.push_back({{x, 0, -3}, {0, 0, 1}});
@@ -147,8 +148,8 @@ struct Tenths {
 /// Mean H of the last tenth less that of the first.
 double drift(Trial& trial, const char* hamiltonian, const RayInput& ray, const char* method) {
     constexpr std::uint32_t steps = 1000000;
-    const auto plan = trial.plan(space_text(hamiltonian, "", std::string("method = \"") + method +
-                                                                 "\"\nescape_radius = 1e9\nmax_steps = " + std::to_string(steps)));
+    const auto plan = trial.plan(space_text(
+        hamiltonian, "", std::string("method = \"") + method + "\"\nescape_radius = 1e9\nmax_steps = " + std::to_string(steps)));
     Tenths tenths{steps};
     plan->job.path_user = &tenths;
     plan->job.path_sink = [](void* user, const PathPoint* point) {

@@ -98,8 +98,8 @@ void float_floor(Trial& trial) {
         std::sort(errors.begin(), errors.end());
         const double median = errors[errors.size() / 2];
         // Four ulp of r = 50 are the luck of roundings; the greatest error, of one ray, has more of it.
-        trial.expect(median < least + 4 * 0x1p-18, "median error " + std::to_string(median) + " at step " + number(step) + ", but " +
-                                               std::to_string(least) + " at a longer one");
+        trial.expect(median < least + 4 * 0x1p-18, "median error " + std::to_string(median) + " at step " + number(step) +
+                                                       ", but " + std::to_string(least) + " at a longer one");
         trial.note("step " + std::to_string(step).substr(0, 6) + ": median " + std::to_string(median) + ", greatest " +
                    std::to_string(errors.back()));
         least = std::min(least, median), greatest = errors.back();

@@ -15,8 +15,8 @@ std::string text_of(const Double3& a) {
 }
 
 std::string rectangle(const std::string& name, const Double3& origin, const Double3& u, const Double3& v) {
-    return "[[object]]\nname = \"" + name + "\"\nshape = \"rectangle\"\norigin = " + text_of(origin) + "\nedge_u = " + text_of(u) +
-           "\nedge_v = " + text_of(v) + "\n";
+    return "[[object]]\nname = \"" + name + "\"\nshape = \"rectangle\"\norigin = " + text_of(origin) +
+           "\nedge_u = " + text_of(u) + "\nedge_v = " + text_of(v) + "\n";
 }
 
 }  // namespace
@@ -47,15 +47,18 @@ void unusable_input(Trial& trial) {
                             "a start at " + number(far) + ", outward");
     const std::string view = space_text("flat", "", "") +
                              "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
-    trial.expect(!trial.refusal(view + rectangle("line", {0, 0, 0}, {1, 0, 0}, {2, 0, 0})).empty(), "a rectangle without area is accepted");
-    trial.expect(!trial.refusal(view + rectangle("point", {0, 0, 0}, {0, 0, 0}, {0, 0, 1})).empty(), "a rectangle of one edge is accepted");
+    trial.expect(!trial.refusal(view + rectangle("line", {0, 0, 0}, {1, 0, 0}, {2, 0, 0})).empty(),
+                 "a rectangle without area is accepted");
+    trial.expect(!trial.refusal(view + rectangle("point", {0, 0, 0}, {0, 0, 0}, {0, 0, 1})).empty(),
+                 "a rectangle of one edge is accepted");
 }
 
 // A floor at z = 0, and a wall in a fibre, where rays swing: N² = n0² (1 − α r²), so x and y are harmonic and p_z is constant.
 void grazing(Trial& trial) {
     const std::string floor = rectangle("floor", {-100, -100, 0}, {200, 0, 0}, {0, 200, 0});
     for (const char* method : {"verlet", "gauss8"}) {
-        const auto plan = trial.plan(space_text("flat", "", std::string("method = \"") + method + "\"\nescape_radius = 300") + floor);
+        const auto plan =
+            trial.plan(space_text("flat", "", std::string("method = \"") + method + "\"\nescape_radius = 300") + floor);
         for (const double slope : {1e-1, 1e-2, 1e-3, 1e-4}) {
             const double height = 50 * slope;
             const RayEnd down = trial.ends(*plan, {RayInput{{-10, 0.3, height}, {1, 0, -slope}}})[0];
@@ -121,9 +124,10 @@ std::optional<Sight> certain_sight(const CameraRays& c, std::uint32_t x, std::ui
 }  // namespace
 
 void straight_picture(Trial& trial) {
-    const std::string view = "[camera]\nposition = [0.1, -6.0, 0.4]\nlook_at = [0, 0, 0.3]\nup = [0, 0, 1]\nfov = 40.0\n[film]\nsize = [48, 48]\n" +
-                             rectangle("plate", {-1.2, 1.5, -0.9}, {2.4, 0, 0}, {0, 0, 1.8}) +
-                             "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [-0.6, 0, 0.5]\nradius = 0.7\n";
+    const std::string view =
+        "[camera]\nposition = [0.1, -6.0, 0.4]\nlook_at = [0, 0, 0.3]\nup = [0, 0, 1]\nfov = 40.0\n[film]\nsize = [48, 48]\n" +
+        rectangle("plate", {-1.2, 1.5, -0.9}, {2.4, 0, 0}, {0, 0, 1.8}) +
+        "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [-0.6, 0, 0.5]\nradius = 0.7\n";
     const std::pair<const char*, const char*> spaces[] = {{"flat", ""},
                                                           {"schwarzschild", "rg = 0.0"},
                                                           {"gradient", "n0 = 1.3\ng = 0.0"},
@@ -138,10 +142,12 @@ void straight_picture(Trial& trial) {
         for (std::uint32_t i = 0; i < ends.size(); ++i) {
             const auto sight = certain_sight(plan->camera, i % 48, i / 48);
             if (!sight) continue;
-            const std::string pixel = std::string(hamiltonian) + ", pixel " + std::to_string(i % 48) + "," + std::to_string(i / 48);
+            const std::string pixel =
+                std::string(hamiltonian) + ", pixel " + std::to_string(i % 48) + "," + std::to_string(i / 48);
             trial.expect_status(ends[i], sight->object < 0 ? Status::escaped : Status::hit, pixel);
             if (sight->object < 0 || ends[i].status != Status::hit) continue;
-            trial.expect(plan->geometry->object_of(ends[i].surface) == static_cast<std::uint32_t>(sight->object), "wrong object, " + pixel);
+            trial.expect(plan->geometry->object_of(ends[i].surface) == static_cast<std::uint32_t>(sight->object),
+                         "wrong object, " + pixel);
             Double3 at = direction(plan->camera, i % 48 + 0.5, i / 48 + 0.5);
             for (std::size_t k = 0; k < 3; ++k) at[k] = eye[k] + sight->away * at[k];
             trial.measure("hit off by", distance(ends[i].q, at), trial.in_float() ? 1e-3 : 1e-9);

@@ -40,8 +40,10 @@ void Findings::fail(const std::string& text) {
 
 void Findings::measure(const std::string& label, double value) {
     const auto known = std::find_if(measured_.begin(), measured_.end(), [&](const auto& entry) { return entry.first == label; });
-    if (known == measured_.end()) measured_.emplace_back(label, value);
-    else if (!(value <= known->second)) known->second = value;
+    if (known == measured_.end())
+        measured_.emplace_back(label, value);
+    else if (!(value <= known->second))
+        known->second = value;
 }
 
 void Findings::note(const std::string& text) {

@@ -66,7 +66,9 @@ std::string space_text(const std::string& hamiltonian, const std::string& parame
 std::string number(double value);
 
 // Vectors.
-inline double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline double dot(const Double3& a, const Double3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 double distance(const double (&a)[3], const Double3& b);
 
 }  // namespace kagero

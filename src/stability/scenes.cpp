@@ -11,7 +11,9 @@ namespace kagero::stability {
 namespace {
 
 std::string text_of(const Double3& a) {
-    return "[" + number(a[0]) + ", " + number(a[1]) + ", " + number(a[2]) + "]";
+    std::string text = "[";
+    text += number(a[0]) + ", " + number(a[1]) + ", " + number(a[2]);
+    return text += "]";
 }
 
 std::string rectangle(const std::string& name, const Double3& origin, const Double3& u, const Double3& v) {

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 2;
+inline constexpr std::uint32_t abi_version = 3;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -29,6 +29,8 @@ enum class Failure : std::uint8_t {
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
     not_converged,       ///< an implicit step found no solution, even after halving the step
     not_finite,          ///< the state left the range of the number type
+    energy_lost,         ///< a step loses H, even after halving it: what it leads to is no ray
+    needs_double,        ///< the momentum is so large here that float would lose H at once
 };
 
 enum class ObserverKind : std::uint8_t { static_, zamo, falling, coordinate };
@@ -117,6 +119,7 @@ struct RayStart {
     double q[3], p[3], pt;
     Failure failure;  ///< a start that cannot be used ends as `failed` at once
     bool captured;    ///< no light comes from this direction: the ray ends as `captured` at once
+    bool escaped;     ///< it starts beyond the escape sphere, outward, where H cannot be evaluated: it ends there, as `escaped`
 };
 
 /// The end of one ray. Positions q, momenta p of H (also when a rescaled H was integrated), v the unit direction of dq/dλ.

@@ -119,8 +119,9 @@ TEST(Program, IncludesDownwards) {
         {"formula", {"formula"}},
         {"scene", {"scene", "film", "formula"}},  // film: reading images
         {"render", {"render", "scene", "film", "modules", "formula"}},
-        {"report", {"report", "render", "scene", "film", "modules", "formula"}},
-        {"cli", {"cli", "report", "render", "scene", "film", "modules", "formula"}},
+        {"stability", {"stability", "render", "scene", "film", "modules", "formula"}},
+        {"report", {"report", "stability", "render", "scene", "film", "modules", "formula"}},
+        {"cli", {"cli", "report", "stability", "render", "scene", "film", "modules", "formula"}},
     };
     for (const Source& source : sources_below("src")) {
         const std::string room = room_of(source.path);

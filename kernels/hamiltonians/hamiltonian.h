@@ -16,6 +16,7 @@
 ///   flow_of_rest(k, q, p, pt, t)             the exact flow of H − ½(|p|² − p_t²), for the exact split
 ///   straight(k)                              these parameters leave every ray straight
 ///   surface(k, q)                            zero where the slope of H jumps: steps end there
+///   length_scale(k, q)                       no step is longer than this, so that none leaps over what is thin
 ///   far_side(k)                              there is a second universe inside a sphere of this radius, mirrored by inversion
 ///   radius, lag, infall(k, q)                what the observers of a hole need; see schwarzschild.h
 ///

@@ -9,7 +9,7 @@ namespace kagero::hamiltonians {
 ///     H = ½ (|p|² − N²),  N² = (n_b² + n_a²)/2 + (n_a² − n_b²)/2 · tanh(z/thickness)     Epstein (1930)
 ///
 /// Cartesian coordinates, z up, H0 = 0. Conserved: p_x, p_y, hence Snell's law between z → −∞ and z → +∞.
-/// Domain: all of space.
+/// Domain: all of space. However thin the layer is, steps shrink on the way to it: their number grows with log(1/thickness) alone.
 struct Layer : IndexMedium<Layer> {
     static constexpr const char* name = "layer";
     static constexpr const char* what = "smooth transition between two indices: refraction and total reflection";
@@ -32,6 +32,12 @@ struct Layer : IndexMedium<Layer> {
     static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
         const V below = k.n_below * k.n_below, above = k.n_above * k.n_above;
         return 0.5 * (below + above) + 0.5 * (above - below) * tanh(q.z / k.thickness);
+    }
+
+    /// A tenth of the thickness in the layer, of the distance from its middle outside: no step reaches across.
+    template <class V>
+    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+        return 0.1 * max(k.thickness, max(q.z, -q.z));
     }
 };
 

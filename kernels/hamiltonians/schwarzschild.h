@@ -85,6 +85,15 @@ struct Schwarzschild {
         return min(max(r - k.rg, -pt), inside_photon_sphere_and_inward);
     }
 
+    /// Light that leaves the horizon's neighbourhood has p ∝ 1/(r − r_g): steps are a quarter of that distance there. From r = 5/4 r_g on
+    /// the bound is out of a sensible step's way, and keeps others from leaping over the hole; at the horizon itself enough is left for
+    /// rays with p_t < 0 to come through.
+    template <class V>
+    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+        const V r = norm(q), away = r - k.rg, d = max(max(away, -away), 1e-7 * k.rg), share = d / k.rg;
+        return min(d * (0.25 + 40.0 * share * share), 0.9 * r);
+    }
+
     /// For observers: the areal radius; dt_S = dt + lag dr leads to Schwarzschild's time; and in the ingoing form (t → −t) rain that
     /// falls from rest at infinity has u_t = −1, u_r = −infall (Martel & Poisson 2001).
     template <class V>

@@ -15,8 +15,11 @@ struct Flow {
     V start_parameter;         ///< λ of H
     V start_domain;            ///< `domain` at the start
     V start_side;              ///< `side` at the start
+    V start_scale;             ///< `scale` at the start
+    V start_energy_size;       ///< `energy_size` at the start
     bool want_parameter = false;
     bool want_energy = false;
+    bool test_energy = false;  ///< `energy_holds` is wanted
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
     ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
 
@@ -26,8 +29,11 @@ struct Flow {
     V end_parameter;
     V energy_error;            ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;                  ///< H at the end
+    V energy_size;             ///< |p||∂H/∂p| + |H0| at the end
+    MaskOf<V> energy_holds;    ///< the step has not lost H
     V domain;                  ///< ≤ 0 where the ray has left the medium at the end
     V side;                    ///< changes sign where H is not smooth
+    V scale;                   ///< no step from the end may be longer
     V captured;                ///< ≤ 0 where the ray is captured at the end
     MaskOf<V> solved;          ///< the implicit equations were solved
     MaskOf<V> accepted;        ///< adaptive methods: the local error is within the tolerance
@@ -35,6 +41,8 @@ struct Flow {
     V gradients;               ///< derivative evaluations of each ray, accumulated
 
     // Carried from step to step by the stepper.
+    V carry[6] = {};           ///< what rounding has cut off the state at the start (Gauss)
+    V next_carry[6] = {};      ///< … and at the end
     V stage[max_stages][6];    ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
 
     // Iterations of implicit solves, accumulated: those that each ray needed, and those that the packet ran.

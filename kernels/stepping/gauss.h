@@ -9,6 +9,8 @@ namespace kagero {
 /// `fixed` stages, known to the compiler, or with 0 as many as the coefficients say.
 template <int fixed>
 struct Gauss {
+    /// No stage lies on an end of the step.
+    static constexpr bool stages_inside = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
 
@@ -80,9 +82,22 @@ private:
         return convergence.relative(abs(f.h) * change_q, abs(f.h) * change_p);
     }
 
+    /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long ones.
+    template <class V, class S>
+    KAGERO_INLINE static void finish_state(Flow<V>& f, const V (&g)[room][6], const GaussNumbers<S>& w, int s) {
+        V total[6];
+        sum(g, w.b, s, total);
+        for (int k = 0; k < 6; ++k) {
+            const int from = k < 3 ? k + 3 : k - 3;
+            const V change = k < 3 ? mul_add(f.h, total[from], f.carry[k]) : neg_mul_add(f.h, total[from], f.carry[k]);
+            f.end.y[k] = f.start.y[k] + change;
+            f.next_carry[k] = change - (f.end.y[k] - f.start.y[k]);
+        }
+    }
+
     template <class System, class V, class S>
     KAGERO_INLINE static void finish(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, const V (&g)[room][6]) {
-        move(f, g, w.b, s, f.end);
+        finish_state(f, g, w, s);
         f.end_parameter = f.start_parameter + f.h;
         if (System::rescaled && f.want_parameter) {
             V pace(S(0));

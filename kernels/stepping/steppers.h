@@ -26,15 +26,21 @@ const System& system_in(const SystemStorage& storage) {
     return *reinterpret_cast<const System*>(storage.bytes);
 }
 
+/// A step may lose this share of H's terms; one that loses more leads to a state that has little to do with the ray.
+template <class S>
+inline constexpr S greatest_loss = S(0.1);
+
 /// |H − H0| relative to the size of H's terms, at state s.
 template <class System, class V>
-void watch_energy(const System& system, const State<V>& s, Flow<V>& f) {
+V watch_energy(const System& system, const State<V>& s, Flow<V>& f) {
     using S = ScalarOf<V>;
-    V excess, pv;
-    system.energy(s, excess, pv);
+    V excess, pv, size;
+    system.energy(s, excess, pv, size);
     const S level = S(System::Hamiltonian::level);
     f.energy = excess + V(level);
+    f.energy_size = size + V(level < 0 ? -level : level);
     f.energy_error = abs(excess) / (abs(pv) + V(level < 0 ? -level : level));
+    return abs(excess);
 }
 
 /// What the loop wants to know of the start of a ray. Not inlined, so that all kinds of step share it; so is `arrive`.
@@ -44,7 +50,8 @@ __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
     f.start_domain = f.domain = system.domain(f.start);
     f.start_side = f.side = system.surface(f.start);
     f.captured = system.captured(f.start.q(), f.start_velocity, f.start.y[6]);
-    if (f.want_energy) watch_energy(system, f.start, f);
+    if constexpr (Scaled<typename System::Hamiltonian>) f.start_scale = system.scale(f.start);
+    if (f.want_energy || f.test_energy) watch_energy(system, f.start, f), f.start_energy_size = f.energy_size;
 }
 /// … and of the end of a step.
 template <class System, class V>
@@ -53,7 +60,12 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     f.end_velocity = system.dp(f.end);
     f.domain = system.domain(f.end);
     if constexpr (Creased<typename System::Hamiltonian>) f.side = system.surface(f.end);
-    if (f.want_energy) watch_energy(system, f.end, f);
+    if constexpr (Scaled<typename System::Hamiltonian>) f.scale = system.scale(f.end);
+    if (f.want_energy || f.test_energy) {
+        // Relative to the greater of both ends: where a ray turns back, p may vanish.
+        const V lost = watch_energy(system, f.end, f);
+        f.energy_holds = lost <= V(greatest_loss<ScalarOf<V>>) * max(f.energy_size, f.start_energy_size);
+    }
     f.captured = system.captured(f.end.q(), f.end_velocity, f.start.y[6]);
 }
 
@@ -71,15 +83,25 @@ void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coeffici
     arrive(system, f);
 }
 
+/// Where the slope of H jumps steps end; a derivative taken there, or in a stage that reaches across, is that of the wrong side.
+template <class System, class Step>
+constexpr const char* refusal() {
+    if constexpr (Creased<typename System::Hamiltonian> && !requires { Step::stages_inside; })
+        return "it takes derivatives on the surface where the slope of this H jumps, and loses its order there";
+    else
+        return Step::template refusal<System>();
+}
+
 template <class System, class V>
 constexpr SpaceKernel<V> make_space_kernel() {
     SpaceKernel<V> kernel{};
     kernel.creased = Creased<typename System::Hamiltonian>;
+    kernel.scaled = Scaled<typename System::Hamiltonian>;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {
-            kernel.refusal[k] = Step::template refusal<System>();
-            if constexpr (!Step::template refusal<System>()) {
+            kernel.refusal[k] = refusal<System, Step>();
+            if constexpr (!refusal<System, Step>()) {
                 kernel.begin[k] = begin<System, Step, V>;
                 kernel.step[k] = step<System, Step, V>;
             }

@@ -29,6 +29,9 @@ concept Capturing = requires(const typename H::template Parameters<double>& k, c
 /// H is not smooth where `surface` is zero.
 template <class H>
 concept Creased = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::surface(k, q); };
+/// Bounds the length of steps.
+template <class H>
+concept Scaled = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::length_scale(k, q); };
 /// States H as a sum of two parts, the paper's H_A and H_B (eq. 10).
 template <class H>
 concept Parted = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::part_a(k, q, q, 1.0); };
@@ -75,11 +78,12 @@ template <class H, bool Rescaled>
 struct Master {
     Tape tape{};
     std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
-    std::array<int, 2> energy{};    ///< H − H0 and p·∂H/∂p (of H: present where not Rescaled)
+    std::array<int, 3> energy{};    ///< H − H0, p·∂H/∂p and |p|²|∂H/∂p|² (of H: present where not Rescaled)
     std::array<int, 1> pace{};      ///< Ω
     std::array<int, 1> domain{};    ///< the edge of the medium, or 1 where there is none
     std::array<int, 1> captured{};  ///< the capture condition, with the velocity in the place of p, or 1
     std::array<int, 1> surface{};   ///< zero where H is not smooth, or 1
+    std::array<int, 1> scale{};     ///< the longest step, or 1 where H bounds none
 
     constexpr Master() {
         Tape& t = tape;
@@ -89,13 +93,19 @@ struct Master {
         for (int i = 0; i < 6; ++i) wanted[i] = r.input[i];
         record_gradient<6>(t, k, wanted, gradient);
         pace = {r.rescale};
-        domain = captured = surface = {t.constant(1)};
+        domain = captured = surface = scale = {t.constant(1)};
         if constexpr (!Rescaled) {
             energy[0] = r.energy;
-            energy[1] = t.add(t.add(t.mul(r.input[3], gradient[3]), t.mul(r.input[4], gradient[4])), t.mul(r.input[5], gradient[5]));
+            const auto product = [&](const std::array<int, 3>& a, const std::array<int, 3>& b) {
+                return t.add(t.add(t.mul(a[0], b[0]), t.mul(a[1], b[1])), t.mul(a[2], b[2]));
+            };
+            const std::array<int, 3> p{r.input[3], r.input[4], r.input[5]}, v = side(3);
+            energy[1] = product(p, v);
+            energy[2] = t.mul(product(p, p), product(v, v));
             if constexpr (Bounded<H>) domain = {H::domain(make_parameters<H>(r.k), r.q).on(t)};
             if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p, Recorded(&t, r.input[6])).on(t)};
             if constexpr (Creased<H>) surface = {H::surface(make_parameters<H>(r.k), r.q).on(t)};
+            if constexpr (Scaled<H>) scale = {H::length_scale(make_parameters<H>(r.k), r.q).on(t)};
         }
     }
     constexpr std::array<int, 3> side(int from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
@@ -120,6 +130,8 @@ template <class H>
 inline constexpr auto captured_program = extract<master<H, false>, master<H, false>.captured>();
 template <class H>
 inline constexpr auto surface_program = extract<master<H, false>, master<H, false>.surface>();
+template <class H>
+inline constexpr auto scale_program = extract<master<H, false>, master<H, false>.scale>();
 
 /// A program's uniforms, as numbers of type S, computed in double at least.
 template <const auto& P, class S>
@@ -184,7 +196,7 @@ public:
     explicit System(const double* parameters)
         : numbers_(parameters), parts_(parameters), derivatives_u_(parameters), force_u_(parameters), velocity_u_(parameters),
           energy_u_(parameters), rescale_u_(parameters), domain_u_(parameters), captured_u_(parameters),
-          surface_u_(parameters) {}
+          surface_u_(parameters), scale_u_(parameters) {}
     /// The parts H_A and H_B as systems of their own.
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }
@@ -215,12 +227,12 @@ public:
         for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(numbers_.k[i]);
         return make_parameters<H>(k);
     }
-    /// H − H0 and p·∂H/∂p, of the Hamiltonian itself.
+    /// H − H0, p·∂H/∂p and |p||∂H/∂p|, of the Hamiltonian itself.
     template <class V>
-    KAGERO_INLINE void energy(const State<V>& s, V& h, V& pv) const {
-        V out[2];
+    KAGERO_INLINE void energy(const State<V>& s, V& h, V& pv, V& size) const {
+        V out[3];
         run<energy_program<H>>(energy_u_.values, s.y, out);
-        h = out[0], pv = out[1];
+        h = out[0], pv = out[1], size = sqrt(out[2]);
     }
     /// dλ/dτ at the position in s.
     template <class V>
@@ -250,6 +262,13 @@ public:
     KAGERO_INLINE V surface(const State<V>& s) const {
         V out[1];
         run<surface_program<H>>(surface_u_.values, s.y, out);
+        return out[0];
+    }
+    /// The longest step from the position in s; 1 where the Hamiltonian bounds none.
+    template <class V>
+    KAGERO_INLINE V scale(const State<V>& s) const {
+        V out[1];
+        run<scale_program<H>>(scale_u_.values, s.y, out);
         return out[0];
     }
 
@@ -284,6 +303,7 @@ private:
     Uniforms<domain_program<H>, S> domain_u_;
     Uniforms<captured_program<H>, S> captured_u_;
     Uniforms<surface_program<H>, S> surface_u_;
+    Uniforms<scale_program<H>, S> scale_u_;
 };
 
 }  // namespace kagero

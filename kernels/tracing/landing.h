@@ -56,6 +56,7 @@ private:
     void copy_lane(const Flow<V>& from, int lane) {
         const auto copy = [lane](V& to, const V& v) { set_lane(to, lane, get_lane(v, lane)); };
         for (int k = 0; k < 7; ++k) copy(flow.start.y[k], from.start.y[k]), copy(flow.end.y[k], from.end.y[k]);
+        for (int k = 0; k < 6; ++k) copy(flow.carry[k], from.carry[k]);
         const auto copy3 = [&](Vec3<V>& to, const Vec3<V>& v) { copy(to.x, v.x), copy(to.y, v.y), copy(to.z, v.z); };
         copy3(flow.start_velocity, from.start_velocity), copy3(flow.end_velocity, from.end_velocity);
         copy(flow.h, from.h), copy(flow.start_parameter, from.start_parameter), copy(flow.end_parameter, from.end_parameter);
@@ -104,6 +105,7 @@ private:
             if (i + 1 == max_corrections) lost |= to_bits(open & (abs(change) > V(S(1024) * close)));
             else s_ = pick(open, max(min(s_ - change, V(S(1.25))), V(S(-0.25))), s_);
         }
+        if (flow.test_energy) lost |= to_bits(mask & edge & !(flow.solved & flow.energy_holds));
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.

@@ -7,29 +7,9 @@
 #include "kernels/tracing/encounter.h"
 #include "kernels/tracing/landing.h"
 #include "kernels/tracing/ray_source.h"
+#include "kernels/tracing/task.h"
 
 namespace kagero {
-
-/// What all packets of a call share.
-template <class V>
-struct Task {
-    const Job& job;
-    const Method& method;
-    bool straight;
-    const SpaceKernel<V>& kernel;
-    SystemStorage system;
-
-    Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
-        : job(j), method(methods[j.integrator]), straight(is_straight), kernel(k) {
-        kernel.construct(system, job.parameters);
-    }
-    void begin(Flow<V>& f) const {
-        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f, method.coefficients);
-    }
-    void step(Flow<V>& f) const {
-        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.coefficients);
-    }
-};
 
 /// Finite exactly where state and velocity are (short of sums that overflow, which nothing survives either).
 template <class V>
@@ -73,11 +53,12 @@ private:
     std::uint64_t leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving);
     std::uint64_t crosses_crease(std::uint64_t moving) const;
     V length_to_crease(std::uint64_t lanes);
-    void retry(std::uint64_t bad, std::uint64_t unsolved);
+    void retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy);
     void repeat(std::uint64_t lanes, const V& length);
     void restart(std::uint64_t lanes, const V& length);
     MaskOf<V> leaves_space(const Vec3<V>& q, const Vec3<V>& v) const;
-    void fail(std::uint64_t lanes, std::uint64_t unsolved);
+    void fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy);
+    void retire_far_out(const RayStart& start, int lane);
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
     std::uint64_t wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits);
@@ -98,6 +79,7 @@ private:
     std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
     V steps_;                       ///< whole numbers, exactly
     std::uint8_t halvings_[W] = {};
+    std::uint16_t all_halvings_[W] = {};
     std::uint8_t rejections_[W] = {};
     std::uint32_t surface_[W], primitive_[W];
     std::uint64_t fell_on_surface_ = 0;
@@ -105,7 +87,9 @@ private:
     const std::uint64_t* numbers_ = nullptr;
 
     /// How often a step without solution is halved before its ray fails.
-    static constexpr int max_halvings = 8;
+    static constexpr int max_halvings = 24;
+    /// The same for all steps of a ray: one that creeps on by halvings alone would hardly ever end.
+    static constexpr int most_halvings = 4000;
     /// How often in a row a step is taken again with another length before its ray fails.
     static constexpr int max_rejections = 60;
 };
@@ -114,12 +98,13 @@ template <class V>
 void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
     for (int i = 0; i < W; ++i) {
         const bool given = (lanes >> i) & 1;
-        if (given && starts[i].failure == Failure::none && !starts[i].captured) active_ |= std::uint64_t(1) << i;
+        if (given && starts[i].failure == Failure::none && !starts[i].captured && !starts[i].escaped) active_ |= std::uint64_t(1) << i;
         const RayStart& r = starts[given ? i : __builtin_ctzll(lanes)];
         for (int k = 0; k < 3; ++k) set_lane(flow_.start.y[k], i, S(r.q[k])), set_lane(flow_.start.y[3 + k], i, S(r.p[k]));
         set_lane(flow_.start.y[6], i, S(r.pt));
     }
     flow_.want_energy = (job_.outputs & output_energy) != 0 || job_.path_sink;
+    flow_.test_energy = !task_.straight;
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
@@ -158,6 +143,7 @@ void PacketTracer<V>::retire_at_start(const RayStart (&starts)[W], std::uint64_t
         const int i = __builtin_ctzll(rest);
         const Failure failure = starts[i].failure;
         if (starts[i].captured) retire(flow_, i, Status::captured, Failure::none);
+        else if (starts[i].escaped) retire_far_out(starts[i], i);
         else retire(flow_, i, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
     }
     for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
@@ -175,7 +161,9 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
         if (!((lanes >> i) & 1)) continue;
         const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
         for (V& y : flow_.start.y) copy(y);
+        for (V& c : flow_.carry) copy(c);
         copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain), copy(flow_.start_side);
+        copy(flow_.start_scale), copy(flow_.start_energy_size);
         for (auto& stage : flow_.stage)
             for (V& g : stage) copy(g);
     }
@@ -192,6 +180,10 @@ V PacketTracer<V>::step_length() const {
         const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
         h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
     }
+    if (task_.kernel.scaled && !task_.straight) {
+        const V speed = sqrt(dot(flow_.start_velocity, flow_.start_velocity));
+        h = pick(h * speed > flow_.start_scale, flow_.start_scale / speed, h);
+    }
     if (std::isfinite(job_.parameter_limit)) {
         // The last step ends at the limit, without a sliver of another one behind it.
         const V left = V(S(job_.parameter_limit)) - flow_.start_parameter;
@@ -206,10 +198,13 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(active_));
     task_.step(flow_);
     const std::uint64_t finite = to_bits(is_finite(sum_of_sizes(flow_.end, flow_.end_velocity))), solved = to_bits(flow_.solved);
-    std::uint64_t moving = active_ & finite & solved;
-    if (moving != active_) retry(active_ & ~moving, active_ & ~solved);
-    if (task_.method.info.adaptive && !task_.straight) {
-        const std::uint64_t accepted = to_bits(flow_.accepted);
+    const bool adaptive = task_.method.info.adaptive && !task_.straight;
+    const std::uint64_t accepted = adaptive ? to_bits(flow_.accepted) : active_;
+    // Beyond the medium's edge H means nothing.
+    const std::uint64_t lossy = flow_.test_energy ? accepted & ~to_bits(flow_.energy_holds | (flow_.domain <= V(S(0)))) : 0;
+    std::uint64_t moving = active_ & finite & solved & ~lossy;
+    if (moving != active_) retry(active_ & ~moving, active_ & ~solved, lossy & finite & solved);
+    if (adaptive) {
         repeat(moving & ~accepted, flow_.suggested);
         moving &= accepted;
         nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
@@ -282,7 +277,7 @@ void PacketTracer<V>::repeat(std::uint64_t lanes, const V& length) {
         if (++rejections_[i] >= max_rejections) failed |= std::uint64_t(1) << i;
     }
     restart(lanes, length);
-    if (failed) fail(failed, failed);
+    if (failed) fail(failed, failed, 0);
 }
 
 /// Lanes go back to the start of their step, without what the stepper remembers of it.
@@ -296,27 +291,28 @@ void PacketTracer<V>::restart(std::uint64_t lanes, const V& length) {
     flow_.h = pick(mask, length, flow_.h);
 }
 
-/// Lanes whose step has no solution, or left the numbers, go back and try half of it; the last halving fails the ray.
+/// Lanes whose step has no solution, lost H or left the numbers go back and try half of it; the last halving fails the ray.
 template <class V>
-void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved) {
+void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy) {
     repeated_ |= bad;
     std::uint64_t failed = 0;
     for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
-        if (halvings_[i]++ >= max_halvings) failed |= std::uint64_t(1) << i;
+        if (halvings_[i]++ >= max_halvings || all_halvings_[i]++ >= most_halvings) failed |= std::uint64_t(1) << i;
     }
     restart(bad, flow_.h * V(S(0.5)));
-    if (failed) fail(failed, unsolved);
+    if (failed) fail(failed, unsolved, lossy);
 }
 
 /// Ends rays as `failed` where their last good step ended.
 template <class V>
-void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved) {
+void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
     Flow<V> last = flow_;
     last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
-        retire(last, i, Status::failed, (unsolved >> i) & 1 ? Failure::not_converged : Failure::not_finite);
+        const auto in = [i](std::uint64_t set) { return (set >> i) & 1; };
+        retire(last, i, Status::failed, in(unsolved) ? Failure::not_converged : in(lossy) ? Failure::energy_lost : Failure::not_finite);
     }
     const MaskOf<V> gone = from_bits<V>(lanes);
     flow_.h = pick(gone, V(S(0)), flow_.h);
@@ -334,9 +330,12 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     }
     const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
     for (int k = 0; k < 6; ++k) flow_.start.y[k] = pick(go, flow_.end.y[k], flow_.start.y[k]);
+    for (int k = 0; k < 6; ++k) flow_.carry[k] = pick(go, flow_.next_carry[k], flow_.carry[k]);
     flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
     flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
     flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);
+    flow_.start_energy_size = pick(go, flow_.energy_size, flow_.start_energy_size);
+    if (task_.kernel.scaled) flow_.start_scale = pick(go, flow_.scale, flow_.start_scale);
     if (task_.kernel.creased) flow_.start_side = pick(go, flow_.side, flow_.start_side);
     flow_.h = pick(go | done, step_length(), flow_.h);
     for (std::uint64_t rest = staying & repeated_; rest; rest &= rest - 1)
@@ -404,6 +403,16 @@ void PacketTracer<V>::land(Landing<V>& landing) {
         if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
         ends_[i]->unrefined = (landing.unrefined >> i) & 1;
     }
+}
+
+/// Ends a ray that starts so far out that its numbers may not fit the packet's.
+template <class V>
+void PacketTracer<V>::retire_far_out(const RayStart& start, int lane) {
+    retire(flow_, lane, Status::escaped, Failure::none);
+    RayEnd& e = *ends_[lane];
+    const double inverse = 1 / norm(Vec3<double>{start.p[0], start.p[1], start.p[2]});
+    for (int k = 0; k < 3; ++k) e.q[k] = start.q[k], e.p[k] = start.p[k], e.v[k] = start.p[k] * inverse;
+    e.pt = start.pt, e.parameter = e.energy_error = 0;
 }
 
 /// Writes the end of a ray from the end of the step in `f`.

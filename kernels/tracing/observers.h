@@ -75,7 +75,7 @@ MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)
 template <class H>
 Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
     const double pt = H::spacetime ? 1.0 : 0.0;
-    out = {{q[0], q[1], q[2]}, {0, 0, 0}, pt, Failure::none, false};
+    out = {{q[0], q[1], q[2]}, {0, 0, 0}, pt, Failure::none, false, false};
     const double length = std::hypot(d[0], d[1], d[2]);
     for (int i = 0; i < 3; ++i)
         if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
@@ -162,11 +162,12 @@ Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3
         for (const double x : row)
             if (!std::isfinite(x)) return Failure::singular_start;
     std::array<double, 4> u = lowered_velocity<H>(kind, parameters, q, g), up{};
-    double square = 0;
+    double square = 0, terms = 0;
     for (int a = 0; a < 4; ++a)
         for (int b = 0; b < 4; ++b) up[a] += inverse_metric[a][b] * u[b];
-    for (int a = 0; a < 4; ++a) square += u[a] * up[a];
-    if (!(square < 0) || !std::isfinite(square)) return Failure::no_observer;
+    for (int a = 0; a < 4; ++a) square += u[a] * up[a], terms += std::abs(u[a] * up[a]);
+    // On a horizon nothing is left of u² but rounding.
+    if (!(square < -64 * machine_epsilon<double> * terms) || !std::isfinite(square)) return Failure::no_observer;
     // u^t > 0: into the future.
     const double scale = (up[3] > 0 ? 1 : -1) / std::sqrt(-square);
     for (int a = 0; a < 4; ++a) u[a] *= scale, up[a] *= scale;

@@ -16,7 +16,7 @@ inline RayStart start_from_map(const StartMap& map, const double (&q)[3], double
     // Inside an ergosphere light of p_t <= 0 cannot have come from outside: only a hole sends it.
     const bool captured = map.unit_pt && !(p[3] > 0);
     const double scale = map.unit_pt && !captured ? 1 / p[3] : 1;
-    return {{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured};
+    return {{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false};
 }
 
 /// The ray through the middle of pixel (x, y).

@@ -18,7 +18,7 @@ namespace kagero {
 struct Arguments {
     std::string scene, output, topic;
     std::string json;  ///< "-": stdout
-    std::vector<std::string> overrides;
+    std::vector<std::string> overrides, cases;
     std::string threads, isa = "auto", strategy = "auto", precision = "auto";
     std::string integrator, step, size, spp, seed, layers, crop, pixel;
     std::string rays = "-", observer, parameter, repeat, sample;

@@ -59,8 +59,20 @@ CameraRay parallel_ray(const Plan& plan, double u, double v) {
         q[k] = rays.position[k] + (u - 0.5 * rays.width) * rays.right[k] + (v - 0.5 * rays.height) * rays.down[k];
     StartMap map;
     const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer, q, &map);
-    if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false}, 0};
+    if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false, false}, 0};
     return ray_in_frame(map, q, plan.view.forward);
+}
+
+/// The greatest momentum, for p_t = 1, that an observer gives to a direction along an axis.
+double start_momentum(const StartMap& map) {
+    double greatest = 0;
+    for (int j = 0; j < 3; ++j)
+        for (const double sign : {1.0, -1.0}) {
+            double p[4];
+            for (int i = 0; i < 4; ++i) p[i] = sign * map.matrix[i][j] + map.offset[i];
+            if (map.unit_pt && p[3] > 0) greatest = std::max(greatest, std::hypot(p[0], p[1], p[2]) / p[3]);
+        }
+    return greatest;
 }
 
 }  // namespace
@@ -81,6 +93,9 @@ void place_camera(Plan& plan) {
     if (failure != Failure::none)
         throw InputError(scene.camera.position_place,
                          "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
+    // p depends on the direction linearly, but for the division by p_t: no corner's momentum is larger by much.
+    if (needs_double(plan, start_momentum(plan.camera.start)))
+        throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
     check_camera_off_surfaces(plan);
     if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;
 }
@@ -94,7 +109,7 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
         p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
     const bool captured = map.unit_pt && !(p[3] > 0);
     const double scale = map.unit_pt && !captured ? 1 / p[3] : 1;
-    return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured}, scale};
+    return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false}, scale};
 }
 
 CameraRay camera_ray(const Plan& plan, double u, double v) {

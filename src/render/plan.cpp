@@ -4,6 +4,7 @@
 #include "modules/modules.h"
 #include "render/camera.h"
 #include "render/redshift.h"
+#include "render/units.h"
 
 #include <chrono>
 #include <cmath>
@@ -57,7 +58,8 @@ void fill_job(Plan& plan, bool with_camera) {
     const HamiltonianInfo& info = plan.module->hamiltonians[job.hamiltonian];
     plan.straight = plan.module->straight(job.hamiltonian, job.parameters);
     job.rescaled = choose_rescaling(plan, info);
-    job.step = scene.integrator.step;
+    // A spacetime's Ω is a length, which leaves its steps without one; every other step is one.
+    job.step = job.rescaled && info.spacetime ? scene.integrator.step : scene.integrator.step / plan.unit;
     job.tolerance = scene.integrator.tolerance;
     job.solver_tolerance = scene.integrator.solver_tolerance;
     job.max_steps = scene.integrator.max_steps;
@@ -93,6 +95,8 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     const Module& m = *plan->module;
     plan->job.hamiltonian = index_of(s.space.hamiltonian, m.hamiltonians, m.hamiltonian_count);
     plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
+    plan->unit = length_unit(s, m.hamiltonians[plan->job.hamiltonian]);
+    measure_in(plan->scene, m.hamiltonians[plan->job.hamiltonian], plan->unit);
     for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
     plan->geometry = std::make_unique<SceneGeometry>(s);
     fill_job(*plan, with_camera);
@@ -100,6 +104,11 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     if (with_camera) place_camera(*plan);
     plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return plan;
+}
+
+bool needs_double(const Plan& plan, double momentum) {
+    if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.job.hamiltonian].spacetime) return false;
+    return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
 }
 
 ObserverKind observer_named(const std::string& name) {
@@ -125,8 +134,10 @@ const char* describe(Failure failure) {
         case Failure::singular_start: return "the Hamiltonian is singular at the start";
         case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
         case Failure::no_momentum: return "no momentum with this direction exists here";
-        case Failure::not_converged: return "an implicit step has no solution, even at 1/256 of its length";
+        case Failure::not_converged: return "an implicit step has no solution, however short it is";
         case Failure::not_finite: return "the state left the range of the number type";
+        case Failure::energy_lost: return "a step loses the Hamiltonian's value, however short it is";
+        case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }
     return "unknown";
 }

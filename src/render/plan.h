@@ -34,6 +34,7 @@ struct Plan {
     const KernelInfo* kernel = nullptr;
     std::unique_ptr<SceneGeometry> geometry;
     std::vector<double> parameters;
+    double unit = 1;                   ///< of the lengths in `scene`, `camera` and `job`, in units of the scene as written
     bool straight = false;             ///< every ray is a straight line: no integrator runs
     View view;
     CameraRays camera{};
@@ -52,6 +53,9 @@ Catalogue catalogue(const std::string& isa);
 /// Throws InputError for what the scene or options ask that cannot be done: a refused method, a camera inside a surface …
 /// `with_camera` is false for `trace`, which has its own rays.
 std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera = true);
+
+/// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
+bool needs_double(const Plan& plan, double momentum);
 
 /// "static" | "zamo" | "falling" | "coordinate"
 ObserverKind observer_named(const std::string& name);

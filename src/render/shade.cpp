@@ -31,11 +31,11 @@ Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& foot
     }
 }
 
-/// Distance in coordinates from the ray's start to the hit; 0 without one.
-double depth_of(const Sighting& ray) {
+/// Distance in scene units from the ray's start to the hit; 0 without one.
+double depth_of(const Plan& plan, const Sighting& ray) {
     if (ray.end->status != Status::hit) return 0;
     const double *from = ray.ray.start.q, *to = ray.end->q;
-    return std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    return plan.unit * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
 }
 
 /// Added up in the order of the samples, so that the sum is always the same.
@@ -67,7 +67,7 @@ float value_of(const Plan& plan, std::span<const Sighting> rays, const std::stri
         return float(greatest);
     }
     if (layer == "redshift") return float(redshift_of(plan, rays.front()));
-    if (layer == "depth") return float(depth_of(rays.front()));
+    if (layer == "depth") return float(depth_of(plan, rays.front()));
     return first.status == Status::hit ? float(plan.geometry->object_of(first.surface) + 1) : 0.0f;
 }
 

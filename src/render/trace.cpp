@@ -17,24 +17,47 @@ std::vector<Tile> cut_list(std::size_t rays) {
     return tiles;
 }
 
-void to_scene(const Double3& center, double (&q)[3]) {
-    for (int k = 0; k < 3; ++k) q[k] += center[k];
+/// To the scene's coordinates and unit of length, which λ has too. `Point` is RayEnd or PathPoint.
+template <class Point>
+void to_scene(const Plan& plan, Point& point) {
+    for (std::size_t k = 0; k < 3; ++k) point.q[k] = (point.q[k] + plan.scene.space.center[k]) * plan.unit;
+    point.parameter *= plan.unit;
 }
 
 RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     job.camera = nullptr;
     job.rays = starts.data();
+    job.parameter_limit /= plan.unit;
     job.outputs |= output_parameter;
     ends.resize(starts.size());
     return run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {
         std::copy(done, done + (tile.x1 - tile.x0), ends.begin() + tile.x0);
-        for (std::uint32_t i = tile.x0; i < tile.x1; ++i) to_scene(plan.scene.space.center, ends[i].q);
+        for (std::uint32_t i = tile.x0; i < tile.x1; ++i) to_scene(plan, ends[i]);
     });
+}
+
+/// Squares of lengths beyond this leave the numbers of the kernel.
+double greatest_length(const Plan& plan) {
+    return plan.kernel->precision == Precision::float32 ? 1e18 : 1e150;
+}
+
+/// The state of a ray with dq/dλ along d. Rays that start farther out than H can be evaluated, and move on outward, have escaped.
+RayStart directed(const Plan& plan, const double (&q)[3], const Double3& d) {
+    const double distance = std::hypot(q[0], q[1], q[2]), limit = greatest_length(plan);
+    const bool outward = q[0] / distance * d[0] + q[1] / distance * d[1] + q[2] / distance * d[2] > 0;
+    const bool far = distance > limit && distance > plan.job.escape_radius && outward && std::isfinite(distance);
+    const double shrink = far ? limit / distance : 1;
+    const double near[3] = {shrink * q[0], shrink * q[1], shrink * q[2]};
+    RayStart start{};
+    plan.module->start(plan.job.hamiltonian, plan.parameters.data(), near, d.data(), &start);
+    start.escaped = far && start.failure == Failure::none;
+    std::copy(q, q + 3, start.q);
+    return start;
 }
 
 /// The state of a ray whose direction is read in an observer's rest frame.
 RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d) {
-    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false};
+    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false, false};
     const double size = std::hypot(d[0], d[1], d[2]);
     if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
@@ -51,15 +74,17 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
     starts.reserve(rays.size());
     for (const RayInput& ray : rays) {
         double q[3];
-        for (int k = 0; k < 3; ++k) q[k] = ray.position[k] - plan.scene.space.center[k];
+        for (int k = 0; k < 3; ++k) q[k] = ray.position[k] / plan.unit - plan.scene.space.center[k];
         if (observer.empty()) {
-            RayStart start{};
-            plan.module->start(plan.job.hamiltonian, plan.parameters.data(), q, ray.direction.data(), &start);
-            starts.push_back(start);
+            starts.push_back(directed(plan, q, ray.direction));
         } else {
             starts.push_back(observed(plan, observer_named(observer), q, ray.direction));
         }
     }
+    for (RayStart& start : starts)
+        if (start.failure == Failure::none && !start.captured && observer != "falling" &&  // whose p_t may vanish
+            needs_double(plan, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
+            start.failure = Failure::needs_double;
     return starts;
 }
 
@@ -81,7 +106,7 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
         c.points.push_back(*point);
     };
     run_list(plan, job, starts, ends);
-    for (PathPoint& point : collector.points) to_scene(plan.scene.space.center, point.q);
+    for (PathPoint& point : collector.points) to_scene(plan, point);
     std::stable_sort(collector.points.begin(), collector.points.end(), [](const PathPoint& a, const PathPoint& b) {
         return a.ray != b.ray ? a.ray < b.ray : a.step < b.step;
     });

@@ -114,6 +114,9 @@ struct Catalogue {
 /// Reads, overrides and checks a scene. `overrides` are "key.path=value" strings in TOML syntax (a bare word is taken as a string).
 /// Throws InputError naming file:line:column, the value, the legal range, and a near match for a misspelt name.
 SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue);
+/// The same for a scene that is no file; `name` stands for it in messages, relative paths in it start at the working directory.
+SceneDescription load_scene_text(const std::string& text, const std::string& name, const std::vector<std::string>& overrides,
+                                 const Catalogue& catalogue);
 
 /// The scene written back whole as TOML, defaults included; loading it again gives the same description.
 std::string print_scene(const SceneDescription& scene);

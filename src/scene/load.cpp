@@ -183,9 +183,14 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
 }
 
 SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue) {
+    return load_scene_text(read_text(path), path, overrides, catalogue);
+}
+
+SceneDescription load_scene_text(const std::string& text, const std::string& path, const std::vector<std::string>& overrides,
+                                 const Catalogue& catalogue) {
     SceneDescription scene;
     scene.path = path;
-    scene.text = read_text(path);
+    scene.text = text;
     scene.overrides = overrides;
     Value root = parse_toml(scene.text, path);
     root.place = {path, 1, 1};

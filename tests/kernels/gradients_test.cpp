@@ -193,9 +193,9 @@ TYPED_TEST(Gradients, OfTheRescaledHamiltonianByTheProductRule) {
             for (std::size_t i = 0; i < k.size(); ++i) parameters[i] = k[i];
             const auto at = [&](int i) { return Dual<double, 3>::variable(y[i], i); };
             const auto omega = H::rescale(make_parameters<H>(parameters.data()), Vec3<Dual<double, 3>>{at(0), at(1), at(2)});
-            double of_h[6], of_k[6], excess, pv;
+            double of_h[6], of_k[6], excess, pv, greatest;
             plain.derivatives(s, of_h), transformed.derivatives(s, of_k);
-            plain.energy(s, excess, pv);
+            plain.energy(s, excess, pv, greatest);
             EXPECT_NEAR(transformed.pace(s), omega.value, roundings * machine_epsilon<double> * omega.value);
             const Point unit = rounding_unit(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
             for (int i = 0; i < 6; ++i) {
@@ -213,8 +213,8 @@ TYPED_TEST(Gradients, EnergyAndItsSize) {
     for (const Point& y : states<H>(40)) {
         State<double> s;
         std::copy(y.begin(), y.end(), s.y);
-        double excess, pv;
-        system.energy(s, excess, pv);
+        double excess, pv, greatest;
+        system.energy(s, excess, pv, greatest);
         const Point g = gradient_by_complex_step<H>(y, false), unit = rounding_unit(y, g, hessian_by_duals<H>(y, false));
         double size = 0, expected_pv = 0;
         for (int k = 0; k < 7; ++k) size += std::abs(y[k]) * unit[k];

@@ -1,0 +1,31 @@
+/// What a call works on: the job, its method, and the Hamiltonian behind `SpaceKernel`.
+#pragma once
+
+#include "kernels/abi.h"
+#include "kernels/stepping/methods.h"
+#include "kernels/stepping/space_kernel.h"
+
+namespace kagero {
+
+/// What all packets of a call share.
+template <class V>
+struct Task {
+    const Job& job;
+    const Method& method;
+    bool straight;
+    const SpaceKernel<V>& kernel;
+    SystemStorage system;
+
+    Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
+        : job(j), method(methods[j.integrator]), straight(is_straight), kernel(k) {
+        kernel.construct(system, job.parameters);
+    }
+    void begin(Flow<V>& f) const {
+        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f, method.coefficients);
+    }
+    void step(Flow<V>& f) const {
+        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.coefficients);
+    }
+};
+
+}  // namespace kagero

@@ -1,0 +1,77 @@
+// kagero stability: stiff and extreme cases against theory.
+#include "stability/stability.h"
+
+#include "cli/verb.h"
+#include "error.h"
+#include "report/stability_report.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+void declare(CLI::App& app, Arguments& arguments) {
+    app.add_option("CASE", arguments.cases, "The cases to run; default: all")->type_name("");
+    app.add_option("-o,--output", arguments.output, "A directory for stability.html and stability.json")->type_name("DIR");
+    app.add_option("--isa", arguments.isa, "Instruction set; see `kagero list isas`")->type_name("NAME")->envname("KAGERO_ISA");
+    add_json(app, arguments);
+    add_machine(app, arguments);
+    add_messages(app, arguments);
+}
+
+StabilityRequest request_of(const Arguments& arguments) {
+    const Options options = options_of(arguments);
+    StabilityRequest request;
+    request.isa = options.isa, request.threads = options.threads;
+    if (options.precision != "auto") request.precisions = {options.precision};
+    if (options.strategy != "auto") request.strategies = {options.strategy};
+    return request;
+}
+
+/// `--json` takes a file if a word follows; a case is none.
+void return_case_json_took(std::vector<std::string>& cases, std::string& json) {
+    const auto known = stability_case_names();
+    if (std::find(known.begin(), known.end(), json) == known.end()) return;
+    cases.push_back(json);
+    json = "-";
+}
+
+void make_directory(const std::string& directory) {
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (!std::filesystem::is_directory(directory)) throw InputError("-o: cannot make the directory '" + directory + "'");
+    for (const char* file : {"/stability.html", "/stability.json"}) check_output(directory + file);
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    std::vector<std::string> cases = arguments.cases;
+    std::string json = arguments.json;
+    return_case_json_took(cases, json);
+    const StabilityRequest request = request_of(arguments);
+    check_output(json);
+    if (!arguments.output.empty()) make_directory(arguments.output);
+
+    const bool table = json != "-";
+    const auto rows = run_stability(cases, request, [&](const StabilityRow& row) {
+        if (table) write_output("-", [&](std::ostream& out) { out << stability_text(row); });
+    });
+    if (table) write_output("-", [&](std::ostream& out) { out << stability_summary(rows); });
+    if (!json.empty()) write_output(json, [&](std::ostream& out) { out << stability_json(rows); });
+    if (!arguments.output.empty()) {
+        write_output(arguments.output + "/stability.html", [&](std::ostream& out) { out << stability_page(rows); });
+        write_output(arguments.output + "/stability.json", [&](std::ostream& out) { out << stability_json(rows); });
+        terminal.note("the page is in " + arguments.output + "/stability.html");
+    }
+    return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass; }) ? exit_done : exit_bound;
+}
+
+}  // namespace
+
+const Verb stability_verb{"stability", "Run stiff and extreme cases, and say which hold", declare, run};
+
+}  // namespace kagero

@@ -1,0 +1,16 @@
+/// Lengths as the kernels see them: scenes of atoms or galaxies are traced in a unit of their own size, a power of two, so that
+/// no square of a length leaves the numbers, and nothing is rounded on the way.
+#pragma once
+
+#include "scene/description.h"
+
+namespace kagero {
+
+/// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size, and for spaces whose parameters have
+/// units that are not known.
+double length_unit(const SceneDescription& scene, const HamiltonianInfo& info);
+
+/// The scene with all lengths in that unit. The step is left to the plan, which knows what it is a step of.
+void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double unit);
+
+}  // namespace kagero

@@ -1,0 +1,75 @@
+#include "report/stability_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace kagero {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* page_head = R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>kagero: stiff and extreme cases</title>
+<style>
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #222; background: #fff }
+table { border-collapse: collapse; width: 100% }
+th, td { text-align: left; vertical-align: top; padding: .4rem .6rem; border-bottom: 1px solid #ddd }
+td:first-child { font-family: ui-monospace, monospace; white-space: nowrap }
+.pass { color: #17662b } .fail { color: #b00020; font-weight: 600 }
+@media (prefers-color-scheme: dark) {
+  body { color: #ddd; background: #181818 } th, td { border-color: #444 } .pass { color: #7fd393 } .fail { color: #ff8a8a }
+}
+</style></head><body>
+<h1>Stiff and extreme cases</h1>
+)";
+
+std::string escaped(const std::string& text) {
+    std::string html;
+    for (const char c : text) {
+        if (c == '<')
+            html += "&lt;";
+        else if (c == '>')
+            html += "&gt;";
+        else if (c == '&')
+            html += "&amp;";
+        else
+            html += c;
+    }
+    return html;
+}
+
+}  // namespace
+
+std::string stability_text(const StabilityRow& row) {
+    return std::string(row.pass ? "pass  " : "FAIL  ") + row.name + ": " + row.what + "\n      expected  " + row.expected +
+           "\n      got       " + row.got + "\n";
+}
+
+std::string stability_summary(const std::vector<StabilityRow>& rows) {
+    const auto passed = std::count_if(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass; });
+    return std::to_string(passed) + " of " + std::to_string(rows.size()) + " cases pass\n";
+}
+
+std::string stability_json(const std::vector<StabilityRow>& rows) {
+    Json cases = Json::array();
+    for (const StabilityRow& row : rows)
+        cases.push_back(
+            {{"name", row.name}, {"what", row.what}, {"expected", row.expected}, {"got", row.got}, {"pass", row.pass}});
+    return Json{{"cases", cases}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string stability_page(const std::vector<StabilityRow>& rows) {
+    std::string page = page_head + ("<p>" + stability_summary(rows)) +
+                       "</p>\n<table><tr><th>case</th><th></th><th>what</th><th>expected</th><th>got</th></tr>\n";
+    for (const StabilityRow& row : rows) {
+        const std::string verdict = row.pass ? "pass" : "fail";
+        page += "<tr><td>" + escaped(row.name) + "</td><td class=\"" + verdict + "\">" + verdict + "</td><td>" +
+                escaped(row.what) + "</td><td>" + escaped(row.expected) + "</td><td>" + escaped(row.got) + "</td></tr>\n";
+    }
+    return page + "</table>\n</body></html>\n";
+}
+
+}  // namespace kagero

@@ -1,0 +1,109 @@
+// A black hole and steps that are too long, methods that are too rough, rays that go the wrong way.
+#include "stability/cases.h"
+#include "stability/orbits.h"
+
+#include <cmath>
+
+namespace kagero::stability {
+
+namespace {
+
+// b_c is 2.598. A method of low order moves it a little, and a step that may lose a tenth of H by as much: what is asked of rough
+// steps is at least a fifth away from it.
+constexpr double swallowed[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.5, 2.55};
+constexpr double well_inside[] = {0, 0.1, 0.5, 1, 1.5, 2};
+constexpr double well_outside[] = {3.2, 4, 5, 7, 10, 15};
+
+template <std::size_t n>
+std::vector<RayInput> fan(const double (&impacts)[n], double radius) {
+    std::vector<RayInput> rays;
+    for (const OrbitPlane& plane : planes)
+        for (const double b : impacts) rays.push_back(ray_inward(plane, b, radius));
+    return rays;
+}
+
+/// Every ray has its class, or has failed with a reason.
+template <std::size_t n>
+void expect_class_or_failure(Trial& trial, const Plan& plan, const double (&impacts)[n], Status expected,
+                             const std::string& how) {
+    const auto ends = trial.ends(plan, fan(impacts, 18));
+    for (std::size_t i = 0; i < ends.size(); ++i)
+        if (ends[i].status != Status::failed)
+            trial.expect_status(ends[i], expected, "b = " + number(impacts[i % n]) + ", " + how);
+}
+
+}  // namespace
+
+void captured_stay(Trial& trial) {
+    for (const char* method : {"verlet", "satoh4-nine", "suzuki4-nine", "ks-s10", "gauss8", "rk4", "dp54"})
+        for (const char* rescale : {"auto", "none"})
+            for (const double step : {0.01, 0.05}) {
+                if (step > 0.01 && std::string(method).starts_with("satoh")) continue;  // of order 1
+                const std::string how = std::string(method) + ", step " + number(step) + ", rescale " + rescale;
+                const std::string text = hole(method, step, std::string("rescale = \"") + rescale + "\"");
+                std::unique_ptr<Plan> plan;
+                try {
+                    plan = trial.plan(text);
+                } catch (const InputError&) {
+                    continue;  // the method cannot serve the space in this form
+                }
+                for (const RayEnd& end : trial.ends(*plan, fan(swallowed, 18)))
+                    trial.expect(end.status != Status::escaped, "a ray below b_c is escaped, " + how);
+            }
+}
+
+// H is the same for (p, p_t) and (−p, −p_t), which moves backward: a ray outward, reversed, goes inward with p_t = −1. It cannot
+// cross the horizon this way, and would creep up to it for ever.
+void wrong_time_momentum(Trial& trial) {
+    for (const char* method : {"gauss8", "suzuki4-nine", "ks-s10", "rk4", "dp54"}) {
+        const auto plan = trial.plan(hole(method, 0.1));
+        std::vector<RayInput> rays;
+        for (const OrbitPlane& plane : planes)
+            for (const double slope : {0.0, 0.05, 0.1}) {
+                RayInput ray{};
+                for (std::size_t k = 0; k < 3; ++k)
+                    ray.position[k] = 15 * plane.outward[k], ray.direction[k] = plane.outward[k] + slope * plane.across[k];
+                rays.push_back(ray);
+            }
+        auto starts = start_rays(*plan, rays, "");
+        for (RayStart& start : starts) {
+            start.pt = -start.pt;
+            for (double& p : start.p) p = -p;
+        }
+        for (const RayEnd& end : trial.ends(*plan, starts)) {
+            trial.expect_status(end, Status::captured, method);
+            trial.expect(end.steps <= 1000, std::to_string(end.steps) + " steps, " + method);
+        }
+    }
+}
+
+void unsolvable_step(Trial& trial) {
+    for (const char* method : {"verlet", "suzuki4-nine", "midpoint", "gauss4", "gauss8"})
+        for (const double step : {3.0, 10.0, 100.0}) {
+            const std::string how = std::string(method) + ", step " + number(step);
+            Options watched = trial.options();
+            watched.energy_error = true;
+            const auto plan = make_plan(trial.scene(hole(method, step, "rescale = \"none\"")), watched, false);
+            expect_class_or_failure(trial, *plan, well_inside, Status::captured, how);
+            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, how);
+            for (const RayEnd& end : trial.ends(*plan, fan(well_outside, 18)))
+                if (end.status == Status::escaped) trial.measure("H off by", end.energy_error, HUGE_VAL);
+        }
+}
+
+void coarse_steps(Trial& trial) {
+    for (const char* method : {"verlet", "suzuki4-nine", "kahan-li8", "ks-s10", "gauss8", "rk4", "dp5"})
+        for (const char* rescale : {"auto", "none"}) {
+            const std::string how = std::string(method) + ", rescale " + rescale;
+            std::unique_ptr<Plan> plan;
+            try {
+                plan = trial.plan(hole(method, 50, std::string("rescale = \"") + rescale + "\""));
+            } catch (const InputError&) {
+                continue;
+            }
+            expect_class_or_failure(trial, *plan, well_inside, Status::captured, how);
+            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, how);
+        }
+}
+
+}  // namespace kagero::stability

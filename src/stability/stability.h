@@ -1,0 +1,33 @@
+/// Stiff and extreme cases: small scenes whose outcome theory knows, run through the kernels and the loop that `render` and
+/// `trace` use.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace kagero {
+
+/// What one case came to.
+struct StabilityRow {
+    std::string name, what, expected, got;
+    bool pass = false;
+};
+
+/// The ways every case is run: all combinations.
+struct StabilityRequest {
+    std::string isa = "auto";
+    std::vector<std::string> precisions{"double", "float"};
+    std::vector<std::string> strategies{"packet", "scalar"};
+    unsigned threads = 0;  ///< 0: all
+};
+
+/// Names of all cases, in the order of the table.
+std::vector<std::string> stability_case_names();
+
+/// Runs the named cases, or all for none, in the order of the table; `done` is called after each. Throws InputError, with a near
+/// match, for a name that is none.
+std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
+                                        const std::function<void(const StabilityRow&)>& done = {});
+
+}  // namespace kagero

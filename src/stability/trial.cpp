@@ -1,0 +1,131 @@
+#include "stability/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace kagero {
+
+namespace {
+
+constexpr std::size_t shown_failures = 3;
+
+constexpr const char* any_camera = R"(
+[camera]
+position = [0, -10, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [8, 8]
+)";
+
+bool is_finite(const RayEnd& end) {
+    double sum = end.parameter + end.pt;
+    for (int k = 0; k < 3; ++k) sum += std::abs(end.q[k]) + std::abs(end.v[k]);
+    return std::isfinite(sum) && std::isfinite(end.p[0]) && std::isfinite(end.p[1]) && std::isfinite(end.p[2]);
+}
+
+std::string three_digits(double value) {
+    std::ostringstream text;
+    text.precision(3);
+    text << value;
+    return text.str();
+}
+
+}  // namespace
+
+void Findings::fail(const std::string& text) {
+    if (++failures_ <= shown_failures) first_failures_.push_back(text);
+}
+
+void Findings::measure(const std::string& label, double value) {
+    const auto known = std::find_if(measured_.begin(), measured_.end(), [&](const auto& entry) { return entry.first == label; });
+    if (known == measured_.end())
+        measured_.emplace_back(label, value);
+    else if (!(value <= known->second))
+        known->second = value;
+}
+
+void Findings::note(const std::string& text) {
+    notes_.push_back(text);
+}
+
+std::string Findings::text() const {
+    std::string all;
+    const auto add = [&](const std::string& text) { all += (all.empty() ? "" : "; ") + text; };
+    for (const std::string& failure : first_failures_) add(failure);
+    if (failures_ > shown_failures) add("and " + std::to_string(failures_ - shown_failures) + " more");
+    for (const auto& [label, value] : measured_) add(label + " " + three_digits(value));
+    for (const std::string& note : notes_) add(note);
+    return all.empty() ? "as expected" : all;
+}
+
+SceneDescription Trial::scene(const std::string& text, bool camera) const {
+    return load_scene_text(text + (camera ? "" : any_camera), "scene", {}, catalogue(options_.isa));
+}
+
+std::unique_ptr<Plan> Trial::plan(const std::string& text, bool camera) const {
+    return make_plan(scene(text, camera), options_, camera);
+}
+
+std::string Trial::refusal(const std::string& text) const {
+    try {
+        plan(text, true);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayStart>& starts) {
+    std::vector<RayEnd> ends;
+    const RunReport report = trace(plan, starts, ends);
+    std::uint64_t counted = 0;
+    for (const std::uint64_t count : report.status) counted += count;
+    expect(counted == starts.size(), std::to_string(counted) + " statuses for " + std::to_string(starts.size()) + " rays");
+    for (const RayEnd& end : ends) {
+        statuses_.push_back(end.status);
+        const bool plain = end.status == Status::hit || end.status == Status::escaped || end.status == Status::step_limit;
+        expect(!plain || is_finite(end), std::string("a ray that is ") + name_of(end.status) + " is not finite");
+        expect(end.status != Status::failed || end.failure != Failure::none, "a failed ray has no reason");
+    }
+    return ends;
+}
+
+std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer) {
+    return ends(plan, start_rays(plan, rays, observer));
+}
+
+void Trial::expect(bool holds, const std::string& otherwise) {
+    if (!holds) findings_.fail(label() + ": " + otherwise);
+}
+
+void Trial::expect_status(const RayEnd& end, Status expected, const std::string& ray) {
+    if (end.status == expected) return;
+    std::string got = name_of(end.status);
+    if (end.status == Status::failed) got += std::string(" (") + describe(end.failure) + ")";
+    expect(false, got + " instead of " + name_of(expected) + " at " + ray);
+}
+
+void Trial::measure(const std::string& label, double value, double bound) {
+    findings_.measure(label + " (" + options_.precision + ")", value);
+    expect(value <= bound, label + " " + three_digits(value) + " > " + three_digits(bound));
+}
+
+std::string space_text(const std::string& hamiltonian, const std::string& parameters, const std::string& integrator) {
+    return "[space]\nhamiltonian = \"" + hamiltonian + "\"\n" + parameters + "\n[integrator]\n" + integrator + "\n";
+}
+
+std::string number(double value) {
+    std::ostringstream text;
+    text.precision(17);
+    text << value;
+    const std::string written = text.str();
+    return written.find_first_of(".en") == std::string::npos ? written + ".0" : written;
+}
+
+double distance(const double (&a)[3], const Double3& b) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+}  // namespace kagero

@@ -28,6 +28,7 @@ struct Flow {
     V energy;                  ///< H at the end
     V domain;                  ///< ≤ 0 where the ray has left the medium at the end
     V side;                    ///< changes sign where H is not smooth
+    V longest;                 ///< bound on the next step, where the space has one
     V captured;                ///< ≤ 0 where the ray is captured at the end
     MaskOf<V> solved;          ///< the implicit equations were solved
     MaskOf<V> accepted;        ///< adaptive methods: the local error is within the tolerance

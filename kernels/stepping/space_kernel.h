@@ -18,6 +18,8 @@ struct SpaceKernel {
     void (*construct)(SystemStorage&, const double* parameters);
     /// H is not smooth where Flow::side changes sign: steps must end there.
     bool creased;
+    /// Flow::longest bounds the next step.
+    bool bounds_steps;
     /// Per kind: null where it serves this Hamiltonian, else why not.
     const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.

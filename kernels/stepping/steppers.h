@@ -32,10 +32,14 @@ void watch_energy(const System& system, const State<V>& s, Flow<V>& f) {
     using S = ScalarOf<V>;
     V excess, pv;
     system.energy(s, excess, pv);
-    const S level = S(System::Hamiltonian::level);
+    const S level = system.level();
     f.energy = excess + V(level);
     f.energy_error = abs(excess) / (abs(pv) + V(level < 0 ? -level : level));
 }
+
+/// Whether a system bounds its steps.
+template <class System, class V>
+concept BoundsSteps = requires(const System& system, const State<V>& s) { system.longest_step(s); };
 
 /// What the loop wants to know of the start of a ray. Not inlined, so that all kinds of step share it; so is `arrive`.
 template <class System, class V>
@@ -44,6 +48,7 @@ __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
     f.start_domain = f.domain = system.domain(f.start);
     f.start_side = f.side = system.surface(f.start);
     f.captured = system.captured(f.start.q(), f.start_velocity, f.start.y[6]);
+    if constexpr (BoundsSteps<System, V>) f.longest = system.longest_step(f.start);
     if (f.want_energy) watch_energy(system, f.start, f);
 }
 /// … and of the end of a step.
@@ -53,6 +58,7 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     f.end_velocity = system.dp(f.end);
     f.domain = system.domain(f.end);
     if constexpr (Creased<typename System::Hamiltonian>) f.side = system.surface(f.end);
+    if constexpr (BoundsSteps<System, V>) f.longest = system.longest_step(f.end);
     if (f.want_energy) watch_energy(system, f.end, f);
     f.captured = system.captured(f.end.q(), f.end_velocity, f.start.y[6]);
 }
@@ -75,6 +81,7 @@ template <class System, class V>
 constexpr SpaceKernel<V> make_space_kernel() {
     SpaceKernel<V> kernel{};
     kernel.creased = Creased<typename System::Hamiltonian>;
+    kernel.bounds_steps = BoundsSteps<System, V>;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {

@@ -70,6 +70,28 @@ struct Recording {
     constexpr int hamiltonian(Tape& t, bool rescaled) const { return rescaled ? multiply_through(t, rescale, energy) : energy; }
 };
 
+/// p·∂H/∂p from the leaves and the gradient of a tape.
+constexpr int momentum_times_velocity(Tape& t, const std::array<int, 7>& input, const std::array<int, 6>& gradient) {
+    return t.add(t.add(t.mul(input[3], gradient[3]), t.mul(input[4], gradient[4])), t.mul(input[5], gradient[5]));
+}
+
+/// The gradient by x y z px py pz.
+constexpr std::array<int, 6> record_derivatives(Tape& t, int hamiltonian, const std::array<int, 7>& input) {
+    std::array<int, 6> wanted{}, gradient{};
+    for (int i = 0; i < 6; ++i) wanted[i] = input[i];
+    record_gradient<6>(t, hamiltonian, wanted, gradient);
+    return gradient;
+}
+
+/// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
+template <class Force, class Velocity>
+constexpr bool is_separable(const Force& force, const Velocity& velocity) {
+    return !force.uses_any_input(3, 6) && velocity.returns_input(0, 3) && velocity.returns_input(1, 4) && velocity.returns_input(2, 5);
+}
+
+/// What stays and what varies while the implicit halves of eq. (9) are solved.
+inline constexpr Varying kick_varies{3, 6}, drift_varies{0, 3};
+
 /// Everything the programs of a Hamiltonian are cut from: one tape, recorded once by the compiler.
 template <class H, bool Rescaled>
 struct Master {
@@ -85,14 +107,12 @@ struct Master {
         Tape& t = tape;
         const Recording<H> r(t);
         const int k = r.hamiltonian(t, Rescaled);
-        std::array<int, 6> wanted{};
-        for (int i = 0; i < 6; ++i) wanted[i] = r.input[i];
-        record_gradient<6>(t, k, wanted, gradient);
+        gradient = record_derivatives(t, k, r.input);
         pace = {r.rescale};
         domain = captured = surface = {t.constant(1)};
         if constexpr (!Rescaled) {
             energy[0] = r.energy;
-            energy[1] = t.add(t.add(t.mul(r.input[3], gradient[3]), t.mul(r.input[4], gradient[4])), t.mul(r.input[5], gradient[5]));
+            energy[1] = momentum_times_velocity(t, r.input, gradient);
             if constexpr (Bounded<H>) domain = {H::domain(make_parameters<H>(r.k), r.q).on(t)};
             if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p, Recorded(&t, r.input[6])).on(t)};
             if constexpr (Creased<H>) surface = {H::surface(make_parameters<H>(r.k), r.q).on(t)};
@@ -107,9 +127,9 @@ inline constexpr Master<H, Rescaled> master{};
 template <class H, bool Rescaled>
 inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
-inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), Varying{3, 6}>();
+inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), kick_varies>();
 template <class H, bool Rescaled>
-inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), Varying{0, 3}>();
+inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), drift_varies>();
 template <class H>
 inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
 template <class H>
@@ -177,14 +197,14 @@ public:
     /// Whether ∂K/∂q depends on p, ∂K/∂p on q: where not, the half steps of eq. (9) are explicit.
     static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
-    /// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
-    static constexpr bool separable = !force_needs_p && velocity_.returns_input(0, 3) && velocity_.returns_input(1, 4) &&
-                                      velocity_.returns_input(2, 5);
+    static constexpr bool separable = is_separable(force_, velocity_);
 
     explicit System(const double* parameters)
         : numbers_(parameters), parts_(parameters), derivatives_u_(parameters), force_u_(parameters), velocity_u_(parameters),
           energy_u_(parameters), rescale_u_(parameters), domain_u_(parameters), captured_u_(parameters),
           surface_u_(parameters) {}
+    /// H0.
+    static constexpr S level() { return S(H::level); }
     /// The parts H_A and H_B as systems of their own.
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }

@@ -182,6 +182,7 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
 template <class V>
 V PacketTracer<V>::step_length() const {
     V h = nominal_;
+    if (task_.kernel.bounds_steps) h = min(max(flow_.longest, V(S(0))), h);
     if (task_.straight) {
         const Vec3<V> q = flow_.start.q(), v = flow_.start_velocity;
         const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));

@@ -1,0 +1,70 @@
+/// Evaluates code over any number type: packets of rays, single rays, and duals of both.
+#pragma once
+
+#include "kernels/formula/code.h"
+#include "kernels/numeric/dual.h"
+
+namespace kagero::formula {
+
+/// The same instruction on N sets of slots: slot i of set n is s[i·N + n].
+template <Op op, class T, int N>
+KAGERO_INLINE void run_of(const Instruction* instruction, int count, T* s) {
+    for (int i = 0; i < count; ++i) {
+        const Instruction now = instruction[i];
+        T* result = s + now.result * N;
+        const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
+        for (int n = 0; n < N; ++n) result[n] = kagero::detail::apply<op, T>(a[n], b[n], c[n]);
+    }
+}
+
+/// Runs [first, last) of a code.
+template <class T, int N>
+__attribute__((noinline)) void interpret(const Code& code, int first, int last, T* s) {
+    for (int r = first; r < last; ++r) {
+        const Run run = code.run[r];
+        const Instruction* at = code.instruction + run.first;
+        switch (run.op) {
+#define KAGERO_RUN(OP) \
+    case Op::OP: run_of<Op::OP, T, N>(at, run.count, s); break;
+            KAGERO_RUN(add) KAGERO_RUN(sub) KAGERO_RUN(mul) KAGERO_RUN(neg) KAGERO_RUN(recip) KAGERO_RUN(sqrt) KAGERO_RUN(rsqrt)
+            KAGERO_RUN(exp) KAGERO_RUN(log) KAGERO_RUN(sin) KAGERO_RUN(cos) KAGERO_RUN(tan) KAGERO_RUN(tanh) KAGERO_RUN(atan2)
+            KAGERO_RUN(min) KAGERO_RUN(max) KAGERO_RUN(at_least) KAGERO_RUN(mul_add) KAGERO_RUN(mul_sub) KAGERO_RUN(neg_mul_add)
+#undef KAGERO_RUN
+            default: break;  // leaves are no instructions
+        }
+    }
+}
+
+/// Slots for N evaluations at a time. Memory alone: nothing is read that was not written.
+template <class T, int N>
+class Slots {
+public:
+    Slots() {}
+    T* data() { return reinterpret_cast<T*>(memory_); }
+    /// Constants, and the inputs of set n.
+    KAGERO_INLINE void fill_constants(const Code& code) {
+        for (int i = 0; i < code.constants; ++i)
+            for (int n = 0; n < N; ++n) data()[(Code::inputs + i) * N + n] = T(code.constant[i]);
+    }
+    KAGERO_INLINE void fill_inputs(const T* in, int n) {
+        for (int i = 0; i < Code::inputs; ++i) data()[i * N + n] = in[i];
+    }
+    KAGERO_INLINE void read(const Code& code, T* out, int n) {
+        for (int o = 0; o < code.outputs; ++o) out[o] = data()[code.output[o] * N + n];
+    }
+
+private:
+    alignas(64) unsigned char memory_[sizeof(T) * N * Code::greatest_slots];
+};
+
+/// inputs → outputs.
+template <class T>
+__attribute__((noinline)) void evaluate(const Code& code, const T* in, T* out) {
+    Slots<T, 1> slots;
+    slots.fill_constants(code);
+    slots.fill_inputs(in, 0);
+    interpret<T, 1>(code, 0, code.runs, slots.data());
+    slots.read(code, out, 0);
+}
+
+}  // namespace kagero::formula

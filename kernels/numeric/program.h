@@ -238,7 +238,7 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::atan2) return atan2(a, b);
     else if constexpr (op == Op::min) return min(a, b);
     else if constexpr (op == Op::max) return max(a, b);
-    else if constexpr (op == Op::at_least) return pick(a >= b, V(1), V(0));
+    else if constexpr (op == Op::at_least) return pick(a >= b, V(1.0), V(0.0));
     else if constexpr (op == Op::mul_add) return mul_add(a, b, c);
     else if constexpr (op == Op::mul_sub) return mul_sub(a, b, c);
     else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);

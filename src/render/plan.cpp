@@ -2,6 +2,7 @@
 
 #include "film/film.h"
 #include "modules/modules.h"
+#include "render/formula_space.h"
 #include "scene/clearance.h"
 
 #include <chrono>
@@ -68,8 +69,10 @@ void place_camera(Plan& plan) {
     const SceneDescription& scene = plan.scene;
     aim(plan.camera, scene.camera, scene.film);
     for (int k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
-    const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(),
-                                                 observer_named(scene.camera.observer), plan.camera.position, &plan.camera.start);
+    const ObserverKind kind = observer_named(scene.camera.observer);
+    const Failure failure = scene.space.formula ? place_formula_camera(plan, kind)
+                                                : plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind,
+                                                                       plan.camera.position, &plan.camera.start);
     if (failure != Failure::none)
         throw InputError(scene.camera.position_place,
                          "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
@@ -85,16 +88,24 @@ double chord_tolerance(const Plan& plan, bool with_camera) {
     return 0.1 * pixel * 0.5 * size;
 }
 
+/// Null where a method serves the space; a formula knows itself whether it is rescaled.
+const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled) {
+    if (plan.scene.space.formula) return plan.module->formula_refusal(plan.parameters.data(), integrator);
+    return plan.module->refusal(plan.job.hamiltonian, integrator, rescaled);
+}
+
 /// Whether to integrate ΩH: where the space declares it, the scene does not forbid it, and the method can.
 bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
-    const auto why = [&](bool rescaled) { return plan.module->refusal(plan.job.hamiltonian, plan.job.integrator, rescaled); };
-    const bool wanted = info.rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
+    const auto why = [&](bool rescaled) { return refusal_of(plan, plan.job.integrator, rescaled); };
+    const auto& formula = plan.scene.space.formula;
+    const bool stated = formula && formula->parsed.rescale >= 0;
+    const bool wanted = stated || (info.rescales && plan.scene.integrator.rescale == "auto" && !plan.straight);
     if (wanted && !why(true)) return true;
-    const char* reason = why(false);
+    const char* reason = why(stated);  // a rescaling that is stated is not left out
     if (!reason) return false;
     std::string served;
     for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
-        if (!plan.module->refusal(plan.job.hamiltonian, i, wanted) || !plan.module->refusal(plan.job.hamiltonian, i, false))
+        if (!refusal_of(plan, i, wanted) || !refusal_of(plan, i, false))
             served += std::string(served.empty() ? "" : ", ") + plan.module->integrators[i].name;
     throw InputError("integrator.method = \"" + plan.scene.integrator.method + "\" cannot serve " + info.name + ": " + reason +
                      "; it is served by " + served);
@@ -144,6 +155,7 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     plan->job.hamiltonian = index_of(s.space.hamiltonian, m.hamiltonians, m.hamiltonian_count);
     plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
     for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
+    if (s.space.formula) plan->parameters = compile_formula(*s.space.formula, m);
     plan->geometry = std::make_unique<SceneGeometry>(s);
     fill_job(*plan, with_camera);
     if (with_camera) place_camera(*plan);

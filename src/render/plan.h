@@ -27,9 +27,10 @@ struct Plan {
     const Module* module = nullptr;
     const KernelInfo* kernel = nullptr;
     std::unique_ptr<SceneGeometry> geometry;
-    std::vector<double> parameters;
+    std::vector<double> parameters;    ///< of the Hamiltonian; of a formula its programs
     bool straight = false;             ///< every ray is a straight line: no integrator runs
     CameraRays camera{};
+    std::vector<RayStart> camera_starts;  ///< of each pixel, where no map of directions to momenta serves them all
     Job job{};
     unsigned threads = 1;
     double load_seconds = 0;

@@ -3,6 +3,7 @@
 #include "formula/nodes.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 namespace kagero {
@@ -163,10 +164,15 @@ private:
             for (const auto& entry : scope_.names) known.push_back(entry.first);
         for (const Function& function : functions) known.emplace_back(function.name);
         std::string message = std::string(called ? "there is no function " : "unknown name ") + token.text;
-        if (const std::string near = near_match(token.text, known); !near.empty()) message += "; did you mean " + near + "?";
-        std::string list;
-        for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-        fail_at(formula_, token.position, message + " Known: " + list);
+        std::string small = token.text, near, list;
+        for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        for (const std::string& name : known) {
+            list += (list.empty() ? "" : ", ") + name;
+            if (name == small) near = name;
+        }
+        if (near.empty()) near = near_match(token.text, known);
+        message += near.empty() ? "; known: " : "; did you mean " + near + "? Known: ";
+        fail_at(formula_, token.position, message + list);
     }
 
     FormulaScope& scope_;

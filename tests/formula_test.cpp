@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 
 namespace kagero::test {
 namespace {
@@ -89,7 +90,9 @@ TEST(FormulaSpace, HasTheRaysOfTheBuiltIn) {
                     // A ray that nearly stays bends a rounding into much more.
                     const double tolerance = 1e-12 * (a[i].steps > 450 ? 100 : 1);
                     expect_close(a[i].q, b[i].q, tolerance), expect_close(a[i].p, b[i].p, tolerance), expect_close(a[i].v, b[i].v, tolerance);
-                    EXPECT_EQ(a[i].steps, b[i].steps) << i;
+                    // Straight rays are known to be straight, and take one long step.
+                    const bool same_steps = pair.name == std::string("flat") || a[i].steps == b[i].steps;
+                    EXPECT_TRUE(same_steps) << i;
                 }
             }
         }
@@ -192,14 +195,21 @@ TEST(FormulaSpace, RefusesWhatItCannotUse) {
         {"[space]\nhamiltonian = \"flat\"\n[integrator]\nrescale = \"r\"\n", "cannot do that yet"},
     };
     for (const auto& [text, says] : table) EXPECT_NE(refusal(text).find(says), std::string::npos) << text << refusal(text);
-    std::string large = "px^2";
-    for (int i = 0; i < 300; ++i) large += " + sin(" + std::to_string(i) + "*x)";
-    EXPECT_NE(refusal("[space]\nhamiltonian = \"formula\"\nH = \"" + large + "\"\n").find("too large"), std::string::npos);
-    // As a tree this has 2^60 leaves.
-    std::string helpers = "[space.let]\na0 = \"x + 1/y\"\n";
-    for (int i = 1; i <= 60; ++i) helpers += "a" + std::to_string(i) + " = \"a" + std::to_string(i - 1) + "*x + a" + std::to_string(i - 1) + "\"\n";
-    const std::string deep = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) + 1e-30*a60\"\n[integrator]\nrescale = \"y\"\n" + helpers;
-    refusal(deep);  // in no time, whatever it says
+}
+
+TEST(FormulaSpace, TooLargeOnesAreRefusedAtOnce) {
+    std::ostringstream large;
+    large << "[space]\nhamiltonian = \"formula\"\nH = \"px^2";
+    for (int i = 0; i < 300; ++i) large << " + sin(" << i << "*x)";
+    large << "\"\n";
+    EXPECT_NE(refusal(large.str()).find("too large"), std::string::npos) << refusal(large.str());
+    // As trees these have 2^60 leaves.
+    for (const char* helper : {" + ", "*"}) {
+        std::ostringstream deep;
+        deep << "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) + 1e-30*a60\"\n[integrator]\nrescale = \"y\"\n[space.let]\na0 = \"x + 1/y\"\n";
+        for (int i = 1; i <= 60; ++i) deep << 'a' << i << " = \"(a" << i - 1 << " + x)" << helper << 'a' << i - 1 << "\"\n";
+        refusal(deep.str());  // whatever it says
+    }
 }
 
 TEST(FormulaSpace, IsPrintedWhole) {

@@ -1,7 +1,8 @@
 /// Programs as data: what formulas of a scene become, since no compiler is there to unroll them.
 ///
 /// Instructions work on numbered slots: the seven inputs, the constants, then what is computed. They are ordered into runs of the same
-/// operation on operands that do not wait for each other, so that an operation is looked up once per run and fills the pipelines.
+/// operation on operands that do not wait for each other, so that an operation is looked up once per run and fills the pipelines. Where
+/// there is no such run, an operation on the last result follows: it finds it in registers, and does not wait for memory.
 #pragma once
 
 #include "kernels/stepping/system.h"
@@ -14,9 +15,22 @@ struct Instruction {
     std::uint16_t result, a, b, c;
 };
 
-/// Instructions [first, first + count) with the same operation.
+/// What a run does: an `Op`, or one of these, where L is the result of the instruction before.
+enum class OnLast : std::uint8_t {
+    add = 32,         // L + b
+    mul,              // L·b
+    rsqrt, recip,     // of L
+    mul_add,          // L·b + c
+    add_product,      // a·b + L
+    neg_mul_add,      // c − L·b
+    minus_product,    // L − a·b
+};
+constexpr std::uint8_t kind_of(Op op) { return static_cast<std::uint8_t>(op); }
+constexpr std::uint8_t kind_of(OnLast op) { return static_cast<std::uint8_t>(op); }
+
+/// Instructions [first, first + count) of one kind.
 struct Run {
-    Op op;
+    std::uint8_t kind;
     std::uint16_t first, count;
 };
 
@@ -44,7 +58,7 @@ public:
     }
 
     bool write() {
-        code_.runs = code_.constants = 0;
+        code_.runs = code_.constants = code_.prepared = 0;
         order(false);
         code_.prepared = code_.runs;
         first_varying_ = length_;
@@ -59,20 +73,56 @@ private:
         const Node& n = p_.nodes[k];
         return !detail::is_leaf(n.op) && !done_[k] && varies_[k] == varying && done(n.a) && done(n.b) && done(n.c);
     }
-    /// Runs of whichever operation is ready most often.
+    /// Runs of whichever operation is ready most often; where that is hardly any, what continues from the last result.
     void order(bool varying) {
+        last_ = -1;
         for (;;) {
-            int counts[64] = {}, best = 0;
+            int counts[32] = {}, best = 0;
             for (int k = 0; k < p_.size; ++k)
                 if (ready(k, varying)) ++counts[static_cast<int>(p_.nodes[k].op)];
-            for (int i = 1; i < 64; ++i)
+            for (int i = 1; i < 32; ++i)
                 if (counts[i] > counts[best]) best = i;
             if (counts[best] == 0) return;
+            if (counts[best] < 3 && continue_from_last(varying)) continue;
             const int first = length_;
             for (int k = 0; k < p_.size; ++k)
                 if (ready(k, varying) && static_cast<int>(p_.nodes[k].op) == best) order_[length_++] = k;
             for (int i = first; i < length_; ++i) done_[order_[i]] = true;
-            code_.run[code_.runs++] = {static_cast<Op>(best), static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(length_ - first)};
+            last_ = order_[length_ - 1];
+            append_run(static_cast<std::uint8_t>(best), first, length_ - first);
+        }
+    }
+    bool continue_from_last(bool varying) {
+        for (int k = 0; last_ >= 0 && k < p_.size; ++k) {
+            if (!ready(k, varying)) continue;
+            const std::uint8_t kind = kind_on_last(p_.nodes[k]);
+            if (kind == 0) continue;
+            swap_[length_] = p_.nodes[k].b == last_;
+            order_[length_++] = last_ = k;
+            done_[k] = true;
+            append_run(kind, length_ - 1, 1);
+            return true;
+        }
+        return false;
+    }
+    void append_run(std::uint8_t kind, int first, int count) {
+        Run* const before = code_.runs ? &code_.run[code_.runs - 1] : nullptr;
+        const bool same_phase = code_.runs > code_.prepared;
+        if (before && same_phase && before->kind == kind && kind >= kind_of(OnLast::add)) ++before->count;
+        else code_.run[code_.runs++] = {kind, static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(count)};
+    }
+    /// How a node uses the last result, once; 0 where it does not, or not in a way that has a kind.
+    std::uint8_t kind_on_last(const Node& n) const {
+        const bool a = n.a == last_, b = n.b == last_, c = n.c == last_;
+        if (a + b + c != 1) return 0;
+        switch (n.op) {
+            case Op::add: return kind_of(OnLast::add);
+            case Op::mul: return kind_of(OnLast::mul);
+            case Op::rsqrt: return kind_of(OnLast::rsqrt);
+            case Op::recip: return kind_of(OnLast::recip);
+            case Op::mul_add: return kind_of(c ? OnLast::add_product : OnLast::mul_add);
+            case Op::neg_mul_add: return kind_of(c ? OnLast::minus_product : OnLast::neg_mul_add);
+            default: return 0;
         }
     }
     /// What the prepared part leaves to the rest, and the outputs, are used to the end.
@@ -102,7 +152,7 @@ private:
             const int k = order_[i];
             const Node& n = p_.nodes[k];
             Instruction& to = code_.instruction[i];
-            to = {0, slot_of(n.a), slot_of(n.b), slot_of(n.c)};
+            to = {0, slot_of(swap_[i] ? n.b : n.a), slot_of(swap_[i] ? n.a : n.b), slot_of(n.c)};
             const int operands[3] = {n.a, n.b != n.a ? n.b : -1, n.c != n.a && n.c != n.b ? n.c : -1};
             for (const int operand : operands)
                 if (operand >= 0 && !detail::is_leaf(p_.nodes[operand].op) && last_use_[operand] == i) free[free_count++] = slot_[operand];
@@ -119,8 +169,9 @@ private:
     const Program<Size, Outputs>& p_;
     Code& code_;
     bool varies_[Size] = {}, done_[Size] = {};
+    bool swap_[Size] = {};  ///< of each instruction: the last result, in b, belongs into a
     int order_[Size] = {}, last_use_[Size] = {}, slot_[Size] = {};
-    int length_ = 0, first_varying_ = 0;
+    int length_ = 0, first_varying_ = 0, last_ = -1;
 };
 
 }  // namespace kagero::formula

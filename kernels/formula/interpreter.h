@@ -6,29 +6,54 @@
 
 namespace kagero::formula {
 
-/// The same instruction on N sets of slots: slot i of set n is s[i·N + n].
+/// The same instruction on N sets of slots: slot i of set n is s[i·N + n]. `last` is left with the last results.
 template <Op op, class T, int N>
-KAGERO_INLINE void run_of(const Instruction* instruction, int count, T* s) {
+KAGERO_INLINE void run_of(const Instruction* instruction, int count, T* s, T (&last)[N]) {
     for (int i = 0; i < count; ++i) {
         const Instruction now = instruction[i];
         T* result = s + now.result * N;
         const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
-        for (int n = 0; n < N; ++n) result[n] = kagero::detail::apply<op, T>(a[n], b[n], c[n]);
+        for (int n = 0; n < N; ++n) result[n] = last[n] = kagero::detail::apply<op, T>(a[n], b[n], c[n]);
+    }
+}
+template <OnLast op, class T, int N>
+KAGERO_INLINE void run_on_last(const Instruction* instruction, int count, T* s, T (&last)[N]) {
+    for (int i = 0; i < count; ++i) {
+        const Instruction now = instruction[i];
+        T* result = s + now.result * N;
+        const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
+        for (int n = 0; n < N; ++n) {
+            if constexpr (op == OnLast::add) last[n] = last[n] + b[n];
+            else if constexpr (op == OnLast::mul) last[n] = last[n] * b[n];
+            else if constexpr (op == OnLast::rsqrt) last[n] = rsqrt(last[n]);
+            else if constexpr (op == OnLast::recip) last[n] = recip(last[n]);
+            else if constexpr (op == OnLast::mul_add) last[n] = mul_add(last[n], b[n], c[n]);
+            else if constexpr (op == OnLast::add_product) last[n] = mul_add(a[n], b[n], last[n]);
+            else if constexpr (op == OnLast::neg_mul_add) last[n] = neg_mul_add(last[n], b[n], c[n]);
+            else last[n] = neg_mul_add(a[n], b[n], last[n]);
+            result[n] = last[n];
+        }
     }
 }
 
 /// Runs [first, last) of a code.
 template <class T, int N>
-__attribute__((noinline)) void interpret(const Code& code, int first, int last, T* s) {
-    for (int r = first; r < last; ++r) {
+__attribute__((noinline)) void interpret(const Code& code, int first, int end, T* s) {
+    T last[N];
+    for (int r = first; r < end; ++r) {
         const Run run = code.run[r];
         const Instruction* at = code.instruction + run.first;
-        switch (run.op) {
+        switch (run.kind) {
 #define KAGERO_RUN(OP) \
-    case Op::OP: run_of<Op::OP, T, N>(at, run.count, s); break;
+    case kind_of(Op::OP): run_of<Op::OP, T, N>(at, run.count, s, last); break;
             KAGERO_RUN(add) KAGERO_RUN(sub) KAGERO_RUN(mul) KAGERO_RUN(neg) KAGERO_RUN(recip) KAGERO_RUN(sqrt) KAGERO_RUN(rsqrt)
             KAGERO_RUN(exp) KAGERO_RUN(log) KAGERO_RUN(sin) KAGERO_RUN(cos) KAGERO_RUN(tan) KAGERO_RUN(tanh) KAGERO_RUN(atan2)
             KAGERO_RUN(min) KAGERO_RUN(max) KAGERO_RUN(at_least) KAGERO_RUN(mul_add) KAGERO_RUN(mul_sub) KAGERO_RUN(neg_mul_add)
+#undef KAGERO_RUN
+#define KAGERO_RUN(OP) \
+    case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(at, run.count, s, last); break;
+            KAGERO_RUN(add) KAGERO_RUN(mul) KAGERO_RUN(rsqrt) KAGERO_RUN(recip) KAGERO_RUN(mul_add) KAGERO_RUN(add_product)
+            KAGERO_RUN(neg_mul_add) KAGERO_RUN(minus_product)
 #undef KAGERO_RUN
             default: break;  // leaves are no instructions
         }

@@ -40,6 +40,7 @@ KAGERO_INLINE void run_on_last(const Instruction* instruction, int count, T* s, 
 template <class T, int N>
 __attribute__((noinline)) void interpret(const Code& code, int first, int end, T* s) {
     T last[N];
+    for (int n = 0; n < N; ++n) last[n] = s[n];
     for (int r = first; r < end; ++r) {
         const Run run = code.run[r];
         const Instruction* at = code.instruction + run.first;

@@ -117,7 +117,6 @@ struct CameraRays {
     double position[3];
     double corner[3], right[3], down[3];
     StartMap start;
-    const RayStart* starts;  ///< the rays themselves, row by row, where no map of this kind gives them; else null
 };
 
 /// The end of one ray. Positions q, momenta p of H (also when a rescaled H was integrated), v the unit direction of dq/dλ.
@@ -233,6 +232,10 @@ struct Module {
     Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
     /// The state with dq/dλ along d and H = H0.
     Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3], RayStart*);
+    /// p · u: the frequency of a ray as matter at q sees it that moves with the velocity v = dx/dt. Not a number where v is no velocity
+    /// of matter; 1 in an index medium, where nothing moves and the frequency is the same everywhere.
+    double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3], double pt,
+                        const double v[3]);
 
     /// Which of the Hamiltonians is `formula`.
     std::uint32_t formula;

@@ -1,5 +1,6 @@
 /// What a kernel module exports: the tables of Hamiltonians, integrators and kernels, behind one function.
 #include "kernels/formula/programs.h"
+#include "kernels/tracing/emitter.h"
 #include "kernels/tracing/observers.h"
 #include "kernels/tracing/trace_entry.h"
 #include "all_hamiltonians.inc"
@@ -96,6 +97,14 @@ Failure start(std::uint32_t hamiltonian, const double* parameters, const double 
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return start_along<H>(parameters, q, d, *out); });
 }
 
+double frequency(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], double pt,
+                 const double velocity[3]) {
+    if (hamiltonian == formula_index) return 1;
+    double q[3], p[3], v[3];
+    copy(at, q), copy(along, p), copy(velocity, v);
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
+}
+
 constexpr Module module{
     abi_version,         KAGERO_ISA,
     "" __VERSION__,      hamiltonian_infos,
@@ -104,6 +113,7 @@ constexpr Module module{
     std::size(kernel_infos), refusal,
     is_straight,         far_side,
     observe,             start,
+    frequency,
     formula_index,       compile,
     sizeof(formula::Programs) / sizeof(double), formula_refusal,
 };

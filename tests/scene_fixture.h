@@ -14,16 +14,18 @@ namespace kagero::test {
 
 inline const Catalogue& small_catalogue() {
     static const ParameterInfo radius{"rg", 0.1, 0, 1000, false, "length", "radius of the horizon"};
+    static const ParameterInfo throat{"throat", 1, 0, 1000, true, "length", "radius of the throat"};
     static const HamiltonianInfo hamiltonians[] = {
         {"flat", "straight rays", "", "", "", nullptr, 0, false, false, 0, "verlet", 0.5},
         {"schwarzschild", "a black hole", "", "", "", &radius, 1, true, true, 0, "gauss8", 0.05},
+        {"wormhole", "two universes", "", "", "", &throat, 1, true, false, 0, "gauss8", 0.05},
     };
     static const IntegratorInfo integrators[] = {
         {"verlet", 2, true, true, false, false, ""},
         {"gauss8", 8, true, true, true, false, ""},
         {"yoshida4", 4, true, true, false, false, ""},
     };
-    static const Catalogue catalogue{hamiltonians, 2, integrators, 3, {"color", "status", "steps"}};
+    static const Catalogue catalogue{hamiltonians, 3, integrators, 3, {"color", "status", "steps"}};
     return catalogue;
 }
 

@@ -72,7 +72,17 @@ const Malformed malformed[] = {
     {"name = \"floor\"", "name = \"\"", "21:8", "expected a name, or none"},
     {"checker = [4, 4]", "color = [1, 1, 1]\ntexture = \"x.png\"", "27:1", "texture and color exclude each other"},
     {"checker = [4, 4]", "texture = \"no.png\"", "26:11", "there is no file "},
-    {"\"sphere\"", "\"disk\"", "17:9", "this version cannot do that yet"},
+    {"shape = \"sphere\"", "shape = \"disk\"", "19:1", "unknown key object.ball.radius"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", "\"disk\"\ncenter = [1, 0, 0]\ninner = 2\nouter = 2", "20:9",
+     "object.ball.outer = 2: expected more than inner = 2"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", "\"disk\"\ncenter = [1, 0, 0]\nouter = 2", "15:1", "object.ball.inner is missing"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25",
+     "\"disk\"\ncenter = [1, 0, 0]\ninner = 1\nouter = 2\ncolor = [1, 1, 1]\ntemperature = 6000", "22:1",
+     "object.ball.temperature and color exclude each other"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25",
+     "\"disk\"\ncenter = [1, 0, 0]\ninner = 1\nouter = 2\ntemperature = 20", "21:15", "legal is 500 <= value <= 1000000000"},
+    {"\"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25",
+     "\"disk\"\ncenter = [1, 0, 0]\ninner = 1\nouter = 2\nnormal = [0, 0, 0]", "21:10", "expected a vector that is not zero"},
     {"shape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", "shape = \"mesh\"\nfile = \"a.stl\"", "18:8",
      "expected a .obj, .ply, .gltf or .glb file"},
     // later versions
@@ -81,10 +91,15 @@ const Malformed malformed[] = {
     {"step = 0.05", "lanes = 16", "5:9", "this version cannot do that yet; it accepts: auto"},
     {"step = 0.05", "max_pixel_error = 0.25", "5:19", "this version cannot do that yet; leave the key out"},
     {"step = 0.05", "rescale = \"r^1.5\"", "5:11", "this version cannot do that yet; it accepts: auto, none"},
-    {"fov = 60", "type = \"orthographic\"", "10:8", "this version cannot do that yet; it accepts: perspective"},
-    {"fov = 60", "observer = \"zamo\"", "10:12", "this version cannot do that yet; it accepts: static"},
-    {"[64, 48]", "[64, 48]\nspp = 4", "13:7", "film.spp = 4: this version cannot do that yet; it accepts: 1"},
-    {"[0, 0, 0.1]", "[0, 0, 0.1]\nfar = { color = [1, 0, 0] }", "15:7", "sky.far"},
+    {"fov = 60", "type = \"ortographic\"", "10:8", "did you mean \"orthographic\"? known: perspective, equirectangular"},
+    {"fov = 60", "height = 2", "10:1", "unknown key camera.height"},
+    {"fov = 60", "type = \"orthographic\"\nheight = 0", "11:10", "camera.height = 0 is out of range: legal is 0 < value"},
+    {"fov = 60", "observer = \"zammo\"", "10:12", "did you mean \"zamo\"? known: static, zamo, falling, coordinate"},
+    {"[64, 48]", "[64, 48]\nspp = 0", "13:7", "film.spp = 0 is out of range: legal is 1 <= value <= 65536"},
+    {"[64, 48]", "[64, 48]\nseed = -1", "13:8", "film.seed = -1 is out of range: legal is 0 <= value <= 4294967295"},
+    // the other sky
+    {"[0, 0, 0.1]", "[0, 0, 0.1]\nfar = { color = [1, 0, 0] }", "15:7", "\"schwarzschild\" has one universe and one sky"},
+    {"[0, 0, 0.1]", "[0, 0, 0.1]\nfar = true", "15:7", "sky.far = true: expected a table: [sky.far]"},
     // not TOML
     {"rg = 0.08", "rg = ", "3:6", ""},
     {"rg = 0.08", "rg = 0.08\nrg = 0.1", "4:6", "cannot redefine"},
@@ -186,6 +201,46 @@ TEST_F(LoadScene, RefusesMalformedOverrides) {
     }
 }
 
+TEST_F(LoadScene, AWormholeHasTwoSkies) {
+    const auto with_far = [](const char* keys) {
+        return std::string("space = { hamiltonian = \"wormhole\" }\nfilm.size = [1, 2]\n"
+                           "camera = { position = [0, 0, 1], look_at = [0, 0, 0] }\n") + keys;
+    };
+    EXPECT_EQ(load(with_far("[sky]\nchecker = true")).far_sky.paint.color, (Double3{0, 0, 0}));
+    const SceneDescription scene = load(with_far("[sky.far]\ncolor = [1, 0.5, 0]\npole = [0, 1, 0]\n"), {"sky.checker=true"});
+    EXPECT_EQ(scene.sky.paint.kind, Paint::Kind::checker);
+    EXPECT_EQ(scene.far_sky.paint.color, (Double3{1, 0.5, 0}));
+    EXPECT_EQ(scene.far_sky.pole, (Double3{0, 1, 0}));
+    EXPECT_EQ(load(with_far(""), {"sky.far.checker=true"}).far_sky.paint.kind, Paint::Kind::checker);
+
+    const std::string printed = print_scene(scene);
+    EXPECT_NE(printed.find("[sky.far]\ncolor = [1, 0.5, 0]\npole = [0, 1, 0]\n"), std::string::npos) << printed;
+    EXPECT_EQ(print_scene(load(printed)), printed);
+
+    EXPECT_NE(refusal(with_far("[sky.far]\ncolour = [1, 0, 0]")).find("unknown key sky.far.colour; did you mean \"color\"?"),
+              std::string::npos);
+    EXPECT_NE(refusal(with_far("[sky.far]\nfar = {}")).find("unknown key sky.far.far"), std::string::npos);
+    EXPECT_NE(refusal(with_far("[sky.far]\npole = [0, 0, 0]")).find("sky.far.pole"), std::string::npos);
+}
+
+TEST_F(LoadScene, ADiskIsPaintedOrGlows) {
+    const std::string head =
+        "space.hamiltonian = \"flat\"\nfilm.size = [1, 2]\ncamera = { position = [0, 0, 1], look_at = [0, 0, 0] }\n"
+        "[[object]]\nshape = \"disk\"\ncenter = [1, 2, 3]\ninner = 0.5\nouter = 4\n";
+    const SceneDescription glowing = load(head + "temperature = 7000\nnormal = [0, 1, 0]"), painted = load(head);
+    EXPECT_EQ(glowing.objects[0].temperature, 7000);
+    EXPECT_EQ(glowing.objects[0].normal, (Double3{0, 1, 0}));
+    EXPECT_EQ(painted.objects[0].temperature, 0);
+    EXPECT_EQ(painted.objects[0].normal, (Double3{0, 0, 1}));
+    for (const SceneDescription& scene : {glowing, painted}) {
+        const SceneDescription again = load(print_scene(scene));
+        EXPECT_EQ(print_scene(again), print_scene(scene));
+        EXPECT_EQ(again.objects[0].shape, Shape::disk);
+        EXPECT_EQ(again.objects[0].outer, 4);
+        EXPECT_EQ(again.objects[0].temperature, scene.objects[0].temperature);
+    }
+}
+
 TEST_F(LoadScene, NamesThePackageOfMissingModels) {
     const std::string mesh = "shape = \"mesh\"\nfile = \"/usr/share/assimp/models/OBJ/no.obj\"";
     EXPECT_NE(refusal(edited("shape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", mesh.c_str())).find("assimp-testmodels"),
@@ -204,6 +259,10 @@ TEST_F(LoadScene, PrintingLosesNothing) {
                                              "integrator.max_steps=4294967295",
                                              "integrator.hit=chord",
                                              "integrator.cull=none",
+                                             "camera.type=orthographic",
+                                             "camera.height=3.5",
+                                             "film.spp=16",
+                                             "film.seed=4294967295",
                                              "object.ball.name='a \"b\"\\\t'",
                                              "film.layers=['steps', 'color']"};
     const SceneDescription scene = load(good_scene, overrides);
@@ -218,6 +277,10 @@ TEST_F(LoadScene, PrintingLosesNothing) {
     EXPECT_EQ(again.integrator.hit, scene.integrator.hit);
     EXPECT_EQ(again.integrator.cull, scene.integrator.cull);
     EXPECT_EQ(again.camera.position, scene.camera.position);
+    EXPECT_EQ(again.camera.type, scene.camera.type);
+    EXPECT_EQ(again.camera.height, 3.5);
+    EXPECT_EQ(again.film.spp, 16u);
+    EXPECT_EQ(again.film.seed, 4294967295u);
     EXPECT_EQ(again.film.layers, scene.film.layers);
     EXPECT_EQ(again.sky.paint.kind, Paint::Kind::checker);
     ASSERT_EQ(again.objects.size(), scene.objects.size());

@@ -47,6 +47,16 @@ KAGERO_INLINE V taylor(const V& square) {
     return sum;
 }
 
+/// The lanes of `far` one by one, the others as they are. Out of line: it is hardly ever needed.
+template <int quarters, class V>
+[[gnu::noinline, gnu::cold]] V far_circular(const V& x, V value, std::uint64_t far) {
+    for (; far; far &= far - 1) {
+        const int i = __builtin_ctzll(far);
+        set_lane(value, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
+    }
+    return value;
+}
+
 /// sin(x + quarters·π/2).
 template <int quarters, class V>
 KAGERO_INLINE V circular(const V& x) {
@@ -66,10 +76,7 @@ KAGERO_INLINE V circular(const V& x) {
     const auto far = !(abs(x) <= V(Turn::limit));
     if (!any(far)) [[likely]]
         return value;
-    V corrected = value;
-    for (int i = 0; i < lane_count<V>; ++i)
-        if ((to_bits(far) >> i) & 1) set_lane(corrected, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
-    return corrected;
+    return far_circular<quarters>(x, value, to_bits(far));
 }
 
 template <class V>

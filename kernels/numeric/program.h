@@ -25,6 +25,12 @@ struct Program {
             if (nodes[k].op == Op::input && nodes[k].a >= first && nodes[k].a < last) return true;
         return false;
     }
+    /// Sines and cosines enough to be called rather than unrolled: a sum of many waves.
+    constexpr bool calls_circular() const {
+        int count = 0;
+        for (int k = 0; k < size; ++k) count += !nodes[k].uniform && (nodes[k].op == Op::sin || nodes[k].op == Op::cos);
+        return count > 4;
+    }
     /// How many parameters it reads, counted to the last of them.
     constexpr int parameters() const {
         int count = 0;
@@ -219,8 +225,11 @@ consteval auto extract() {
 
 namespace detail {
 
+template <class Function, class V>
+__attribute__((noinline)) V called(const Function& function, const V& x) { return function(x); }
+
 /// One operation on any number type.
-template <Op op, class V>
+template <Op op, bool call, class V>
 KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     if constexpr (op == Op::add) return a + b;
     else if constexpr (op == Op::sub) return a - b;
@@ -231,6 +240,8 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::rsqrt) return rsqrt(a);
     else if constexpr (op == Op::exp) return exp(a);
     else if constexpr (op == Op::log) return log(a);
+    else if constexpr (op == Op::sin && call) return called([](const V& x) { return sin(x); }, a);
+    else if constexpr (op == Op::cos && call) return called([](const V& x) { return cos(x); }, a);
     else if constexpr (op == Op::sin) return sin(a);
     else if constexpr (op == Op::cos) return cos(a);
     else if constexpr (op == Op::tan) return tan(a);
@@ -257,7 +268,7 @@ template <const auto& P, int I, class V, class S>
 KAGERO_INLINE void evaluate(V* s, const S* uniforms, const V* inputs) {
     constexpr Node n = P.nodes[I];
     if constexpr (n.op != Op::input && !n.uniform)
-        s[I] = apply<n.op, V>(operand<P, n.a>(s, uniforms, inputs), operand<P, n.b>(s, uniforms, inputs),
+        s[I] = apply<n.op, P.calls_circular(), V>(operand<P, n.a>(s, uniforms, inputs), operand<P, n.b>(s, uniforms, inputs),
                               operand<P, n.c>(s, uniforms, inputs));
 }
 

@@ -8,7 +8,7 @@ namespace kagero {
 
 /// Room for any System<H, …>.
 struct alignas(64) SystemStorage {
-    unsigned char bytes[4096];
+    unsigned char bytes[1 << 14];
 };
 
 /// One Hamiltonian, rescaled or not, on one value type.

@@ -4,7 +4,6 @@
 #include "kernels/abi.h"
 
 #include <cmath>
-#include <cstddef>
 
 namespace kagero {
 
@@ -22,7 +21,6 @@ inline RayStart start_from_map(const StartMap& map, const double (&q)[3], double
 
 /// The ray through the middle of pixel (x, y).
 inline RayStart camera_ray(const CameraRays& c, std::uint32_t x, std::uint32_t y) {
-    if (c.starts) return c.starts[std::size_t(y) * c.width + x];
     const double u = x + 0.5, v = y + 0.5;
     double d[3];
     for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];

@@ -35,6 +35,8 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
         const auto size = whole_numbers("--size", arguments.size, 'x', 2);
         all.push_back("film.size=[" + std::to_string(size[0]) + ", " + std::to_string(size[1]) + "]");
     }
+    if (!arguments.spp.empty()) all.push_back("film.spp=" + std::to_string(whole_numbers("--spp", arguments.spp, ',', 1)[0]));
+    if (!arguments.seed.empty()) all.push_back("film.seed=" + std::to_string(whole_numbers("--seed", arguments.seed, ',', 1)[0]));
     if (!arguments.layers.empty()) {
         std::string list;
         for (const std::string& layer : split(arguments.layers, ',')) list += (list.empty() ? "" : ", ") + written(layer);
@@ -68,6 +70,8 @@ void add_scene(CLI::App& verb, Arguments& arguments) {
     verb.add_option("--integrator", arguments.integrator, "integrator.method; see `kagero list integrators`")->type_name("NAME");
     verb.add_option("--step", arguments.step, "integrator.step")->type_name("H");
     verb.add_option("--size", arguments.size, "film.size")->type_name("WxH");
+    verb.add_option("--spp", arguments.spp, "film.spp: rays per pixel")->type_name("N");
+    verb.add_option("--seed", arguments.seed, "film.seed: another choice of where in the pixel they lie")->type_name("N");
     verb.add_option("--layers", arguments.layers, "film.layers; see `kagero list layers`")->type_name("A,B");
     verb.add_option("--isa", arguments.isa, "Instruction set; see `kagero list isas`")->type_name("NAME")->envname("KAGERO_ISA");
 }

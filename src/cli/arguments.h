@@ -20,10 +20,10 @@ struct Arguments {
     std::string json;  ///< "-": stdout
     std::vector<std::string> overrides;
     std::string threads, isa = "auto", strategy = "auto", precision = "auto";
-    std::string integrator, step, size, layers, crop, pixel;
-    std::string rays = "-", observer, parameter, repeat;
+    std::string integrator, step, size, spp, seed, layers, crop, pixel;
+    std::string rays = "-", observer, parameter, repeat, sample;
     std::string color = "auto";
-    bool path = false, quiet = false, verbose = false;
+    bool path = false, quick = false, full = false, quiet = false, verbose = false;
 };
 
 // Declare options of a verb. `add_scene` also takes those that are short for a key of the scene.

@@ -31,13 +31,15 @@ const LayerInfo& find_layer(const std::string& name) {
 // are HALF.
 const std::vector<LayerInfo>& all_layers() {
     static const std::vector<LayerInfo> layers{
-        {"color", rgb, true, "what the ray meets, linear RGB"},
-        {"status", one, false, "how the ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
-        {"steps", one, false, "integration steps taken"},
-        {"gradients", one, false, "evaluations of the derivatives of H"},
-        {"energy_error", one, false, "greatest |H - H0| / (|p . dH/dp| + |H0|) along the ray"},
-        {"depth", one, false, "straight distance from the camera to the hit, scene units; 0 without a hit"},
-        {"object", one, false, "place of the object hit in the scene file, counted from 1; 0 without a hit"},
+        {"color", rgb, true, "what the rays meet, linear RGB; the mean of the pixel's rays"},
+        {"status", one, false, "how the pixel's first ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
+        {"steps", one, false, "integration steps taken; mean"},
+        {"gradients", one, false, "evaluations of the derivatives of H; mean"},
+        {"energy_error", one, false, "greatest |H - H0| / (|p . dH/dp| + |H0|) along any of the pixel's rays"},
+        {"depth", one, false, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
+        {"redshift", one, false,
+         "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},
+        {"object", one, false, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
     };
     return layers;
 }

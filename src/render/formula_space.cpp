@@ -1,8 +1,5 @@
 #include "render/formula_space.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <cmath>
 
 namespace kagero {
@@ -43,31 +40,16 @@ RayStart formula_ray(const Plan& plan, ObserverKind kind, const double (&q)[3], 
     return start;
 }
 
-Failure place_formula_camera(Plan& plan, ObserverKind kind) {
+Failure place_formula_camera(Plan& plan) {
     CameraRays& camera = plan.camera;
-    const Double3 forward{camera.corner[0] + 0.5 * camera.width * camera.right[0] + 0.5 * camera.height * camera.down[0],
-                          camera.corner[1] + 0.5 * camera.width * camera.right[1] + 0.5 * camera.height * camera.down[1],
-                          camera.corner[2] + 0.5 * camera.width * camera.right[2] + 0.5 * camera.height * camera.down[2]};
-    const RayStart middle = formula_ray(plan, kind, camera.position, forward);
+    const ObserverKind kind = plan.view.observer;
+    const RayStart middle = formula_ray(plan, kind, camera.position, plan.view.forward);
     camera.start = {};
     camera.start.offset[3] = middle.pt;
-    if (const double size = isotropic_momentum(plan, kind); size > 0) {
-        for (int i = 0; i < 3; ++i) camera.start.matrix[i][i] = size;
-        return Failure::none;
-    }
-    if (middle.failure != Failure::none) return middle.failure;
-    plan.camera_starts.resize(std::size_t(camera.width) * camera.height);
-    tbb::task_arena arena(static_cast<int>(plan.threads));
-    arena.execute([&] {
-        tbb::parallel_for(0u, camera.height, [&](std::uint32_t y) {
-            for (std::uint32_t x = 0; x < camera.width; ++x) {
-                Double3 d;
-                for (std::size_t k = 0; k < 3; ++k) d[k] = camera.corner[k] + (x + 0.5) * camera.right[k] + (y + 0.5) * camera.down[k];
-                plan.camera_starts[std::size_t(y) * camera.width + x] = formula_ray(plan, kind, camera.position, d);
-            }
-        });
-    });
-    camera.starts = plan.camera_starts.data();
+    const double size = isotropic_momentum(plan, kind);
+    plan.each_direction = !(size > 0);
+    if (plan.each_direction) return middle.failure;
+    for (int i = 0; i < 3; ++i) camera.start.matrix[i][i] = size;
     return Failure::none;
 }
 

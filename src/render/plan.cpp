@@ -2,27 +2,17 @@
 
 #include "film/film.h"
 #include "modules/modules.h"
+#include "render/camera.h"
 #include "render/formula_space.h"
-#include "scene/clearance.h"
+#include "render/redshift.h"
 
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <numbers>
-#include <sstream>
 #include <thread>
 
 namespace kagero {
 namespace {
-
-Double3 minus(const Double3& a, const Double3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Double3 times(double s, const Double3& a) { return {s * a[0], s * a[1], s * a[2]}; }
-Double3 cross(const Double3& a, const Double3& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double length(const Double3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
-Double3 unit(const Double3& a) { return times(1 / length(a), a); }
 
 template <class Infos>
 std::uint32_t index_of(const std::string& name, const Infos* infos, std::uint32_t count) {
@@ -39,59 +29,11 @@ const KernelInfo& choose_kernel(const Module& module, const Options& options) {
     throw InputError(std::string("no kernel for strategy ") + name_of(strategy) + " in " + name_of(precision));
 }
 
-/// Refuses a camera whose position lies in the surface of an object: every ray would start on it.
-void check_camera_off_surfaces(const Plan& plan) {
-    const Geometry* geometry = plan.geometry->kernel_view();
-    if (!geometry) return;
-    const double* eye = plan.camera.position;
-    const double tolerance = 1e-6 * plan.geometry->diagonal();
-    if (distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, plan.geometry->diagonal()) > tolerance) return;
-    const Double3& at = plan.scene.camera.position;
-    std::ostringstream message;
-    message << "camera.position = [" << at[0] << ", " << at[1] << ", " << at[2]
-            << "] lies in the surface of an object; it must be farther than " << tolerance << " from every surface";
-    throw InputError(plan.scene.camera.position_place, message.str());
-}
-
-/// The pixel grid of a perspective camera: vertical field of view, square pixels, row 0 on top.
-void aim(CameraRays& rays, const CameraDescription& camera, const FilmDescription& film) {
-    const Double3 forward = unit(minus(camera.look_at, camera.position));
-    const Double3 right = unit(cross(forward, camera.up)), down = cross(forward, right);
-    const double pixel = 2 * std::tan(camera.fov * std::numbers::pi / 360) / film.height;
-    rays.width = film.width, rays.height = film.height;
-    for (int k = 0; k < 3; ++k) {
-        rays.right[k] = pixel * right[k], rays.down[k] = pixel * down[k];
-        rays.corner[k] = forward[k] - 0.5 * film.width * rays.right[k] - 0.5 * film.height * rays.down[k];
-    }
-}
-
-void place_camera(Plan& plan) {
-    const SceneDescription& scene = plan.scene;
-    aim(plan.camera, scene.camera, scene.film);
-    for (int k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
-    const ObserverKind kind = observer_named(scene.camera.observer);
-    const Failure failure = scene.space.formula ? place_formula_camera(plan, kind)
-                                                : plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind,
-                                                                       plan.camera.position, &plan.camera.start);
-    if (failure != Failure::none)
-        throw InputError(scene.camera.position_place,
-                         "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
-    check_camera_off_surfaces(plan);
-    plan.job.camera = &plan.camera;
-}
-
 /// A chord may leave the curve by a tenth of a pixel as seen from half the scene's diagonal; rays without a camera by far less.
 double chord_tolerance(const Plan& plan, bool with_camera) {
     const double size = plan.geometry->kernel_view() ? plan.geometry->diagonal() : plan.scene.integrator.escape_radius;
     if (!with_camera) return 1e-5 * size;
-    const double pixel = 2 * std::tan(plan.scene.camera.fov * std::numbers::pi / 360) / plan.scene.film.height;
-    return 0.1 * pixel * 0.5 * size;
-}
-
-/// Null where a method serves the space; a formula knows itself whether it is rescaled.
-const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled) {
-    if (plan.scene.space.formula) return plan.module->formula_refusal(plan.parameters.data(), integrator);
-    return plan.module->refusal(plan.job.hamiltonian, integrator, rescaled);
+    return 0.1 * pixel_size(plan.scene, 0.5 * size);
 }
 
 /// Whether to integrate ΩH: where the space declares it, the scene does not forbid it, and the method can.
@@ -158,9 +100,15 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     if (s.space.formula) plan->parameters = compile_formula(*s.space.formula, m);
     plan->geometry = std::make_unique<SceneGeometry>(s);
     fill_job(*plan, with_camera);
+    check_disks(s);
     if (with_camera) place_camera(*plan);
     plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return plan;
+}
+
+const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled) {
+    if (plan.scene.space.formula) return plan.module->formula_refusal(plan.parameters.data(), integrator);
+    return plan.module->refusal(plan.job.hamiltonian, integrator, rescaled);
 }
 
 ObserverKind observer_named(const std::string& name) {

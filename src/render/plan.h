@@ -20,6 +20,12 @@ struct Options {
     bool energy_error = false;         ///< watch H along every ray
 };
 
+/// Where the camera looks: unit vectors in its observer's rest frame.
+struct View {
+    ObserverKind observer = ObserverKind::static_;
+    Double3 forward{}, right{}, down{};
+};
+
 /// Scene, geometry, kernel and job. Pointers in `job` point into this object: it is not copied.
 struct Plan {
     SceneDescription scene;
@@ -29,8 +35,9 @@ struct Plan {
     std::unique_ptr<SceneGeometry> geometry;
     std::vector<double> parameters;    ///< of the Hamiltonian; of a formula its programs
     bool straight = false;             ///< every ray is a straight line: no integrator runs
+    View view;
     CameraRays camera{};
-    std::vector<RayStart> camera_starts;  ///< of each pixel, where no map of directions to momenta serves them all
+    bool each_direction = false;       ///< no map from directions to momenta serves the camera: each is solved for
     Job job{};
     unsigned threads = 1;
     double load_seconds = 0;
@@ -46,6 +53,9 @@ Catalogue catalogue(const std::string& isa);
 /// Throws InputError for what the scene or options ask that cannot be done: a refused method, a camera inside a surface …
 /// `with_camera` is false for `trace`, which has its own rays.
 std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera = true);
+
+/// Null where a method serves the plan's space, else why not. A formula knows itself whether it is rescaled.
+const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled);
 
 /// "static" | "zamo" | "falling" | "coordinate"
 ObserverKind observer_named(const std::string& name);

@@ -1,6 +1,8 @@
 #include "render/render.h"
 
+#include "render/footprint.h"
 #include "render/run.h"
+#include "render/sampler.h"
 #include "render/shade.h"
 
 namespace kagero {
@@ -13,6 +15,15 @@ Tile window(const Plan& plan) {
     return {c[0], c[1], c[2], c[3]};
 }
 
+/// The pixels to trace: where footprints are wanted, whole blocks of 2 × 2 pixels of the film's grid.
+Tile traced_window(const Plan& plan) {
+    Tile w = window(plan);
+    if (!plan.geometry->has_sky_image()) return w;
+    w.x0 &= ~1u, w.y0 &= ~1u;
+    w.x1 = std::min(w.x1 + (w.x1 & 1), plan.scene.film.width), w.y1 = std::min(w.y1 + (w.y1 & 1), plan.scene.film.height);
+    return w;
+}
+
 /// The window cut at multiples of the tile's edge, so that a crop traces the same packets as the whole picture.
 std::vector<Tile> cut(const Tile& w, std::uint32_t edge) {
     std::vector<Tile> tiles;
@@ -22,20 +33,86 @@ std::vector<Tile> cut(const Tile& w, std::uint32_t edge) {
     return tiles;
 }
 
-constexpr std::uint32_t tile_edge = 32;
+/// Pixels along a tile's edge: fewer where each has many rays, so that a tile's rays stay within some megabytes; an even number.
+std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
+    std::uint32_t edge = 32;
+    while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > 32768) edge /= 2;
+    return edge;
+}
+
+/// All rays of a tile, pixel by pixel.
+void list_rays(const Plan& plan, const Tile& tile, RayList& list) {
+    const FilmDescription& film = plan.scene.film;
+    list.starts.clear(), list.frequencies.clear();
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
+        for (std::uint32_t x = tile.x0; x < tile.x1; ++x)
+            for (std::uint32_t i = 0; i < film.spp; ++i) {
+                const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
+                const CameraRay ray = camera_ray(plan, x + u, y + v);
+                list.starts.push_back(ray.start), list.frequencies.push_back(ray.frequency);
+            }
+}
+
+/// What shading has to know of rays beside their ends; what is not wanted is left empty.
+struct Wanted {
+    bool starts, footprints;
+
+    Wanted(const Plan& plan, const Film& film)
+        : starts(film.has("depth") || film.has("redshift")), footprints(plan.geometry->has_sky_image()) {
+        for (const ObjectDescription& object : plan.scene.objects) starts = starts || object.shape == Shape::disk;
+    }
+};
+
+/// Adds the rays of pixel (x, y), the first of them `first` in the tile.
+void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const RayList& list, std::size_t first, std::uint32_t x,
+            std::uint32_t y, Quad& quad) {
+    const FilmDescription& film = plan.scene.film;
+    for (std::uint32_t i = 0; i < film.spp; ++i) {
+        Sighting& ray = quad.rays.emplace_back(Sighting{ends + first + i, {}});
+        if (!list.starts.empty())
+            ray.ray = {list.starts[first + i], list.frequencies[first + i]};
+        else if (wanted.starts)
+            ray.ray = camera_ray(plan, x + 0.5, y + 0.5);
+        if (!wanted.footprints) continue;
+        const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
+        quad.places.push_back({x + u, y + v});
+    }
+}
+
+/// Shades the pixels of a tile that lie in the window `film` shows, in blocks of 2 × 2.
+void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list, Film& film) {
+    const Wanted wanted(plan, film);
+    const std::uint32_t spp = plan.scene.film.spp, width = tile.x1 - tile.x0;
+    Quad quad;
+    for (std::uint32_t by = tile.y0 & ~1u; by < tile.y1; by += 2)
+        for (std::uint32_t bx = tile.x0 & ~1u; bx < tile.x1; bx += 2) {
+            const std::uint32_t x0 = std::max(bx, tile.x0), x1 = std::min(bx + 2, tile.x1);
+            const std::uint32_t y0 = std::max(by, tile.y0), y1 = std::min(by + 2, tile.y1);
+            quad.rays.clear(), quad.places.clear();
+            for (std::uint32_t y = y0; y < y1; ++y)
+                for (std::uint32_t x = x0; x < x1; ++x)
+                    gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad);
+            const SkyFootprints footprints = wanted.footprints ? footprints_of(plan, quad, spp) : SkyFootprints{};
+            std::span<const Sighting> rays = quad.rays;
+            for (std::uint32_t y = y0; y < y1; ++y)
+                for (std::uint32_t x = x0; x < x1; ++x, rays = rays.subspan(spp)) {
+                    if (x < shown.x0 || x >= shown.x1 || y < shown.y0 || y >= shown.y1) continue;
+                    shade(plan, rays.first(spp), footprints, film, x - shown.x0, y - shown.y0);
+                }
+        }
+}
 
 }  // namespace
 
 RunReport render(const Plan& plan, Film& film, const Progress& progress, const std::atomic<bool>* stop) {
     Job job = plan.job;
     if (film.has("energy_error")) job.outputs |= output_energy;
-    const Tile whole = window(plan);
-    return run_tiles(plan, job, cut(whole, tile_edge), [&](const Tile& tile, const RayEnd* ends) {
-        const std::uint32_t width = tile.x1 - tile.x0;
-        for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
-            for (std::uint32_t x = tile.x0; x < tile.x1; ++x)
-                shade(plan, ends[std::size_t(y - tile.y0) * width + (x - tile.x0)], film, x - whole.x0, y - whole.y0);
-    }, progress, stop);
+    TileRays rays;
+    if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
+    const auto done = [&, shown = window(plan)](const Tile& tile, const RayEnd* ends, const RayList& list) {
+        shade_tile(plan, tile, shown, ends, list, film);
+    };
+    return run_tiles(plan, job, cut(traced_window(plan), tile_edge(plan.scene.film.spp)), rays, done, progress, stop);
 }
 
 }  // namespace kagero

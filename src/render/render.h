@@ -17,7 +17,7 @@ struct Percentiles {
 /// What a finished run says of itself.
 struct RunReport {
     std::uint64_t rays = 0;
-    double seconds = 0;      ///< tracing and shading
+    double seconds = 0;  ///< tracing and shading
     Counters counters{};
     std::uint64_t status[status_count] = {};
     Percentiles energy_error;  ///< only with Options::energy_error
@@ -47,5 +47,7 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
 
 /// The canonical state of the ray through the middle of a pixel.
 RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y);
+/// The same for any point of the film, in pixels from its upper left corner.
+RayStart film_ray(const Plan& plan, double x, double y);
 
 }  // namespace kagero

@@ -17,6 +17,7 @@ namespace {
 
 /// What one thread gathers.
 struct Share {
+    RayList list;
     std::vector<RayEnd> ends;
     Counters counters{};
     std::uint64_t rays = 0, unrefined = 0;
@@ -39,13 +40,24 @@ private:
     unsigned before_;
 };
 
-void trace_one(const Plan& plan, const Job& job, const Tile& tile, Share& share, const TileDone& done) {
+void trace_list(const Plan& plan, Job job, Share& share) {
+    job.camera = nullptr, job.rays = share.list.starts.data();
+    const Tile all{0, 0, static_cast<std::uint32_t>(share.list.starts.size()), 1};
+    share.ends.resize(share.list.starts.size());
+    plan.kernel->trace(&job, &all, share.ends.data(), &share.counters);
+}
+
+void trace_one(const Plan& plan, const Job& job, const Tile& tile, const TileRays& rays, Share& share, const TileDone& done) {
     const FlushDenormals flush;
-    const std::size_t rays = std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0);
-    share.ends.resize(rays);
-    plan.kernel->trace(&job, &tile, share.ends.data(), &share.counters);
-    done(tile, share.ends.data());
-    share.rays += rays;
+    if (rays) {
+        rays(tile, share.list);
+        trace_list(plan, job, share);
+    } else {
+        share.ends.resize(std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0));
+        plan.kernel->trace(&job, &tile, share.ends.data(), &share.counters);
+    }
+    done(tile, share.ends.data(), share.list);
+    share.rays += share.ends.size();
     for (const RayEnd& end : share.ends) {
         ++share.status[static_cast<int>(end.status)];
         share.unrefined += end.unrefined;
@@ -85,8 +97,8 @@ RunReport gather(tbb::enumerable_thread_specific<Share>& shares) {
 
 }  // namespace
 
-RunReport run_tiles(const Plan& plan, const Job& job, const std::vector<Tile>& tiles, const TileDone& done, const Progress& progress,
-                    const std::atomic<bool>* stop) {
+RunReport run_tiles(const Plan& plan, const Job& job, const std::vector<Tile>& tiles, const TileRays& rays, const TileDone& done,
+                    const Progress& progress, const std::atomic<bool>* stop) {
     const auto begin = std::chrono::steady_clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
     tbb::enumerable_thread_specific<Share> shares;
@@ -94,7 +106,7 @@ RunReport run_tiles(const Plan& plan, const Job& job, const std::vector<Tile>& t
     std::atomic<std::size_t> finished = 0;
     const auto one = [&](std::size_t i) {
         if (stop && stop->load(std::memory_order_relaxed)) return;
-        trace_one(plan, job, tiles[i], shares.local(), done);
+        trace_one(plan, job, tiles[i], rays, shares.local(), done);
         const std::size_t n = ++finished;
         if (!progress) return;
         if (const std::unique_lock lock(reporting, std::try_to_lock); lock) progress(double(n) / double(tiles.size()), seconds());

@@ -8,10 +8,19 @@
 
 namespace kagero {
 
-/// Takes the finished rays of one tile; called from several threads at once, for different tiles.
-using TileDone = std::function<void(const Tile&, const RayEnd*)>;
+/// The rays of a tile, where the program makes them and not the kernel.
+struct RayList {
+    std::vector<RayStart> starts;
+    std::vector<double> frequencies;  ///< CameraRay::frequency of each
+};
+/// Lists the rays of a tile. Called, as TileDone is, from several threads at once, for different tiles.
+using TileRays = std::function<void(const Tile&, RayList&)>;
 
-RunReport run_tiles(const Plan& plan, const Job& job, const std::vector<Tile>& tiles, const TileDone& done,
+/// Takes the finished rays of one tile: one end per pixel, row by row, or one per ray of the list.
+using TileDone = std::function<void(const Tile&, const RayEnd*, const RayList&)>;
+
+/// Without `rays` a tile's rays are those of the job's camera or list.
+RunReport run_tiles(const Plan& plan, const Job& job, const std::vector<Tile>& tiles, const TileRays& rays, const TileDone& done,
                     const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

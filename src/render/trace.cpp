@@ -1,4 +1,6 @@
+#include "render/camera.h"
 #include "render/formula_space.h"
+#include "render/run.h"
 #include "render/run.h"
 
 #include <algorithm>
@@ -26,7 +28,7 @@ RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& star
     job.rays = starts.data();
     job.outputs |= output_parameter;
     ends.resize(starts.size());
-    return run_tiles(plan, job, cut_list(starts.size()), [&](const Tile& tile, const RayEnd* done) {
+    return run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {
         std::copy(done, done + (tile.x1 - tile.x0), ends.begin() + tile.x0);
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) to_scene(plan.scene.space.center, ends[i].q);
     });
@@ -42,14 +44,7 @@ RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], con
     StartMap map;
     start.failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind, q, &map);
     if (start.failure != Failure::none) return start;
-    double p[4];
-    for (int i = 0; i < 4; ++i)
-        p[i] = (map.matrix[i][0] * d[0] + map.matrix[i][1] * d[1] + map.matrix[i][2] * d[2]) / size + map.offset[i];
-    start.captured = map.unit_pt && !(p[3] > 0);
-    const double scale = map.unit_pt && !start.captured ? 1 / p[3] : 1;
-    for (int i = 0; i < 3; ++i) start.p[i] = p[i] * scale;
-    start.pt = p[3] * scale;
-    return start;
+    return ray_in_frame(map, q, d).start;
 }
 
 }  // namespace
@@ -97,10 +92,11 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
 }
 
 RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y) {
-    const CameraRays& c = plan.camera;
-    Double3 d;
-    for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + (x + 0.5) * c.right[k] + (y + 0.5) * c.down[k];
-    return observed(plan, observer_named(plan.scene.camera.observer), c.position, d);
+    return film_ray(plan, x + 0.5, y + 0.5);
+}
+
+RayStart film_ray(const Plan& plan, double x, double y) {
+    return camera_ray(plan, x, y).start;
 }
 
 }  // namespace kagero

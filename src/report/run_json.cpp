@@ -130,6 +130,7 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
         {"hamiltonian", space.formula},
         {"integrator", scene.integrator.method},
         {"step", shortest(scene.integrator.step)},
+        {"seed", std::to_string(scene.film.seed)},
         {"status", ends},
         {"credits", space.source},
     };

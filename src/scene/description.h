@@ -51,16 +51,18 @@ struct IntegratorDescription {
 };
 
 struct CameraDescription {
-    std::string type = "perspective";
+    std::string type = "perspective";  ///< "perspective" | "equirectangular" | "orthographic"
     Double3 position{}, look_at{}, up{0, 1, 0};
-    double fov = 60;                   ///< vertical, degrees
+    double fov = 60;                   ///< perspective: vertical, degrees
+    double height = 2;                 ///< orthographic: of the picture, scene units
     std::string observer = "static";
     Place position_place;              ///< for messages found later
 };
 
 struct FilmDescription {
     std::uint32_t width = 0, height = 0;
-    std::uint32_t spp = 1;
+    std::uint32_t spp = 1;             ///< rays per pixel
+    std::uint32_t seed = 0;            ///< of where in the pixel they lie, if more than one
     std::vector<std::string> layers{"color"};
 };
 
@@ -79,7 +81,7 @@ struct SkyDescription {
     Double3 pole{0, 0, 1};
 };
 
-enum class Shape { rectangle, box, room, sphere, mesh };
+enum class Shape { rectangle, box, room, sphere, mesh, disk };
 enum class Shading { emission, lambert };
 
 struct ObjectDescription {
@@ -88,7 +90,10 @@ struct ObjectDescription {
     Double3 origin{}, edge_u{}, edge_v{};          // rectangle
     Double3 min{}, max{};                          // box, room
     std::array<Paint, 6> faces;                    // box, room: px nx py ny pz nz; all equal to `paint` unless `faces` says otherwise
-    Double3 center{}; double radius = 0;           // sphere
+    Double3 center{}; double radius = 0;           // sphere; center: disk too
+    Double3 normal{0, 0, 1};                       // disk: its matter orbits in the right-handed sense about it
+    double inner = 0, outer = 0;                   // disk: radii
+    double temperature = 0;                        // disk: kelvin at the inner edge; 0: it has a paint instead
     std::string file;                              // mesh: absolute path
     Place file_place;
     Double3 translate{}, rotate{}; double scale = 1;
@@ -106,8 +111,12 @@ struct SceneDescription {
     CameraDescription camera;
     FilmDescription film;
     SkyDescription sky;
+    SkyDescription far_sky;                        ///< of a wormhole's other universe
     std::vector<ObjectDescription> objects;
 };
+
+/// Whether a space has another universe with a sky of its own, `[sky.far]`.
+inline bool has_far_sky(const SpaceDescription& space) { return space.hamiltonian == "wormhole"; }
 
 /// The names a scene may use; taken from a loaded kernel module.
 struct Catalogue {

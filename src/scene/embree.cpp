@@ -41,10 +41,41 @@ RTCGeometry sphere_geometry(RTCDevice device, const Surface& surface, const doub
     return geometry;
 }
 
+/// Refuses hits beside a ring; the ray goes on.
+void keep_ring(const RTCFilterFunctionNArguments* arguments) {
+    const auto& ring = *static_cast<const EmbreeScene::FloatRing*>(arguments->geometryUserPtr);
+    RTCRayN* ray = arguments->ray;
+    const unsigned n = arguments->N;
+    for (unsigned i = 0; i < n; ++i) {
+        if (arguments->valid[i] == 0) continue;
+        const float t = RTCRayN_tfar(ray, n, i);
+        const float x = RTCRayN_org_x(ray, n, i) + t * RTCRayN_dir_x(ray, n, i) - ring.center[0];
+        const float y = RTCRayN_org_y(ray, n, i) + t * RTCRayN_dir_y(ray, n, i) - ring.center[1];
+        const float z = RTCRayN_org_z(ray, n, i) + t * RTCRayN_dir_z(ray, n, i) - ring.center[2];
+        const float r2 = x * x + y * y + z * z;
+        if (r2 < ring.inner2 || r2 > ring.outer2) arguments->valid[i] = 0;
+    }
+}
+
 }  // namespace
 
+void EmbreeScene::attach_rings(const std::vector<Ring>& rings, const double shift[3], double scale) {
+    rings_.reserve(rings.size());  // Embree keeps pointers
+    for (const Ring& ring : rings) {
+        FloatRing& own = rings_.emplace_back();
+        for (std::size_t i = 0; i < 3; ++i) own.center[i] = to_embree(ring.center[i], shift[i], scale);
+        own.inner2 = static_cast<float>(ring.inner * ring.inner * scale * scale);
+        own.outer2 = static_cast<float>(ring.outer * ring.outer * scale * scale);
+        RTCGeometry geometry = rtcGetGeometry(scene_, ring.surface);
+        rtcSetGeometryUserData(geometry, &own);
+        rtcSetGeometryIntersectFilterFunction(geometry, keep_ring);
+        rtcCommitGeometry(geometry);
+    }
+}
+
 EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
-                         const std::vector<std::size_t>& triangle_counts, const double shift[3], double scale) {
+                         const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3],
+                         double scale) {
     // No configuration: "threads=" would limit TBB for the whole program.
     device_ = rtcNewDevice("");
     if (!device_) throw_on_error(nullptr, "rtcNewDevice");
@@ -64,6 +95,7 @@ EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector
             rtcReleaseGeometry(geometry);
             throw_on_error(device_, "building a geometry");
         }
+        attach_rings(rings, shift, scale);
         rtcCommitScene(scene_);
         throw_on_error(device_, "building the scene");
     } catch (...) {

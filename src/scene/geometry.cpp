@@ -1,18 +1,29 @@
 #include "scene/geometry.h"
 
+#include "scene/blackbody.h"
 #include "scene/clearance.h"
 #include "scene/embree.h"
 #include "scene/mesh.h"
+#include "scene/pyramid.h"
 #include "scene/shading.h"
 
 #include <map>
 
 namespace kagero {
 
+namespace {
+
+struct Sky {
+    LoadedPaint paint;
+    Double3 pole{};
+    std::vector<Image> coarser;  ///< copies of the image, if it is one
+};
+
+}  // namespace
+
 struct SceneGeometry::Content {
     Double3 space_center{};
-    Double3 pole{};
-    LoadedPaint sky;
+    Sky sky, far_sky;
     std::vector<ShadedObject> objects;  ///< surface i is object i
     std::vector<Surface> surfaces;
     std::unique_ptr<EmbreeScene> embree;
@@ -36,6 +47,12 @@ LoadedPaint load(const Paint& paint, Images& images) {
     return loaded;
 }
 
+Sky load(const SkyDescription& description, Images& images) {
+    Sky sky{load(description.paint, images), description.pole, {}};
+    if (sky.paint.image) sky.coarser = coarser_images(*sky.paint.image);
+    return sky;
+}
+
 ShadedObject load(const ObjectDescription& object, const Double3& space_center, Images& images,
                   std::vector<std::string>& remarks) {
     ShadedObject shaded;
@@ -56,6 +73,12 @@ ShadedObject load(const ObjectDescription& object, const Double3& space_center, 
         case Shape::mesh:
             shaded.mesh = load_mesh(object, space_center, remarks);
             break;
+        case Shape::disk:
+            shaded.mesh = disk_mesh(object, space_center);
+            shaded.normal = object.normal;
+            shaded.inner = object.inner, shaded.outer = object.outer, shaded.temperature = object.temperature;
+            if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
+            break;
     }
     shaded.paints.push_back(load(object.paint, images));
     return shaded;
@@ -70,6 +93,16 @@ Surface surface_of(const ObjectDescription& object, const ShadedObject& shaded) 
     std::copy(shaded.center.begin(), shaded.center.end(), surface.center);
     surface.radius = object.radius;
     return surface;
+}
+
+std::vector<Ring> rings_of(const std::vector<ShadedObject>& objects) {
+    std::vector<Ring> rings;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const ShadedObject& object = objects[i];
+        if (object.shape != Shape::disk) continue;
+        rings.push_back({static_cast<std::uint32_t>(i), object.center, object.inner, object.outer});
+    }
+    return rings;
 }
 
 Bounds bounds_of(const std::vector<ShadedObject>& objects, const std::vector<Surface>& surfaces) {
@@ -107,8 +140,8 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene) : content_(std::make
     Content& content = *content_;
     Images images;
     content.space_center = scene.space.center;
-    content.pole = scene.sky.pole;
-    content.sky = load(scene.sky.paint, images);
+    content.sky = load(scene.sky, images);
+    content.far_sky = load(scene.far_sky, images);
     if (scene.objects.empty()) return;
 
     content.objects.reserve(scene.objects.size());
@@ -124,8 +157,8 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene) : content_(std::make
 
     Geometry& geometry = content.geometry;
     choose_coordinates(scene, bounds, geometry);
-    content.embree =
-        std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, geometry.shift, geometry.scale);
+    content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, rings_of(content.objects),
+                                                   geometry.shift, geometry.scale);
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
@@ -146,14 +179,20 @@ std::uint32_t SceneGeometry::object_of(std::uint32_t surface) const {
 }
 
 Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                                    const Double3& toward) const {
-    return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward);
+                                    const Double3& toward, double redshift) const {
+    return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward, redshift);
 }
 
-Float3 SceneGeometry::sky_color(const Double3& direction) const {
-    if (content_->sky.paint.kind == Paint::Kind::color) return paint_color(content_->sky, 0, 0);
-    const auto [u, v] = sky_coordinates(direction, content_->pole);
-    return paint_color(content_->sky, u, v, Edge::clamp);
+Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
+    const Sky& sky = far ? content_->far_sky : content_->sky;
+    if (sky.paint.paint.kind == Paint::Kind::color) return paint_color(sky.paint, 0, 0);
+    if (sky.paint.image) return sky_texture_color(*sky.paint.image, sky.coarser, direction, sky.pole, footprint);
+    const auto [u, v] = sky_coordinates(direction, sky.pole);
+    return paint_color(sky.paint, u, v, Edge::clamp);
+}
+
+bool SceneGeometry::has_sky_image() const {
+    return content_->sky.paint.image || content_->far_sky.paint.image;
 }
 
 const std::vector<std::string>& SceneGeometry::remarks() const {

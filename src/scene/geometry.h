@@ -9,6 +9,11 @@ namespace kagero {
 
 using Float3 = std::array<float, 3>;
 
+/// A small ellipse of directions: its axes, at right angles to each other, with their full lengths in radians.
+struct Footprint {
+    Double3 major{}, minor{};
+};
+
 /// Owns the Embree scene, the double-precision vertices, the clearance grid and the textures. Immutable after construction, so any
 /// number of threads may shade at once.
 class SceneGeometry {
@@ -22,10 +27,15 @@ public:
     const Geometry* kernel_view() const;
     /// The index in SceneDescription::objects of a surface (a box has one surface, so has a mesh).
     std::uint32_t object_of(std::uint32_t surface) const;
-    /// Linear colour of a surface at a point, both in scene coordinates; `toward` is the ray's unit direction there (away from the eye).
-    Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward) const;
-    /// Linear colour of the sky in a unit direction.
-    Float3 sky_color(const Double3& direction) const;
+    /// Linear colour of a surface at a point, both in scene coordinates; `toward` is the ray's unit direction there (away from the eye),
+    /// `redshift` the frequency seen over the frequency sent, which matters to disks.
+    Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
+                         double redshift = 1) const;
+    /// Linear colour of the sky in a unit direction; `far`: of that of a wormhole's other universe.
+    /// Averaged over the footprint where the sky is an image.
+    Float3 sky_color(const Double3& direction, bool far = false, const Footprint& footprint = {}) const;
+    /// Whether footprints make a difference.
+    bool has_sky_image() const;
     /// One line per object that the user may want to know of: degenerate triangles skipped, faces triangulated …
     const std::vector<std::string>& remarks() const;
     /// Diagonal of the box around all objects, scene units; 0 without objects.

@@ -122,9 +122,14 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
 }
 
 CameraDescription load_camera(const Section& section) {
-    only_keys(section, {"type", "position", "look_at", "up", "fov", "observer"});
     CameraDescription camera;
-    not_yet(section, "type", {"perspective"});
+    std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer"};
+    if (const Value* type = find(section, "type")) {
+        const std::vector<std::string> types{"perspective", "equirectangular", "orthographic"};
+        camera.type = types[to_choice(*type, "camera.type", types)];
+    }
+    if (camera.type == "orthographic") keys.emplace_back("height");
+    only_keys(section, keys);
     if (const Value* observer = find(section, "observer")) {
         static const std::vector<std::string> known{"static", "zamo", "falling", "coordinate"};
         camera.observer = known[to_choice(*observer, "camera.observer", known)];
@@ -135,20 +140,21 @@ CameraDescription load_camera(const Section& section) {
     camera.look_at = to_double3(need(section, "look_at"), "camera.look_at", any_length);
     read(section, "up", camera.up, any_length);
     read(section, "fov", camera.fov, {0, 180, true, true});
+    read(section, "height", camera.height, positive_length);
     check_view(section, camera);
     return camera;
 }
 
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers) {
-    only_keys(section, {"size", "spp", "layers"});
+    only_keys(section, {"size", "spp", "seed", "layers"});
     FilmDescription film;
     const Value& size = need(section, "size");
     if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "[width, height]");
     film.width = to_count(size.items[0], "film.size[0]", 1, 65536);
     film.height = to_count(size.items[1], "film.size[1]", 1, 65536);
-    if (const Value* spp = find(section, "spp")) {
-        film.spp = to_count(*spp, "film.spp", 1, 65536);
-        if (film.spp > 1) not_yet(section, "spp", {"1"});
+    if (const Value* spp = find(section, "spp")) film.spp = to_count(*spp, "film.spp", 1, 65536);
+    if (const Value* seed = find(section, "seed")) {
+        film.seed = to_count(*seed, "film.seed", 0, std::numeric_limits<std::uint32_t>::max());
     }
     if (const Value* chosen = find(section, "layers")) {
         if (chosen->kind != Value::Kind::array || chosen->items.empty()) fail(*chosen, "film.layers", "an array of layer names");
@@ -165,13 +171,25 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
 }
 
 SkyDescription load_sky(const Section& section, const std::string& directory) {
-    only_keys(section, {"color", "texture", "checker", "pole", "far"});
-    not_yet(section, "far");
+    std::vector<std::string> keys{"color", "texture", "checker", "pole"};
+    if (section.name == "sky") keys.emplace_back("far");
+    only_keys(section, keys);
     SkyDescription sky;
     sky.paint = load_paint(section, sky.paint, CheckerKey::flag, directory);
     read(section, "pole", sky.pole, any_length);
-    if (length(sky.pole) == 0) fail(need(section, "pole"), "sky.pole", "a vector that is not zero");
+    if (length(sky.pole) == 0) fail(need(section, "pole"), full_name(section, "pole"), "a vector that is not zero");
     return sky;
+}
+
+SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, const std::string& directory) {
+    const Value* far = find(sky, "far");
+    if (!far) return {};
+    if (far->kind != Value::Kind::table) fail(*far, "sky.far", "a table: [sky.far]");
+    if (!has_far_sky(space)) {
+        throw InputError(far->place, "sky.far: " + written(space.hamiltonian) +
+                                         " has one universe and one sky; only \"wormhole\" has another: leave the table out");
+    }
+    return load_sky({far, "sky.far", far->place}, directory);
 }
 
 SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue) {
@@ -189,7 +207,9 @@ SceneDescription load_scene(const std::string& path, const std::vector<std::stri
     scene.integrator = load_integrator(section(root, "integrator"), scene.space, catalogue);
     scene.camera = load_camera(section(root, "camera"));
     scene.film = load_film(section(root, "film"), catalogue.layers);
-    scene.sky = load_sky(section(root, "sky"), directory);
+    const Section sky = section(root, "sky");
+    scene.sky = load_sky(sky, directory);
+    scene.far_sky = load_far_sky(sky, scene.space, directory);
     scene.objects = load_objects(root, directory);
     return scene;
 }

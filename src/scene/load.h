@@ -10,7 +10,9 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue);
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue);
 CameraDescription load_camera(const Section& section);
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers);
+/// [sky], beside which a table `far` may stand, or that table itself.
 SkyDescription load_sky(const Section& section, const std::string& directory);
+SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, const std::string& directory);
 
 /// How `checker` is written: how many squares along u and v, or just `true`.
 enum class CheckerKey { counts, flag };

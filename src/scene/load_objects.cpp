@@ -11,8 +11,10 @@ namespace {
 
 constexpr Range color_range{0, 1e6};
 constexpr Range checker_range{0, 1e6, true};
+/// Kelvin: colder bodies do not glow, and hotter ones have all the same colour.
+constexpr Range temperature_range{500, 1e9};
 
-const std::vector<std::string> shape_names{"rectangle", "box", "room", "sphere", "mesh"};
+const std::vector<std::string> shape_names{"rectangle", "box", "room", "sphere", "mesh", "disk"};
 
 /// The keys of a shape beside those that all objects have.
 std::vector<std::string> keys_of(Shape shape) {
@@ -31,6 +33,9 @@ std::vector<std::string> keys_of(Shape shape) {
             break;
         case Shape::mesh:
             own = {"file", "translate", "rotate", "scale"};
+            break;
+        case Shape::disk:
+            own = {"center", "normal", "inner", "outer", "temperature"};
             break;
     }
     keys.insert(keys.end(), own.begin(), own.end());
@@ -99,6 +104,23 @@ void load_sphere(const Section& section, ObjectDescription& object) {
     object.radius = to_number(need(section, "radius"), full_name(section, "radius"), positive_length);
 }
 
+void load_disk(const Section& section, ObjectDescription& object) {
+    object.center = needed_point(section, "center");
+    read(section, "normal", object.normal, any_length);
+    if (length(object.normal) == 0) fail(need(section, "normal"), full_name(section, "normal"), "a vector that is not zero");
+    object.inner = to_number(need(section, "inner"), full_name(section, "inner"), positive_length);
+    const Value& outer = need(section, "outer");
+    object.outer = to_number(outer, full_name(section, "outer"), positive_length);
+    if (object.outer <= object.inner) fail(outer, full_name(section, "outer"), "more than inner = " + written(object.inner));
+    const Value* temperature = find(section, "temperature");
+    if (!temperature) return;
+    for (const char* key : {"color", "texture", "checker"}) {
+        if (!find(section, key)) continue;
+        throw InputError(temperature->key_place, full_name(section, "temperature") + " and " + key + " exclude each other: keep one");
+    }
+    object.temperature = to_number(*temperature, full_name(section, "temperature"), temperature_range);
+}
+
 void load_mesh_keys(const Section& section, const std::string& directory, ObjectDescription& object) {
     const Value& file = need(section, "file");
     const std::string name = full_name(section, "file");
@@ -119,7 +141,6 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
     object.name = name;
     object.place = table.place;
     const Value& shape = need(section, "shape");
-    if (shape.kind == Value::Kind::string && shape.string == "disk") not_yet(section, "shape", shape_names);
     object.shape = static_cast<Shape>(to_choice(shape, full_name(section, "shape"), shape_names));
     only_keys(section, keys_of(object.shape));
     object.paint = load_paint(section, object.paint, CheckerKey::counts, directory);
@@ -141,6 +162,9 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
             break;
         case Shape::mesh:
             load_mesh_keys(section, directory, object);
+            break;
+        case Shape::disk:
+            load_disk(section, object);
             break;
     }
     return object;

@@ -61,12 +61,7 @@ void print_faces(std::ostringstream& out, const ObjectDescription& object) {
     }
 }
 
-void print_object(std::ostringstream& out, const ObjectDescription& object) {
-    static const char* const shapes[] = {"rectangle", "box", "room", "sphere", "mesh"};
-    const Line line{out};
-    out << "\n[[object]]\n";
-    line("name", object.name);
-    line("shape", std::string(shapes[static_cast<int>(object.shape)]));
+void print_shape(const Line& line, const ObjectDescription& object) {
     switch (object.shape) {
         case Shape::rectangle:
             line("origin", object.origin);
@@ -88,8 +83,24 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
             line("rotate", object.rotate);
             line("scale", object.scale);
             break;
+        case Shape::disk:
+            line("center", object.center);
+            line("normal", object.normal);
+            line("inner", object.inner);
+            line("outer", object.outer);
+            break;
     }
-    for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
+}
+
+void print_object(std::ostringstream& out, const ObjectDescription& object) {
+    static const char* const shapes[] = {"rectangle", "box", "room", "sphere", "mesh", "disk"};
+    const Line line{out};
+    out << "\n[[object]]\n";
+    line("name", object.name);
+    line("shape", std::string(shapes[static_cast<int>(object.shape)]));
+    print_shape(line, object);
+    if (object.temperature > 0) line("temperature", object.temperature);
+    else for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
     line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
     bool painted = false;
     for (const Paint& face : object.faces) painted = painted || !same(face, object.paint);
@@ -136,7 +147,14 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera) {
     line("look_at", camera.look_at);
     line("up", camera.up);
     line("fov", camera.fov);
+    if (camera.type == "orthographic") line("height", camera.height);
     line("observer", camera.observer);
+}
+
+void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {
+    out << "\n[" << name << "]\n";
+    for (const std::string& pair : paint_pairs(sky.paint, true)) out << pair << '\n';
+    Line{out}("pole", sky.pole);
 }
 
 }  // namespace
@@ -154,11 +172,12 @@ std::string print_scene(const SceneDescription& scene) {
 
     out << "\n[film]\nsize = [" << scene.film.width << ", " << scene.film.height << "]\n";
     line("spp", scene.film.spp);
+    line("seed", scene.film.seed);
     out << "layers = [";
     for (std::size_t i = 0; i < scene.film.layers.size(); ++i) out << (i ? ", " : "") << written(scene.film.layers[i]);
-    out << "]\n\n[sky]\n";
-    for (const std::string& pair : paint_pairs(scene.sky.paint, true)) out << pair << '\n';
-    line("pole", scene.sky.pole);
+    out << "]\n";
+    print_sky(out, "sky", scene.sky);
+    if (has_far_sky(scene.space)) print_sky(out, "sky.far", scene.far_sky);
     for (const ObjectDescription& object : scene.objects) print_object(out, object);
     return out.str();
 }

@@ -1,6 +1,8 @@
 #include "scene/shapes.h"
 #include "scene/vector3.h"
 
+#include <numbers>
+
 namespace kagero {
 
 namespace {
@@ -42,6 +44,34 @@ TriangleMesh box_mesh(const ObjectDescription& object, const Double3& space_cent
         append_parallelogram(mesh, corner, edge_u, edge_v);
     }
     return mesh;
+}
+
+TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_center) {
+    constexpr std::uint32_t segments = 64;
+    const auto [zero, quarter] = meridians(object.normal);
+    const Double3 center = subtract(object.center, space_center);
+    // The inner polygon lies inside the inner circle, the outer one outside the outer circle.
+    const double radii[] = {object.inner, object.outer / std::cos(std::numbers::pi / segments) * (1 + 1e-6)};
+    TriangleMesh mesh;
+    for (std::uint32_t i = 0; i < segments; ++i) {
+        const double angle = 2 * std::numbers::pi * i / segments;
+        const Double3 outward = add(scaled(zero, std::cos(angle)), scaled(quarter, std::sin(angle)));
+        for (const double radius : radii) {
+            const Double3 point = add(center, scaled(outward, radius));
+            mesh.vertices.insert(mesh.vertices.end(), point.begin(), point.end());
+        }
+        const std::uint32_t here = 2 * i, next = 2 * ((i + 1) % segments);
+        for (const std::uint32_t index : {here, here + 1, next + 1, here, next + 1, next}) mesh.triangles.push_back(index);
+    }
+    return mesh;
+}
+
+std::array<Double3, 2> meridians(const Double3& pole) {
+    const Double3 up = unit(pole);
+    Double3 zero = subtract({1, 0, 0}, scaled(up, up[0]));
+    if (length(zero) < std::sqrt(std::numeric_limits<double>::epsilon())) zero = {0, 0, up[0] > 0 ? -1.0 : 1.0};
+    zero = unit(zero);
+    return {zero, cross(up, zero)};
 }
 
 }  // namespace kagero

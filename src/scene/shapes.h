@@ -20,6 +20,13 @@ TriangleMesh rectangle_mesh(const ObjectDescription& object, const Double3& spac
 /// ceiling) as seen from inside a room, from outside a box.
 TriangleMesh box_mesh(const ObjectDescription& object, const Double3& space_center);
 
+/// A ring of triangles that covers the disk between its radii and little more.
+TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_center);
+
+/// Two unit vectors in the plane across `pole`, right-handed with it: the first is +x made orthogonal, or, where the pole lies on the
+/// x axis, where +x has gone when the pole was turned there from +z by the shortest way.
+std::array<Double3, 2> meridians(const Double3& pole);
+
 /// A vertex in double.
 inline Double3 vertex(const TriangleMesh& mesh, std::uint32_t index) {
     const double* v = &mesh.vertices[3 * std::size_t{index}];

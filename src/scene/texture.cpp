@@ -1,5 +1,6 @@
 #include "scene/texture.h"
 
+#include "scene/shapes.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -46,11 +47,7 @@ Float3 checker_color(const Paint& paint, double u, double v) {
 
 std::array<double, 2> sky_coordinates(const Double3& direction, const Double3& pole) {
     const Double3 up = unit(pole);
-    // The zero meridian runs through +x. A pole on the x axis has turned +x with it, from +z by the shortest way.
-    Double3 zero = subtract({1, 0, 0}, scaled(up, up[0]));
-    if (length(zero) < std::sqrt(std::numeric_limits<double>::epsilon())) zero = {0, 0, up[0] > 0 ? -1.0 : 1.0};
-    zero = unit(zero);
-    const Double3 east = cross(up, zero);
+    const auto [zero, east] = meridians(up);  // the zero meridian runs through +x
     const double height = std::clamp(dot(direction, up), -1.0, 1.0);
     const double longitude = std::atan2(dot(direction, east), dot(direction, zero));
     return {0.5 - longitude / (2 * std::numbers::pi), 0.5 + std::asin(height) / std::numbers::pi};

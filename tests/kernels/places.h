@@ -17,7 +17,9 @@ inline constexpr Place places[] = {
     {"fiber", {0.75, -0.5, 0.25}, 4.8, 1.75},         // no ray beyond x² + y² = 10
     {"fisheye", {0.5, 0.25, 0.375}, 0.6, 1.5},        // R = 1
     {"gradient", {0.5, 0.25, 0.375}, 3.2, 4},         // no ray above z = 10
+    {"kerr", {5.125, 0.375, 0.75}, 4, 8},             // M = 1: photon orbits up to r = 4
     {"layer", {0.25, 0.125, 0.03125}, 0.16, 0.25},    // thickness 0.1
+    {"luneburg", {0.375, 0.25, -0.125}, 0.4, 0.5},     // R = 1, where N is not smooth
     {"mirage", {0.375, 0.25, 0.125}, 0.8, 0.5},        // n → 0 near z = 1.4
     {"", {3.125, 0.375, 0.75}, 4, 6},
 };

@@ -1,0 +1,118 @@
+// kagero error: error against run time, for the scene's own rays.
+#include "render/error_study.h"
+
+#include "cli/interrupt.h"
+#include "cli/verb.h"
+#include "error.h"
+#include "film/partial_file.h"
+#include "report/error_report.h"
+#include "report/numbers.h"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t most_sampled = 4096;
+
+void declare(CLI::App& app, Arguments& arguments) {
+    add_scene(app, arguments);
+    app.add_option("-o,--output", arguments.output, "The directory of the report; default: SCENE-error here")->type_name("DIR");
+    app.add_option("--sample", arguments.sample, "The grid of pixels whose rays are followed; default: 64x64")->type_name("WxH");
+    app.add_flag("--quick", arguments.quick, "A handful of methods, less than a minute");
+    app.add_flag("--full", arguments.full, "Every method one ray at a time too");
+    add_json(app, arguments);
+    app.add_option("--threads", arguments.threads, "Threads of the timed runs; default: 1")
+        ->type_name("N")
+        ->envname("KAGERO_THREADS");
+    add_messages(app, arguments);
+}
+
+StudyOptions study_options(const Arguments& arguments, const Options& options) {
+    StudyOptions study;
+    study.quick = arguments.quick, study.full = arguments.full;
+    if (options.threads) study.threads = options.threads;
+    if (arguments.quick && arguments.full) throw InputError("--quick and --full exclude each other");
+    if (arguments.sample.empty()) return study;
+    const auto size = whole_numbers("--sample", arguments.sample, 'x', 2);
+    for (const std::uint32_t n : size)
+        if (n < 1 || n > most_sampled)
+            throw InputError("--sample: " + arguments.sample + " has a side that is not in 1 to " + std::to_string(most_sampled));
+    study.width = size[0], study.height = size[1];
+    return study;
+}
+
+/// Makes the directory; it stays empty until the report is complete.
+std::string report_directory(const Arguments& arguments) {
+    const std::string directory =
+        arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-error" : arguments.output;
+    std::error_code failure;
+    fs::create_directories(directory, failure);
+    if (failure || !fs::is_directory(directory))
+        throw InputError("cannot make the directory '" + directory + "'" +
+                         (failure ? ": " + failure.message() : "; a file bears its name"));
+    for (const char* name : {"results.json", "results.csv", "plot.gp", "report.html"})
+        check_output((fs::path(directory) / name).string());
+    return directory;
+}
+
+ErrorStudy study_watched(Plan& plan, const StudyOptions& options, const Terminal& terminal) {
+    InterruptGuard guard;
+    ProgressLine line(terminal);
+    return study_error(
+        plan, options, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
+}
+
+void write_report(const std::string& directory, const Plan& plan, const ErrorStudy& study) {
+    const auto put = [&](const char* name, const std::string& text) {
+        write_text_file((fs::path(directory) / name).string(), text);
+    };
+    put("results.json", error_json(plan, study));
+    put("results.csv", error_csv(study));
+    put("plot.gp", error_plot(plan, study));
+    put("report.html", error_page(plan, study));
+}
+
+void tell_result(const ErrorStudy& study, const std::string& directory, const Terminal& terminal) {
+    for (const Cheapest& best : study.cheapest) {
+        const std::string bound =
+            "99 % of the rays within " + shortest(best.error) + (std::string(best.measure) == "pixels" ? " pixel" : " rad");
+        if (!best.found) {
+            terminal.note(bound + ": by none of the points");
+            continue;
+        }
+        const StudyCurve& curve = study.curves[best.curve];
+        const StudyPoint& point = curve.points[best.point];
+        terminal.note(bound + ": " + curve.method + ", " + (curve.info->adaptive ? "tolerance " : "step ") +
+                      shortest(point.step) + ", " + name_of(curve.precision) +
+                      (curve.loose ? ", solver_tolerance " + rounded(point.solver_tolerance) : "") + ", " +
+                      rounded(point.time.median) + " ns per ray");
+    }
+    terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    const Options options = options_of(arguments);
+    const StudyOptions wanted = study_options(arguments, options);
+    SceneDescription scene = scene_of(arguments, options);
+    check_output(arguments.json);
+    const auto plan = make_plan(std::move(scene), Options{.isa = options.isa});
+    const std::string directory = report_directory(arguments);
+    const ErrorStudy study = study_watched(*plan, wanted, terminal);
+    write_report(directory, *plan, study);
+    if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << error_json(*plan, study); });
+    tell_result(study, directory, terminal);
+    return study.interrupted ? exit_interrupted : exit_done;
+}
+
+}  // namespace
+
+const Verb error_verb{"error", "Measure error against run time, method by method, for a scene's own rays", declare, run};
+
+}  // namespace kagero

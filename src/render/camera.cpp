@@ -1,0 +1,117 @@
+#include "render/camera.h"
+
+#include "render/formula_space.h"
+#include "scene/clearance.h"
+
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+namespace kagero {
+namespace {
+
+/// Refuses a camera whose position lies in the surface of an object: every ray would start on it.
+void check_camera_off_surfaces(const Plan& plan) {
+    const Geometry* geometry = plan.geometry->kernel_view();
+    if (!geometry) return;
+    const double* eye = plan.camera.position;
+    const double tolerance = 1e-6 * plan.geometry->diagonal();
+    if (distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, plan.geometry->diagonal()) > tolerance) return;
+    const Double3& at = plan.scene.camera.position;
+    std::ostringstream message;
+    message << "camera.position = [" << at[0] << ", " << at[1] << ", " << at[2]
+            << "] lies in the surface of an object; it must be farther than " << tolerance << " from every surface";
+    throw InputError(plan.scene.camera.position_place, message.str());
+}
+
+/// Square pixels, row 0 on top.
+void aim(Plan& plan) {
+    const CameraDescription& camera = plan.scene.camera;
+    const FilmDescription& film = plan.scene.film;
+    View& view = plan.view;
+    view.observer = observer_named(camera.observer);
+    view.forward = unit(subtract(camera.look_at, camera.position));
+    view.right = unit(cross(view.forward, camera.up));
+    view.down = cross(view.forward, view.right);
+    CameraRays& rays = plan.camera;
+    rays.width = film.width, rays.height = film.height;
+    const double pixel = pixel_size(plan.scene, 1);
+    for (std::size_t k = 0; k < 3; ++k) {
+        rays.right[k] = pixel * view.right[k], rays.down[k] = pixel * view.down[k];
+        rays.corner[k] = view.forward[k] - 0.5 * film.width * rays.right[k] - 0.5 * film.height * rays.down[k];
+    }
+}
+
+/// Longitude over the width, latitude over the height; the viewing direction is in the middle.
+Double3 on_sphere(const Plan& plan, double u, double v) {
+    const double longitude = (u / plan.scene.film.width - 0.5) * 2 * std::numbers::pi;
+    const double latitude = (0.5 - v / plan.scene.film.height) * std::numbers::pi;
+    const View& view = plan.view;
+    return add(
+        scaled(add(scaled(view.forward, std::cos(longitude)), scaled(view.right, std::sin(longitude))), std::cos(latitude)),
+        scaled(view.down, -std::sin(latitude)));
+}
+
+/// Parallel rays, each seen by the observer at its own place of the picture's plane.
+CameraRay parallel_ray(const Plan& plan, double u, double v) {
+    const CameraRays& rays = plan.camera;
+    double q[3];
+    for (std::size_t k = 0; k < 3; ++k)
+        q[k] = rays.position[k] + (u - 0.5 * rays.width) * rays.right[k] + (v - 0.5 * rays.height) * rays.down[k];
+    if (plan.scene.space.formula) return {formula_ray(plan, plan.view.observer, q, plan.view.forward), 1};
+    StartMap map;
+    const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer, q, &map);
+    if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false}, 0};
+    return ray_in_frame(map, q, plan.view.forward);
+}
+
+}  // namespace
+
+double pixel_size(const SceneDescription& scene, double distance) {
+    const double rows = scene.film.height;
+    if (scene.camera.type == "orthographic") return scene.camera.height / rows;
+    if (scene.camera.type == "equirectangular") return distance * std::numbers::pi / rows;
+    return distance * 2 * std::tan(scene.camera.fov * std::numbers::pi / 360) / rows;
+}
+
+void place_camera(Plan& plan) {
+    const SceneDescription& scene = plan.scene;
+    aim(plan);
+    for (std::size_t k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
+    const Failure failure = scene.space.formula ? place_formula_camera(plan)
+                                                : plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer,
+                                                                       plan.camera.position, &plan.camera.start);
+    if (failure != Failure::none)
+        throw InputError(scene.camera.position_place,
+                         "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
+    check_camera_off_surfaces(plan);
+    if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;
+}
+
+// The same sums in the same order as the kernels' own camera, so that both make the same rays to the last bit.
+CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d) {
+    const double inverse = 1 / std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double n[3] = {d[0] * inverse, d[1] * inverse, d[2] * inverse};
+    double p[4];
+    for (int i = 0; i < 4; ++i)
+        p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
+    const bool captured = map.unit_pt && !(p[3] > 0);
+    const double scale = map.unit_pt && !captured ? 1 / p[3] : 1;
+    return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured}, scale};
+}
+
+CameraRay camera_ray(const Plan& plan, double u, double v) {
+    const CameraRays& c = plan.camera;
+    if (plan.scene.camera.type == "orthographic") return parallel_ray(plan, u, v);
+    Double3 d;
+    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];
+    if (plan.scene.camera.type == "equirectangular") d = on_sphere(plan, u, v);
+    if (plan.each_direction) return {formula_ray(plan, plan.view.observer, c.position, d), 1};
+    return ray_in_frame(c.start, c.position, d);
+}
+
+bool kernel_makes_rays(const Plan& plan) {
+    return plan.scene.camera.type == "perspective" && plan.scene.film.spp == 1 && !plan.each_direction;
+}
+
+}  // namespace kagero

@@ -1,0 +1,29 @@
+/// Cameras: from a place on the picture to the ray that is seen there.
+#pragma once
+
+#include "render/plan.h"
+
+namespace kagero {
+
+/// A ray and what its observer makes of its frequency.
+struct CameraRay {
+    RayStart start;
+    double frequency;  ///< p · u of the observer: the frequency seen, where p is the momentum that `start` has
+};
+
+/// Points the plan's camera and asks the space for the observer there. Throws InputError where there can be none.
+void place_camera(Plan& plan);
+
+/// The ray seen at (u, v) of the picture, in pixels from its top left corner.
+CameraRay camera_ray(const Plan& plan, double u, double v);
+
+/// A ray in direction d, of any length, of the rest frame that `map` belongs to.
+CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d);
+
+/// How large a pixel of the scene's camera is at a distance.
+double pixel_size(const SceneDescription& scene, double distance);
+
+/// Whether the kernels can make the rays themselves: one through the middle of each pixel of a perspective camera.
+bool kernel_makes_rays(const Plan& plan);
+
+}  // namespace kagero

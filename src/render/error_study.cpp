@@ -1,0 +1,348 @@
+#include "render/error_study.h"
+
+#include "render/step_ladder.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace kagero {
+namespace {
+
+/// Rays whose energy is followed step by step.
+constexpr std::size_t drift_rays = 8;
+/// Points that do more work per ray than this many times the cheapest are not worth their wait.
+constexpr double absurd_work = 200, absurd_work_quick = 60;
+/// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
+constexpr double enough_seconds = 0.15;
+/// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
+/// this.
+constexpr double far_beyond = 30;
+constexpr std::uint32_t least_steps = 1000;
+constexpr std::uint32_t picture_width = 128;
+
+/// One point of the study with what is needed to time it again.
+struct Timed {
+    Variant variant;
+    std::size_t curve, point;
+    double estimate = 0;  ///< seconds of one run with and one without surfaces
+    unsigned repeats = 0;
+    std::vector<double> with, without;  ///< ns per ray
+};
+
+class Study {
+public:
+    Study(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop)
+        : plan_(plan), progress_(progress), stop_(stop) {
+        study_.options = options;
+    }
+
+    ErrorStudy run() {
+        study_.sample = sample_rays(plan_, study_.options.width, study_.options.height);
+        bound_steps();
+        reference_ = trace_reference(plan_, study_.sample, study_.reference);
+        keep_decided();
+        for (std::size_t i = 0; i < reference_.ends.size(); ++i)
+            study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
+        choose_drift_rays();
+        climb_all();
+        take_times();
+        choose_cheapest();
+        follow_energy();
+        compare_pictures();
+        study_.interrupted = stopped();
+        study_.seconds = seconds();
+        return std::move(study_);
+    }
+
+private:
+    bool stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+    void tell(double done) const {
+        if (progress_) progress_(done, seconds());
+    }
+    void bound_steps();
+    void keep_decided();
+    void choose_drift_rays();
+    void climb_all();
+    void climb(const Ladder& ladder);
+    bool set_loose_tolerance(Variant& variant) const;
+    StudyPoint measure(const Variant& variant, double& estimate);
+    void take_times();
+    void keep_times();
+    void choose_cheapest();
+    Cheapest cheapest(double error, const char* measure, Spread RayErrors::*spread) const;
+    void follow_energy();
+    void compare_pictures();
+    const Timed* nearest_in_work(const std::string& method, double gradients) const;
+    std::vector<const Timed*> rivals() const;
+
+    Plan& plan_;
+    const Progress& progress_;
+    const std::atomic<bool>* stop_;
+    const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    ErrorStudy study_;
+    ReferenceRays reference_;
+    std::vector<RayStart> drift_rays_;
+    std::size_t most_bent_ = 0;  ///< of the calm rays of the sample: the one whose energy is drawn
+    std::vector<Timed> timed_;
+    double least_work_ = std::numeric_limits<double>::infinity();
+};
+
+/// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end far beyond
+/// what the middle one of those needs that end by themselves.
+void Study::bound_steps() {
+    std::vector<RayEnd> ends;
+    trace(plan_, study_.sample.starts, ends);
+    std::vector<double> steps;
+    for (const RayEnd& end : ends)
+        if (end.status != Status::step_limit) steps.push_back(end.steps);
+    const auto enough = static_cast<std::uint32_t>(std::min(1e9, far_beyond * spread_of(std::move(steps)).p50));
+    plan_.job.max_steps = std::min(plan_.job.max_steps, std::max(least_steps, enough));
+}
+
+/// Rays without a reference have no error; they would only take time.
+void Study::keep_decided() {
+    std::size_t kept = 0;
+    SampleRays& sample = study_.sample;
+    for (std::size_t i = 0; i < reference_.ends.size(); ++i) {
+        if (!reference_.decided[i]) continue;
+        sample.starts[kept] = sample.starts[i], sample.pixels[kept] = sample.pixels[i];
+        reference_.ends[kept] = reference_.ends[i], reference_.conditioning[kept] = reference_.conditioning[i];
+        ++kept;
+    }
+    if (kept == 0) throw RunError("no ray of this scene ends in a way that two methods agree on: there is no error to measure");
+    sample.starts.resize(kept), sample.pixels.resize(kept);
+    reference_.ends.resize(kept), reference_.conditioning.resize(kept);
+    reference_.decided.assign(kept, true);
+}
+
+/// Spread over the picture, and well-conditioned: their energy says something of the method, not of the ray.
+void Study::choose_drift_rays() {
+    constexpr double calm = 100;
+    std::vector<std::size_t> good;
+    for (std::size_t i = 0; i < reference_.ends.size(); ++i) {
+        const Status status = reference_.ends[i].status;
+        if (!reference_.decided[i] || (status != Status::hit && status != Status::escaped)) continue;
+        if (!(reference_.conditioning[i] < calm)) continue;
+        if (good.empty() || reference_.conditioning[i] > reference_.conditioning[most_bent_]) most_bent_ = i;
+        good.push_back(i);
+    }
+    const std::size_t wanted = std::min(drift_rays, good.size());
+    for (std::size_t k = 0; k < wanted; ++k)
+        drift_rays_.push_back(study_.sample.starts[good[(2 * k + 1) * good.size() / (2 * wanted)]]);
+}
+
+void Study::climb_all() {
+    const auto ladders = choose_ladders(plan_, {study_.options.quick, study_.options.full}, study_.refused);
+    for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
+        climb(ladders[i]);
+        tell(0.3 * double(i + 1) / double(ladders.size()));
+    }
+}
+
+/// Finer and finer steps until rounding stops the method, or its cost is absurd.
+void Study::climb(const Ladder& ladder) {
+    StudyCurve& curve = study_.curves.emplace_back();
+    curve.info = &info_of(plan_, ladder.variant), curve.method = curve.info->name;
+    curve.strategy = ladder.variant.kernel->strategy, curve.precision = ladder.variant.kernel->precision;
+    curve.rescaled = ladder.variant.rescaled, curve.own = ladder.own, curve.loose = ladder.loose;
+    const double size = plan_.geometry->kernel_view() ? plan_.geometry->diagonal() : plan_.job.escape_radius;
+    std::vector<double> steps, errors;
+    Variant variant = ladder.variant;
+    double work_before = 0;
+    for (std::size_t n = 0; n < ladder.steps.size() && !stopped(); ++n) {
+        variant.step = ladder.steps[n];
+        if (ladder.loose && !set_loose_tolerance(variant)) break;
+        Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, 0, {}, {}};
+        const StudyPoint point = measure(variant, timed.estimate);
+        curve.points.push_back(point), timed_.push_back(std::move(timed));
+        steps.push_back(variant.step), errors.push_back(point.errors.position.p90);
+        const double work = std::max(point.gradients, point.steps);
+        if (point.errors.compared > 0) least_work_ = std::min(least_work_, work);
+        const bool enough = n + 1 >= ladder.least;
+        const double error = errors.back(), before = n > 0 ? errors[n - 1] : error;
+        if (enough && error < 1e-5 * size && error > 0.7 * before) {
+            curve.stopped = "rounding: a finer step gains nothing";
+            break;
+        }
+        const double limit = enough && study_.options.quick ? absurd_work_quick : absurd_work;
+        // Long steps of implicit methods may cost more than shorter ones, whose equations are solved sooner.
+        const bool rises = n > 0 && work > 1.2 * work_before;
+        work_before = work;
+        if (rises && (curve.info->adaptive ? 1.5 : 2.0) * work > limit * least_work_) {
+            curve.stopped =
+                "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
+            break;
+        }
+    }
+    const Slope slope = slope_of(steps, errors, curve.info->order, size);
+    curve.floor = slope.floor;
+    if (!curve.info->adaptive) curve.order = slope.order;
+    if (curve.points.empty()) study_.curves.pop_back();
+}
+
+/// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False where
+/// that was not measured, rounding is all there is, or this space leaves no equations to solve.
+bool Study::set_loose_tolerance(Variant& variant) const {
+    for (const StudyCurve& curve : study_.curves) {
+        if (curve.info != &info_of(plan_, variant) || curve.loose || curve.precision != Precision::float64) continue;
+        for (const StudyPoint& point : curve.points) {
+            if (point.step != variant.step || !(point.errors.direction.p50 > 1e-13) || point.iterations == 0) continue;
+            variant.solver_tolerance = 0.01 * std::min(1.0, point.errors.direction.p50);
+            return true;
+        }
+    }
+    return false;
+}
+
+StudyPoint Study::measure(const Variant& variant, double& estimate) {
+    StudyPoint point;
+    point.step = variant.step;
+    point.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan_.job.solver_tolerance;
+    const double rays = double(study_.sample.starts.size());
+    {
+        PlanAs as(plan_, variant);
+        std::vector<RayEnd> ends;
+        const RunReport report = trace(plan_, study_.sample.starts, ends);
+        point.errors = compare_rays(plan_, study_.sample, reference_, ends);
+        const Counters& work = report.counters;
+        point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
+        point.queries = double(work.queries) / rays, point.iterations = double(work.active_iterations) / rays;
+        if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
+        as.without_surfaces();
+        std::vector<RayEnd> unhindered;
+        const RunReport without = trace(plan_, study_.sample.starts, unhindered);
+        point.steps_without = double(without.counters.steps) / rays;
+        estimate = (report.seconds + without.seconds) * plan_.threads / study_.options.threads;
+    }
+    point.drift = energy_drift(plan_, variant, drift_rays_);
+    return point;
+}
+
+Timing timing_of(std::vector<double> times) {
+    const std::size_t n = times.size();
+    if (n == 0) return {std::nan(""), std::nan(""), std::nan("")};
+    std::sort(times.begin(), times.end());
+    return {0.5 * (times[(n - 1) / 2] + times[n / 2]), times.front(), times.back()};
+}
+
+/// The repetitions are interleaved: what disturbs the machine for a while disturbs every method.
+void Study::take_times() {
+    double total = 0, done = 0;
+    unsigned most = 0;
+    for (Timed& timed : timed_) {
+        // Short runs are disturbed more easily, and cost little to repeat.
+        const double wanted = std::min(4.0, std::ceil(enough_seconds / (timed.estimate * study_.options.repeats)));
+        timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, wanted));
+        total += timed.estimate * timed.repeats, most = std::max(most, timed.repeats);
+    }
+    const double rays = double(study_.sample.starts.size());
+    for (unsigned repeat = 0; repeat < most; ++repeat)
+        for (Timed& timed : timed_) {
+            if (stopped()) return keep_times();
+            if (repeat >= timed.repeats) continue;
+            PlanAs as(plan_, timed.variant);
+            as.on_threads(study_.options.threads);
+            std::vector<RayEnd> ends;
+            timed.with.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
+            as.without_surfaces();
+            timed.without.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
+            done += timed.estimate;
+            tell(0.3 + 0.65 * done / total);
+        }
+    keep_times();
+}
+
+void Study::keep_times() {
+    for (const Timed& timed : timed_) {
+        StudyPoint& point = study_.curves[timed.curve].points[timed.point];
+        point.time = timing_of(timed.with), point.time_without = timing_of(timed.without);
+    }
+}
+
+Cheapest Study::cheapest(double error, const char* measure, Spread RayErrors::*spread) const {
+    Cheapest best{error, measure, 0, 0, false};
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < study_.curves.size(); ++c)
+        for (std::size_t p = 0; p < study_.curves[c].points.size(); ++p) {
+            const StudyPoint& point = study_.curves[c].points[p];
+            const RayErrors& e = point.errors;
+            const bool good =
+                e.compared > 0 && (e.*spread).p99 <= error && double(e.flips) <= 0.01 * double(study_.reference.decided);
+            if (!good || !(point.time.median < least)) continue;
+            least = point.time.median;
+            best.curve = c, best.point = p, best.found = true;
+        }
+    return best;
+}
+
+void Study::choose_cheapest() {
+    study_.cheapest = {cheapest(0.25, "pixels", &RayErrors::pixels), cheapest(1e-3, "pixels", &RayErrors::pixels),
+                       cheapest(1e-6, "direction", &RayErrors::direction)};
+}
+
+/// The packet point in double precision of a method that does about so many gradient evaluations per ray.
+const Timed* Study::nearest_in_work(const std::string& method, double gradients) const {
+    const Timed* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Timed& timed : timed_) {
+        const StudyCurve& curve = study_.curves[timed.curve];
+        if (curve.method != method || curve.loose || curve.strategy != Strategy::packet || curve.precision != Precision::float64)
+            continue;
+        const double off = std::abs(std::log(std::max(1.0, curve.points[timed.point].gradients) / gradients));
+        if (off < least) least = off, nearest = &timed;
+    }
+    return nearest;
+}
+
+/// The scene's own method at about the scene's step, and what others do with as much work.
+std::vector<const Timed*> Study::rivals() const {
+    const std::string& own = plan_.scene.integrator.method;
+    const Timed* mine = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Timed& timed : timed_) {
+        const StudyCurve& curve = study_.curves[timed.curve];
+        if (!curve.own || curve.loose || curve.strategy != Strategy::packet || curve.precision != Precision::float64) continue;
+        const double wanted = curve.info->adaptive ? plan_.job.tolerance : plan_.job.step;
+        const double off = std::abs(std::log(timed.variant.step / wanted));
+        if (off < least) least = off, mine = &timed;
+    }
+    if (!mine) return {};
+    std::vector<const Timed*> all{mine};
+    const double work = study_.curves[mine->curve].points[mine->point].gradients;
+    for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "rk4"})
+        if (const Timed* rival = nearest_in_work(name, work); rival && own != name) all.push_back(rival);
+    return all;
+}
+
+void Study::follow_energy() {
+    if (drift_rays_.empty() || plan_.straight) return;
+    for (const Timed* timed : rivals()) {
+        if (stopped()) return;
+        study_.energy.push_back(energy_trace(plan_, timed->variant, study_.sample.starts[most_bent_]));
+        study_.energy.back().gradients = study_.curves[timed->curve].points[timed->point].gradients;
+    }
+}
+
+void Study::compare_pictures() {
+    if (plan_.straight || stopped()) return;
+    std::vector<Variant> variants;
+    for (const Timed* timed : rivals()) variants.push_back(timed->variant);
+    study_.pictures = picture_errors(plan_, picture_width, study_.reference.variant, variants, stop_);
+    tell(1);
+}
+
+}  // namespace
+
+ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
+    struct Restore {
+        Plan& plan;
+        std::uint32_t max_steps = plan.job.max_steps;
+        ~Restore() { plan.job.max_steps = max_steps; }
+    } const restore{plan};
+    return Study(plan, options, progress, stop).run();
+}
+
+}  // namespace kagero

@@ -1,0 +1,78 @@
+/// Error against run time for a scene's own rays: methods × steps × precisions, through the kernels and the loop that `render`
+/// uses.
+#pragma once
+
+#include "render/energy_drift.h"
+#include "render/picture_error.h"
+#include "render/reference.h"
+
+namespace kagero {
+
+struct StudyOptions {
+    std::uint32_t width = 64, height = 64;  ///< of the grid of sampled pixels
+    bool quick = false;                     ///< a handful of methods, in double precision
+    bool full = false;                      ///< every method one ray at a time too
+    unsigned threads = 1;                   ///< of the timed runs
+    unsigned repeats = 5;                   ///< at least
+};
+
+/// ns per ray over the repeated runs.
+struct Timing {
+    double median = 0, min = 0, max = 0;
+};
+
+/// One method at one step.
+struct StudyPoint {
+    double step = 0;              ///< of adaptive methods: the tolerance
+    double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
+    Timing time;                  ///< with the scene's surfaces
+    Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene
+    double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
+    double steps_without = 0;                                      ///< per ray, without surfaces
+    double occupancy = 1;                                          ///< active lane-steps over issued ones
+    RayErrors errors;
+    EnergyDrift drift;
+};
+
+/// One method over its steps, the coarsest first.
+struct StudyCurve {
+    std::string method;
+    Strategy strategy{};
+    Precision precision{};
+    const IntegratorInfo* info = nullptr;
+    bool rescaled = false;
+    bool loose = false;  ///< implicit equations solved to a hundredth of the error of the same step, not as the scene says
+    bool own = false;    ///< the scene's own method
+    std::optional<double> order;  ///< slope of position error (p90) over step, above the floor; none for adaptive methods
+    double floor = 0;             ///< least position error (p90) reached
+    std::string stopped;          ///< why there are no finer steps
+    std::vector<StudyPoint> points;
+};
+
+/// The quickest point whose 99th percentile of an error stays below a bound, and of whose rays at most 1 % end otherwise.
+struct Cheapest {
+    double error = 0;
+    const char* measure = "";  ///< "pixels" or "direction"
+    std::size_t curve = 0, point = 0;
+    bool found = false;
+};
+
+struct ErrorStudy {
+    StudyOptions options;
+    SampleRays sample;
+    ReferenceStory reference;
+    std::uint64_t ill_conditioned = 0;
+    std::vector<StudyCurve> curves;
+    std::vector<Cheapest> cheapest;
+    std::vector<std::string> refused;  ///< methods that this space cannot serve
+    std::vector<EnergyTrace> energy;   ///< along one ray, at about equal work
+    std::vector<PictureError> pictures;
+    double seconds = 0;
+    bool interrupted = false;
+};
+
+/// The plan is as before when this returns.
+ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress = {},
+                       const std::atomic<bool>* stop = nullptr);
+
+}  // namespace kagero

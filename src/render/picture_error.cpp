@@ -1,0 +1,66 @@
+#include "render/picture_error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+std::unique_ptr<Plan> small_plan(const Plan& plan, std::uint32_t width) {
+    SceneDescription scene = plan.scene;
+    const double share = std::min(1.0, double(width) / scene.film.width);
+    const auto scaled = [&](std::uint32_t n) { return std::max(1u, static_cast<std::uint32_t>(std::lround(n * share))); };
+    scene.film.width = scaled(scene.film.width), scene.film.height = scaled(scene.film.height);
+    scene.film.layers = {"color"};
+    Options options = plan.options;
+    options.crop = {0, 0, 0, 0};
+    auto small = make_plan(std::move(scene), options);
+    small->job.max_steps = plan.job.max_steps;
+    return small;
+}
+
+Film picture(Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
+    const PlanAs as(plan, variant);
+    Film film(plan.scene.film.width, plan.scene.film.height, {"color"});
+    seconds = render(plan, film, {}, stop).seconds;
+    return film;
+}
+
+void compare(const Film& should, const Film& is, PictureError& error) {
+    constexpr float visible = 1.0f / 255;
+    const float *a = should.plane("color"), *b = is.plane("color");
+    const std::size_t pixels = std::size_t(should.width()) * should.height();
+    std::size_t wrong = 0;
+    double squares = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        bool differs = false;
+        for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
+            const double difference = double(a[c]) - double(b[c]);
+            differs |= std::abs(difference) > visible;
+            squares += difference * difference;
+        }
+        wrong += differs;
+    }
+    error.wrong_pixels = double(wrong) / double(pixels);
+    error.rms = std::sqrt(squares / (3 * double(pixels)));
+    if (error.rms > 0) error.psnr = -20 * std::log10(error.rms);
+}
+
+}  // namespace
+
+std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, const Variant& reference,
+                                         const std::vector<Variant>& variants, const std::atomic<bool>* stop) {
+    const auto small = small_plan(plan, width);
+    double unused = 0;
+    const Film should = picture(*small, reference, stop, unused);
+    std::vector<PictureError> errors;
+    for (const Variant& variant : variants) {
+        if (stop && *stop) break;
+        PictureError& error = errors.emplace_back();
+        error.method = info_of(plan, variant).name, error.precision = variant.kernel->precision, error.step = variant.step;
+        compare(should, picture(*small, variant, stop, error.seconds), error);
+    }
+    return errors;
+}
+
+}  // namespace kagero

@@ -1,0 +1,24 @@
+/// A small picture against the picture it should be.
+#pragma once
+
+#include "render/variant.h"
+
+#include <string>
+
+namespace kagero {
+
+struct PictureError {
+    std::string method;
+    Precision precision{};
+    double step = 0;
+    double seconds = 0;          ///< of rendering
+    double wrong_pixels = 0;     ///< share of pixels of which a colour differs by more than 1/255, linear
+    double rms = 0;              ///< over all colours, linear; 1 is white
+    std::optional<double> psnr;  ///< decibels below white; none for equal pictures
+};
+
+/// The scene's picture at most `width` pixels wide, by each variant, against that by `reference`.
+std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, const Variant& reference,
+                                         const std::vector<Variant>& variants, const std::atomic<bool>* stop);
+
+}  // namespace kagero

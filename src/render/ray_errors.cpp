@@ -1,0 +1,92 @@
+#include "render/ray_errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace kagero {
+namespace {
+
+double distance(const double (&a)[3], const double (&b)[3]) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+/// Between unit vectors; exact for small angles, unlike the arc cosine.
+double angle(const double (&a)[3], const double (&b)[3]) {
+    return 2 * std::asin(std::min(1.0, 0.5 * distance(a, b)));
+}
+
+double distance_to_camera(const Plan& plan, const RayEnd& end) {
+    const Double3& eye = plan.scene.camera.position;
+    return std::hypot(end.q[0] - eye[0], end.q[1] - eye[1], end.q[2] - eye[2]);
+}
+
+/// The angle by which what is seen is displaced: a point by its distance, the sky by its direction.
+double seen_angle(const Plan& plan, const RayEnd& should, const RayEnd& is) {
+    if (should.status == Status::hit) return distance(should.q, is.q) / distance_to_camera(plan, should);
+    return angle(should.v, is.v);
+}
+
+bool has_end(const RayEnd& end) {
+    return end.status == Status::hit || end.status == Status::escaped;
+}
+
+}  // namespace
+
+Spread spread_of(std::vector<double> values) {
+    if (values.empty()) return {};
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double share) { return values[static_cast<std::size_t>(share * double(values.size() - 1))]; };
+    return {at(0.5), at(0.9), at(0.99), values.back()};
+}
+
+bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b) {
+    if (a.status != b.status) return false;
+    return a.status != Status::hit || plan.geometry->object_of(a.surface) == plan.geometry->object_of(b.surface);
+}
+
+RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference,
+                       const std::vector<RayEnd>& ends) {
+    RayErrors errors;
+    std::vector<double> position, direction, pixels, ill;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        const RayEnd &should = reference.ends[i], &is = ends[i];
+        if (!reference.decided[i]) continue;
+        if (!same_class(plan, should, is)) {
+            ++errors.flips;
+            continue;
+        }
+        if (!has_end(should)) continue;
+        const double displaced = seen_angle(plan, should, is) / sample.pixel_angle;
+        if (reference.conditioning[i] > ill_conditioned) {
+            ill.push_back(displaced / reference.conditioning[i]);
+            continue;
+        }
+        position.push_back(distance(should.q, is.q));
+        direction.push_back(angle(should.v, is.v));
+        pixels.push_back(displaced);
+    }
+    errors.compared = pixels.size(), errors.ill = ill.size();
+    const auto above = std::count_if(pixels.begin(), pixels.end(), [](double error) { return error > 0.25; });
+    errors.above_quarter_pixel = pixels.empty() ? 0 : double(above) / double(pixels.size());
+    errors.position = spread_of(std::move(position));
+    errors.direction = spread_of(std::move(direction));
+    errors.pixels = spread_of(std::move(pixels));
+    errors.ill_pixels = spread_of(std::move(ill));
+    return errors;
+}
+
+std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, const std::vector<RayEnd>& ends,
+                                    const std::vector<RayEnd>& right, const std::vector<RayEnd>& below) {
+    std::vector<double> all(ends.size());
+    for (std::size_t i = 0; i < ends.size(); ++i)
+        for (const RayEnd* aside : {&right[i], &below[i]}) {
+            // A neighbour that ends otherwise may be beside an edge only; that alone does not make a ray ill-conditioned.
+            if (!has_end(ends[i]) || !same_class(plan, ends[i], *aside)) continue;
+            const double apart = std::max(angle(ends[i].v, aside->v), seen_angle(plan, ends[i], *aside));
+            all[i] = std::max(all[i], apart / sample.turn);
+        }
+    return all;
+}
+
+}  // namespace kagero

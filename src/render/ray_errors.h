@@ -1,0 +1,47 @@
+/// Ends of rays against the ends they should have had.
+#pragma once
+
+#include "render/render.h"
+#include "render/sample_rays.h"
+
+namespace kagero {
+
+/// What percentiles are taken over all rays of a kind; zero where there are none.
+struct Spread {
+    double p50 = 0, p90 = 0, p99 = 0, max = 0;
+};
+Spread spread_of(std::vector<double> values);
+
+/// A ray that turns its neighbours apart by more than this multiplies every error by as much; it is counted apart.
+inline constexpr double ill_conditioned = 1e3;
+
+/// The ends that rays should have.
+struct ReferenceRays {
+    std::vector<RayEnd> ends;
+    std::vector<double> conditioning;  ///< greatest angle between a ray's end and its neighbours', over that between their starts
+    std::vector<bool> decided;         ///< two methods agree on how the ray ends, and it does
+};
+
+/// Errors of one way of tracing the sample. Rays that end otherwise than they should are `flips` and enter nothing else; rays
+/// that are captured have no end to compare.
+struct RayErrors {
+    std::uint64_t compared = 0, flips = 0, ill = 0;
+    Spread position;                 ///< of the end point, scene units
+    Spread direction;                ///< between the ends' directions, radians
+    Spread pixels;                   ///< where the end is seen, in pixels of the film
+    double above_quarter_pixel = 0;  ///< share of the compared rays
+    Spread ill_pixels;               ///< of ill-conditioned rays: pixels over conditioning
+};
+
+/// True when both rays ended in the same way, and on the same object if on any.
+bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b);
+
+/// Positions of `ends` are scene coordinates.
+RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference,
+                       const std::vector<RayEnd>& ends);
+
+/// conditioning of ReferenceRays, from the ends of the sample's rays and of those turned aside.
+std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, const std::vector<RayEnd>& ends,
+                                    const std::vector<RayEnd>& right, const std::vector<RayEnd>& below);
+
+}  // namespace kagero

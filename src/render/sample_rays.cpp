@@ -1,0 +1,48 @@
+#include "render/sample_rays.h"
+
+#include "render/render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace kagero {
+namespace {
+
+/// Small beside every structure of a picture, large beside the error of a reference ray (1e-13).
+constexpr double turn = 1e-7;
+
+/// Place on a Z-shaped curve: any run of 2^n places is a compact block of the grid.
+std::uint64_t z_order(std::uint32_t x, std::uint32_t y) {
+    std::uint64_t order = 0;
+    for (int bit = 0; bit < 32; ++bit)
+        order |= std::uint64_t((x >> bit) & 1) << (2 * bit) | std::uint64_t((y >> bit) & 1) << (2 * bit + 1);
+    return order;
+}
+
+}  // namespace
+
+SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height) {
+    const FilmDescription& film = plan.scene.film;
+    SampleRays sample;
+    sample.width = std::min(width, film.width), sample.height = std::min(height, film.height);
+    sample.pixel_angle = 2 * std::tan(plan.scene.camera.fov * std::numbers::pi / 360) / film.height;
+    sample.turn = turn;
+    std::vector<std::array<std::uint32_t, 2>> grid;
+    for (std::uint32_t y = 0; y < sample.height; ++y)
+        for (std::uint32_t x = 0; x < sample.width; ++x) grid.push_back({x, y});
+    std::sort(grid.begin(), grid.end(), [](const auto& a, const auto& b) { return z_order(a[0], a[1]) < z_order(b[0], b[1]); });
+    const double aside = turn / sample.pixel_angle;
+    for (const auto& [column, row] : grid) {
+        // Through the middle of a pixel, as render's rays.
+        const double x = std::floor((column + 0.5) * film.width / sample.width) + 0.5;
+        const double y = std::floor((row + 0.5) * film.height / sample.height) + 0.5;
+        sample.pixels.push_back({x, y});
+        sample.starts.push_back(film_ray(plan, x, y));
+        sample.right.push_back(film_ray(plan, x + aside, y));
+        sample.below.push_back(film_ray(plan, x, y + aside));
+    }
+    return sample;
+}
+
+}  // namespace kagero

@@ -1,0 +1,22 @@
+/// Rays of the scene's camera on a coarse grid of its pixels: what a study of error follows.
+#pragma once
+
+#include "render/plan.h"
+
+namespace kagero {
+
+/// Neighbours in the list are neighbours in the picture, so that packets are as coherent as those of a render.
+struct SampleRays {
+    std::uint32_t width = 0, height = 0;  ///< of the grid; never finer than the film
+    std::vector<RayStart> starts;
+    std::vector<std::array<double, 2>> pixels;  ///< where on the film each ray starts, in pixels
+    /// The same rays turned to the right and downward by `turn`: how their ends move apart is their conditioning.
+    std::vector<RayStart> right, below;
+    double turn = 0;         ///< radians
+    double pixel_angle = 0;  ///< of the film's pixels, in the middle of the picture; radians
+};
+
+/// A grid of at most width × height pixels spread over the whole film.
+SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height);
+
+}  // namespace kagero

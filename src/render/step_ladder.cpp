@@ -1,0 +1,104 @@
+#include "render/step_ladder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+/// The recipe as printed, its symmetric cure, and what rivals them; the scene's own method joins them.
+constexpr const char* quick_methods[] = {"satoh2", "satoh4", "verlet", "suzuki4-nine", "rk4", "dp54", "gauss8"};
+
+/// Beyond this order a method buys nothing before float is exhausted.
+constexpr std::uint32_t highest_float_order = 4;
+
+constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}, float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
+constexpr std::size_t most_halvings = 9;
+
+/// Higher orders take longer steps.
+double coarsest_step(const Plan& plan, const IntegratorInfo& info) {
+    const double doublings = info.order >= 8 ? 2 : info.order >= 4 ? 1 : 0;
+    return plan.job.step * std::exp2(doublings);
+}
+
+std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
+    const IntegratorInfo& info = info_of(plan, variant);
+    if (plan.straight) return {plan.job.step};
+    if (info.adaptive && variant.kernel->precision == Precision::float32)
+        return {std::begin(float_tolerances), std::end(float_tolerances)};
+    if (info.adaptive) return {std::begin(tolerances), std::end(tolerances)};
+    std::vector<double> steps{coarsest_step(plan, info)};
+    for (std::size_t i = 0; i < most_halvings; ++i) steps.push_back(0.5 * steps.back());
+    return steps;
+}
+
+struct Way {
+    Strategy strategy;
+    Precision precision;
+    bool loose = false;
+};
+constexpr Way ways[] = {{Strategy::packet, Precision::float64},
+                        {Strategy::packet, Precision::float64, true},
+                        {Strategy::packet, Precision::float32},
+                        {Strategy::scalar, Precision::float64},
+                        {Strategy::scalar, Precision::float32}};
+
+bool worth_it(const Plan& plan, const IntegratorInfo& info, const Way& way, const LadderChoice& choice, bool own) {
+    if (way.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
+    if (way.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
+    if (way.precision == Precision::float32 && choice.quick && !own) return false;
+    return way.strategy == Strategy::packet || own || choice.full;
+}
+
+}  // namespace
+
+std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused) {
+    const std::string& own = plan.scene.integrator.method;
+    const auto wanted = [&](const std::string& name) {
+        if (plan.straight) return name == own;
+        return !choice.quick || name == own || std::count(std::begin(quick_methods), std::end(quick_methods), name) > 0;
+    };
+    std::vector<Ladder> ladders;
+    for (const Way& way : ways)
+        for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i) {
+            const IntegratorInfo& info = plan.module->integrators[i];
+            if (!wanted(info.name) || !worth_it(plan, info, way, choice, info.name == own)) continue;
+            const auto variant = find_variant(plan, info.name, way.strategy, way.precision, 0);
+            if (!variant) {
+                if (std::count(refused.begin(), refused.end(), info.name) == 0) refused.push_back(info.name);
+                continue;
+            }
+            Ladder& ladder = ladders.emplace_back();
+            ladder.variant = *variant, ladder.own = info.name == own, ladder.loose = way.loose;
+            ladder.steps = steps_of(plan, *variant);
+        }
+    return ladders;
+}
+
+Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order, double scene_size) {
+    Slope slope;
+    if (errors.empty()) return slope;
+    slope.floor = *std::min_element(errors.begin(), errors.end());
+    // Errors near the size of the scene follow no power of the step, and below the last step that still gains what the order
+    // promises rounding shows. Of what lies between, the finest steps are the nearest to the limit that defines an order.
+    const double greatest = 0.1 * scene_size;
+    std::vector<std::array<double, 2>> above;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        if (!(errors[i] > 0) || errors[i] > greatest) continue;
+        const std::array<double, 2> point{std::log(steps[i]), std::log(errors[i])};
+        const bool gains = above.empty() || (point[1] - above.back()[1]) / (point[0] - above.back()[0]) > 0.75 * stated_order;
+        if (!gains && above.size() >= 2) break;
+        if (!gains) above.clear();
+        above.push_back(point);
+    }
+    constexpr std::size_t most = 3;
+    if (above.size() > most) above.erase(above.begin(), above.end() - most);
+    if (above.size() < 2) return slope;
+    double x = 0, y = 0, xx = 0, xy = 0;
+    const double n = double(above.size());
+    for (const auto& [a, b] : above) x += a, y += b, xx += a * a, xy += a * b;
+    slope.order = (n * xy - x * y) / (n * xx - x * x);
+    return slope;
+}
+
+}  // namespace kagero

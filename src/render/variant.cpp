@@ -1,0 +1,56 @@
+#include "render/variant.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+const KernelInfo* find_kernel(const Module& module, Strategy strategy, Precision precision) {
+    for (std::uint32_t i = 0; i < module.kernel_count; ++i)
+        if (module.kernels[i].strategy == strategy && module.kernels[i].precision == precision) return &module.kernels[i];
+    return nullptr;
+}
+
+/// Steps of adaptive methods are as long as they like; on the average those of a tenth of the scene's are rare.
+constexpr double adaptive_allowance = 10;
+
+std::uint32_t allowed_steps(const Plan& plan, const Variant& variant) {
+    const double share = info_of(plan, variant).adaptive ? adaptive_allowance : std::max(1.0, plan.job.step / variant.step);
+    return static_cast<std::uint32_t>(std::min(1e9, std::ceil(plan.job.max_steps * share)));
+}
+
+}  // namespace
+
+const IntegratorInfo& info_of(const Plan& plan, const Variant& variant) {
+    return plan.module->integrators[variant.integrator];
+}
+
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
+                                    double step) {
+    const Module& module = *plan.module;
+    const KernelInfo* kernel = find_kernel(module, strategy, precision);
+    if (!kernel) return {};
+    const bool rescales =
+        module.hamiltonians[plan.job.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
+    for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
+        if (method != module.integrators[i].name) continue;
+        if (rescales && !refusal_of(plan, i, true)) return Variant{i, true, kernel, step, -1};
+        if (!refusal_of(plan, i, false)) return Variant{i, false, kernel, step, -1};
+    }
+    return {};
+}
+
+PlanAs::PlanAs(Plan& plan, const Variant& variant) : plan_(plan), job_(plan.job), kernel_(plan.kernel), threads_(plan.threads) {
+    plan.job.max_steps = allowed_steps(plan, variant);
+    plan.job.integrator = variant.integrator, plan.job.rescaled = variant.rescaled;
+    (info_of(plan, variant).adaptive ? plan.job.tolerance : plan.job.step) = variant.step;
+    if (variant.solver_tolerance >= 0) plan.job.solver_tolerance = variant.solver_tolerance;
+    plan.kernel = variant.kernel;
+}
+
+PlanAs::~PlanAs() {
+    plan_.job = job_, plan_.kernel = kernel_, plan_.threads = threads_;
+}
+
+}  // namespace kagero

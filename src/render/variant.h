@@ -1,0 +1,43 @@
+/// A scene's rays by another method than the scene's own, through the same kernels and loop.
+#pragma once
+
+#include "render/render.h"
+
+#include <optional>
+
+namespace kagero {
+
+/// One way of integrating a plan's rays.
+struct Variant {
+    std::uint32_t integrator = 0;
+    bool rescaled = false;
+    const KernelInfo* kernel = nullptr;
+    double step = 0;               ///< of adaptive methods: the tolerance
+    double solver_tolerance = -1;  ///< of implicit equations; negative: the scene's
+};
+
+const IntegratorInfo& info_of(const Plan& plan, const Variant& variant);
+
+/// The variant that `render` would use for a method of this name; nothing where the module has no such method, or the space or
+/// the scene refuses it.
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
+                                    double step);
+
+/// Makes a plan follow a variant while it lives. A ray may take as many steps as cover the path that the scene allows.
+class PlanAs {
+public:
+    PlanAs(Plan& plan, const Variant& variant);
+    ~PlanAs();
+    PlanAs(const PlanAs&) = delete;
+    PlanAs& operator=(const PlanAs&) = delete;
+    void without_surfaces() { plan_.job.geometry = nullptr; }
+    void on_threads(unsigned threads) { plan_.threads = threads; }
+
+private:
+    Plan& plan_;
+    const Job job_;
+    const KernelInfo* const kernel_;
+    const unsigned threads_;
+};
+
+}  // namespace kagero

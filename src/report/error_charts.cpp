@@ -1,0 +1,145 @@
+#include "report/error_charts.h"
+
+#include "report/method_style.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+std::string short_number(double value) {
+    char buffer[40];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 3).ptr};
+}
+
+std::string tip_of(const StudyCurve& curve, const StudyPoint& point) {
+    return curve.method + " " + name_of(curve.precision) + (curve.info->adaptive ? ", tolerance " : ", step ") +
+           short_number(point.step) + ": " + short_number(point.time.median) + " ns, " + short_number(point.gradients) +
+           " gradients per ray; 90 % of the rays within " + short_number(point.errors.pixels.p90) + " pixel";
+}
+
+bool emphasised(const StudyCurve& curve) {
+    return curve.own || curve.method == "satoh2" || curve.method == "satoh4";
+}
+
+Series series_of(const StudyCurve& curve, Work work) {
+    const MethodStyle style = style_of(curve.method);
+    Series series{curve.method, style.color, style.mark,
+                  false,        false,       emphasised(curve) && curve.precision == Precision::float64 && !curve.loose,
+                  {},           {}};
+    if (curve.loose) series.label += " loose", series.dotted = true;
+    if (curve.precision == Precision::float32) series.label += " float", series.dashed = true;
+    for (const StudyPoint& point : curve.points) {
+        series.points.push_back({work == Work::nanoseconds ? point.time.median : point.gradients, point.errors.pixels.p90});
+        series.tips.push_back(tip_of(curve, point));
+    }
+    return series;
+}
+
+/// The point of a curve at about the scene's own step.
+const StudyPoint* at_scene_step(const Plan& plan, const StudyCurve& curve) {
+    const StudyPoint* nearest = nullptr;
+    const double wanted = curve.info->adaptive ? plan.job.tolerance : plan.job.step;
+    for (const StudyPoint& point : curve.points)
+        if (!nearest || std::abs(std::log(point.step / wanted)) < std::abs(std::log(nearest->step / wanted))) nearest = &point;
+    return nearest;
+}
+
+/// Curves that the first charts show: few enough to be told apart.
+bool represents(const ErrorStudy& study, std::size_t index) {
+    const StudyCurve& curve = study.curves[index];
+    if (curve.strategy != Strategy::packet) return false;
+    if (curve.own) return true;
+    for (const Cheapest& best : study.cheapest)
+        if (best.found && best.curve == index) return true;
+    if (curve.precision == Precision::float32 || curve.loose) return false;
+    for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "ks-s10", "rk4", "dp54", "gauss8"})
+        if (curve.method == name) return true;
+    return false;
+}
+
+std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vector<const StudyCurve*>& curves, Work work) {
+    LineChart chart;
+    const bool time = work == Work::nanoseconds;
+    chart.title = std::string("Pixel error against ") + (time ? "run time" : "gradient evaluations") + " for " + plan.scene.path;
+    chart.x.title = time ? "run time per ray, ns (median)" : "gradient evaluations per ray";
+    chart.y.title = "error of 90 % of the rays, pixels";
+    for (const StudyCurve* curve : curves) chart.series.push_back(series_of(*curve, work));
+    chart.bounds = {{0.25, "¼ pixel"}, {1e-3, "1/1000 pixel"}};
+    chart.doubtful = study.reference.pixels.p90;
+    chart.doubtful_label = "below the reference's own uncertainty";
+    chart.least_y = std::max(1e-15, 0.1 * study.reference.pixels.p90);
+    return svg_of(chart);
+}
+
+}  // namespace
+
+std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work work) {
+    std::vector<const StudyCurve*> curves;
+    for (std::size_t i = 0; i < study.curves.size(); ++i) {
+        const StudyCurve& curve = study.curves[i];
+        // Work does not depend on precision; drawing both would only double the lines.
+        if (curve.precision == Precision::float32 && work == Work::gradients) continue;
+        if (represents(study, i)) curves.push_back(&curve);
+    }
+    return chart_of(plan, study, curves, work);
+}
+
+std::string family_chart(const Plan& plan, const ErrorStudy& study, const std::string& example) {
+    std::vector<const StudyCurve*> curves;
+    bool more = false;
+    for (std::size_t i = 0; i < study.curves.size(); ++i) {
+        const StudyCurve& curve = study.curves[i];
+        if (curve.strategy != Strategy::packet || !same_family(curve.method, example)) continue;
+        curves.push_back(&curve);
+        more |= !represents(study, i);
+    }
+    return more ? chart_of(plan, study, curves, Work::nanoseconds) : "";
+}
+
+std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
+    LineChart chart;
+    chart.title = "Error of H along one ray of " + plan.scene.path;
+    chart.x = {"parameter λ along the ray", false};
+    chart.y.title = "|H − H₀| relative";
+    for (const EnergyTrace& trace : study.energy) {
+        const MethodStyle style = style_of(trace.method);
+        const bool own = trace.method == plan.scene.integrator.method;
+        Series series{trace.method, style.color, trace.points.size() > 60 ? Mark::none : style.mark, false, false, own, {}, {}};
+        // Points where the error changes sign are accidents; the floor keeps them from ruling the axis.
+        for (std::size_t i = 1; i < trace.points.size(); ++i)
+            series.points.push_back({trace.points[i][0], std::max(std::abs(trace.points[i][1]), 1e-17)});
+        series.label += ", step " + short_number(trace.step);
+        chart.series.push_back(std::move(series));
+    }
+    chart.least_y = 1e-17;
+    return svg_of(chart);
+}
+
+std::string strategy_chart(const Plan& plan, const ErrorStudy& study) {
+    BarChart chart;
+    chart.title = "Run time per ray one ray at a time and in packets";
+    std::optional<double> slowest;
+    for (const Strategy strategy : {Strategy::scalar, Strategy::packet})
+        for (const StudyCurve& curve : study.curves) {
+            if (!curve.own || curve.loose || curve.strategy != strategy) continue;
+            const StudyPoint* point = at_scene_step(plan, curve);
+            if (!point || !std::isfinite(point->time.median)) continue;
+            if (!slowest && curve.precision == Precision::float64) slowest = point->time.median;
+            std::string words = short_number(std::round(point->time.median)) + " ns";
+            if (point->time.median >= 1000) words = short_number(point->time.median / 1000) + " µs";
+            if (slowest && *slowest != point->time.median) words += " · " + short_number(*slowest / point->time.median) + "×";
+            Bar bar{std::string(strategy == Strategy::scalar ? "one ray at a time" : "packets") + ", " + name_of(curve.precision),
+                    strategy == Strategy::scalar ? "var(--soft)" : style_of(curve.method).color,
+                    words,
+                    point->time.median,
+                    point->time.min,
+                    point->time.max};
+            chart.bars.push_back(std::move(bar));
+        }
+    return svg_of(chart);
+}
+
+}  // namespace kagero

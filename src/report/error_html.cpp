@@ -1,0 +1,240 @@
+// The page of `error`: charts first, then tables, each with a sentence on how to read it.
+#include "report/error_charts.h"
+#include "report/error_report.h"
+#include "report/machine.h"
+#include "report/method_style.h"
+#include "report/page.h"
+
+#include <charconv>
+#include <filesystem>
+
+namespace kagero {
+namespace {
+
+using Cells = std::vector<std::string>;
+using Rows = std::vector<Cells>;
+
+std::string figure(const std::string& heading, const std::string& svg, const std::string& how_to_read) {
+    return "<section class=\"keep\"><h2>" + html_text(heading) + "</h2>\n<figure>" + svg + "<figcaption>" +
+           html_text(how_to_read) + "</figcaption></figure></section>\n";
+}
+
+std::string fact(const std::string& value, const std::string& what) {
+    return "<div><b>" + value + "</b><span>" + what + "</span></div>\n";
+}
+
+std::string fixed(double value, int digits) {
+    char buffer[40];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
+}
+
+std::string percent(double share) {
+    return html_number(100 * share) + " %";
+}
+
+std::string step_text(const StudyCurve& curve, double step) {
+    return (curve.info->adaptive ? "tolerance " : "step ") + html_number(step);
+}
+
+std::string time_text(double nanoseconds) {
+    if (nanoseconds >= 1e6) return html_number(nanoseconds / 1e6) + " ms";
+    return nanoseconds >= 1e4 ? html_number(nanoseconds / 1e3) + " µs" : html_number(nanoseconds) + " ns";
+}
+
+std::string bound_text(const Cheapest& best) {
+    if (best.measure == std::string("direction")) return html_number(best.error) + " rad in direction";
+    return best.error == 0.25 ? "¼ pixel" : html_number(best.error) + " pixel";
+}
+
+std::string facts(const Plan& plan, const ErrorStudy& study) {
+    const ReferenceStory& reference = study.reference;
+    std::string text = "<div class=\"facts\">\n";
+    text += fact(html_number(double(study.sample.starts.size())) + " rays",
+                 "through a grid of " + std::to_string(study.sample.width) + " × " + std::to_string(study.sample.height) +
+                     " pixels of the film");
+    text += fact(html_text(plan.scene.space.hamiltonian),
+                 "bends the light; the scene's own method is " + html_text(plan.scene.integrator.method));
+    text += fact(html_number(reference.uncertainty.p99) + " units",
+                 "uncertainty of the reference: " + html_text(reference.method) + " against " +
+                     html_text(reference.confirmed_by) + ", 99 % of the rays");
+    text += fact(html_text(plan.module->isa) + ", " + std::to_string(study.options.threads) +
+                     (study.options.threads == 1 ? " thread" : " threads"),
+                 html_text(processor_name()) + "; kernels by compiler " + html_text(plan.module->compiler));
+    return text + "</div>\n";
+}
+
+std::string cheapest_section(const ErrorStudy& study) {
+    Rows rows;
+    for (const Cheapest& best : study.cheapest) {
+        if (!best.found) {
+            rows.push_back({bound_text(best), "none of the points", "", "", "", ""});
+            continue;
+        }
+        const StudyCurve& curve = study.curves[best.curve];
+        const StudyPoint& point = curve.points[best.point];
+        rows.push_back(
+            {bound_text(best),
+             "<b>" + html_text(curve.method) + "</b>" + (curve.loose ? ", solved to " + html_number(point.solver_tolerance) : ""),
+             name_of(curve.precision), step_text(curve, point.step), time_text(point.time.median), html_number(point.gradients)});
+    }
+    return "<section class=\"keep\"><h2>Cheapest method for an error</h2>\n" +
+           html_table({"99 % of the rays within", "method", "precision", "step", "per ray", "gradients"}, rows, 4) +
+           "<p class=\"note\">The quickest point of all below whose 99th percentile stays within the bound, and of whose rays at "
+           "most 1 % end "
+           "otherwise than they should.</p></section>\n";
+}
+
+std::string legend() {
+    std::string text = "<p class=\"note\">";
+    for (const MethodFamily& family : method_families())
+        text += "<span class=\"key\"><span style=\"color:" + style_of(family.example).color + "\">■</span> " +
+                html_text(family.name) + "</span> ";
+    return text + "</p>\n";
+}
+
+/// Every method beside its siblings, where the first chart shows one of them only.
+std::string families_section(const Plan& plan, const ErrorStudy& study) {
+    std::string text;
+    for (const MethodFamily& family : method_families())
+        if (const std::string svg = family_chart(plan, study, family.example); !svg.empty())
+            text += figure(std::string("Run time, family by family: ") + family.name, svg,
+                           "All methods of the family; dashed: single precision, dotted: loosely solved.");
+    return text;
+}
+
+std::string order_section(const ErrorStudy& study) {
+    Rows rows;
+    for (const StudyCurve& curve : study.curves) {
+        if (curve.strategy != Strategy::packet || curve.precision != Precision::float64 || curve.loose) continue;
+        rows.push_back({"<span style=\"color:" + style_of(curve.method).color + "\">■</span> " + html_text(curve.method) +
+                            (curve.own ? " <b>(the scene's)</b>" : ""),
+                        html_text(curve.info->what), curve.rescaled ? "yes" : "no",
+                        curve.info->adaptive ? "adaptive" : std::to_string(curve.info->order),
+                        curve.order ? fixed(*curve.order, 2) : "–", html_number(curve.floor)});
+    }
+    return "<section><h2>Observed order</h2>\n" +
+           html_table({"method", "", "rescaled time", "stated", "observed", "least error"}, rows, 2) +
+           "<p class=\"note\">Observed order: the slope of log position error (90 % of the rays) over log step, at the finest "
+           "steps above rounding. "
+           "Halving the step of a method of order p divides its error by 2<sup>p</sup>. Least error: the smallest reached, in "
+           "scene units. "
+           "Rescaled time: the method follows Ω·H, by which a fixed step is short where light bends and long where it does "
+           "not.</p></section>\n";
+}
+
+std::string pictures_section(const ErrorStudy& study) {
+    if (study.pictures.empty()) return "";
+    Rows rows;
+    for (const PictureError& picture : study.pictures)
+        rows.push_back({html_text(picture.method), html_number(picture.step), percent(picture.wrong_pixels),
+                        html_number(picture.rms), picture.psnr ? fixed(*picture.psnr, 1) + " dB" : "∞",
+                        html_number(1000 * picture.seconds) + " ms"});
+    return "<section class=\"keep\"><h2>What it does to the picture</h2>\n" +
+           html_table({"method", "step", "wrong pixels", "RMS", "PSNR", "rendering"}, rows, 1) +
+           "<p class=\"note\">The scene at most 128 pixels wide, with about the same number of gradient evaluations per ray by "
+           "each method, against the picture by "
+           "the reference method. A pixel is wrong where a colour is off by more than 1/255 (linear; white is "
+           "1).</p></section>\n";
+}
+
+Cells point_cells(const StudyPoint& point) {
+    const RayErrors& e = point.errors;
+    return {html_number(point.step),
+            html_number(point.time.median),
+            html_number(point.time_without.median),
+            html_number(point.gradients),
+            html_number(point.steps),
+            html_number(e.position.p50),
+            html_number(e.position.p90),
+            html_number(e.position.p99),
+            html_number(e.position.max),
+            html_number(e.direction.p99),
+            html_number(e.pixels.p99),
+            percent(e.above_quarter_pixel),
+            e.flips ? "<span class=\"bad\">" + std::to_string(e.flips) + "</span>" : "0",
+            e.ill ? html_number(e.ill_pixels.max) : "–",
+            html_number(point.drift.max)};
+}
+
+std::string curve_details(const StudyCurve& curve) {
+    Rows rows;
+    for (const StudyPoint& point : curve.points) rows.push_back(point_cells(point));
+    return "<details><summary>" + html_text(curve.method) + ", " + name_of(curve.strategy) + ", " + name_of(curve.precision) +
+           "<small>" + html_text(curve.stopped) + "</small></summary>\n" +
+           html_table({curve.info->adaptive ? "tolerance" : "step", "ns", "ns, no surfaces", "gradients", "steps", "position p50",
+                       "p90", "p99", "max", "direction p99", "pixels p99", "&gt; ¼ pixel", "flips", "ill", "drift of H"},
+                      rows, 0) +
+           "</details>\n";
+}
+
+std::string data_section(const ErrorStudy& study) {
+    std::string text =
+        "<section><h2>All points</h2>\n<p class=\"note\">Per ray. Flips: rays that end otherwise than they should, or on another "
+        "object; they enter no percentile. "
+        "Ill: of rays that turn their neighbours apart more than a thousandfold (" +
+        std::to_string(study.ill_conditioned) +
+        " of the sample), the greatest pixel error over that factor; they enter no other percentile. No surfaces: the same rays "
+        "with nothing to meet, until they leave "
+        "the scene.</p>\n";
+    for (const StudyCurve& curve : study.curves) text += curve_details(curve);
+    if (!study.refused.empty()) {
+        text += "<p class=\"note\">This space cannot be served by:";
+        for (const std::string& name : study.refused) text += " <code>" + html_text(name) + "</code>";
+        text += "</p>\n";
+    }
+    return text + "</section>\n";
+}
+
+std::string reference_section(const ErrorStudy& study) {
+    const ReferenceStory& r = study.reference;
+    return "<section><h2>How it was measured</h2>\n<p>The rays of the scene's camera run through the kernels and the loop that "
+           "<code>render</code> uses; only the integrator, its step "
+           "and its precision change. Where they should end is told by " +
+           html_text(r.method) + (r.adaptive ? " at tolerance " : " at step ") + html_number(r.step) + " and confirmed by " +
+           html_text(r.confirmed_by) + (r.confirmed_adaptive ? " at tolerance " : " at step ") + html_number(r.confirmed_step) +
+           ": their end points lie " + html_number(r.uncertainty.p50) + " apart (median), " + html_number(r.uncertainty.p99) +
+           " (99 %), " + html_number(r.uncertainty.max) + " at most. " +
+           (r.undecided ? html_number(double(r.undecided)) + " rays on which the two disagree are left out. "
+                        : std::string("On how each ray ends they agree throughout. ")) +
+           "Times are medians of at least " + std::to_string(study.options.repeats) + " interleaved runs on " +
+           std::to_string(study.options.threads) + (study.options.threads == 1 ? " thread" : " threads") + ".</p></section>\n";
+}
+
+}  // namespace
+
+std::string error_page(const Plan& plan, const ErrorStudy& study) {
+    const std::string name = std::filesystem::path(plan.scene.path).stem().string();
+    std::string body;
+    if (study.interrupted) body += "<p class=\"bad\">Interrupted: some points are missing or were timed less often.</p>\n";
+    if (plan.straight)
+        body += "<p>Every ray of this scene is a straight line: no integrator runs, and there is no error but rounding.</p>\n";
+    body += facts(plan, study) + cheapest_section(study);
+    body +=
+        figure(
+            "Error against run time", work_precision_chart(plan, study, Work::nanoseconds),
+            "Each mark is one step size; steps are halved from left to right. Lower is more exact, further left is quicker: the "
+            "best method for an error is the "
+            "leftmost line at its height. Dashed: single precision. Dotted: implicit equations solved to a hundredth of the "
+            "step's own error instead of as the scene asks. Thick: the scene's own method and the recipe as printed.") +
+        legend();
+    body += figure("Error against work", work_precision_chart(plan, study, Work::gradients),
+                   "The same errors over evaluations of the gradient of H, which do not depend on the machine. Where a method is "
+                   "further left here than above, it spends its "
+                   "time on something else: intersection, solving equations.");
+    body += order_section(study);
+    body += families_section(plan, study);
+    if (!study.energy.empty())
+        body += figure("H along one ray", energy_chart(plan, study),
+                       "The most bent of the well-conditioned rays; each method at the step that needs about as many gradient "
+                       "evaluations as the scene's own. The exact ray keeps H. "
+                       "Relative to half the square of the momentum at the start plus |H₀|. A small error of H alone does not "
+                       "make a path right.");
+    body += figure("Packets against single rays", strategy_chart(plan, study),
+                   "Run time per ray of the scene's own method at its own step; the whisker spans the quickest and the slowest "
+                   "run. Factors are over one ray at a time in double precision.");
+    body += pictures_section(study) + reference_section(study) + data_section(study);
+    return html_page("Error against run time: " + name,
+                     plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);
+}
+
+}  // namespace kagero

@@ -1,0 +1,104 @@
+#include "scene/pyramid.h"
+
+#include "scene/texture.h"
+#include "scene/vector3.h"
+
+#include <algorithm>
+#include <numbers>
+
+namespace kagero {
+namespace {
+
+constexpr double most_probes = 16;
+
+/// Adds `weight` × (a run of `count` × rgb) to another.
+void accumulate(float* to, const float* from, double weight, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) to[i] += static_cast<float>(weight) * from[i];
+}
+
+/// Calls visit(source, target, overlap) for the cells of n that the cells of m < n cover; overlaps are in cells of n.
+template <class Visit>
+void for_overlaps(int n, int m, const Visit& visit) {
+    const double ratio = static_cast<double>(n) / m;
+    for (int target = 0; target < m; ++target) {
+        const double begin = target * ratio, end = std::min<double>((target + 1) * ratio, n);
+        for (int source = static_cast<int>(begin); source < end; ++source)
+            visit(source, target, std::min<double>(end, source + 1) - std::max<double>(begin, source));
+    }
+}
+
+Image narrower(const Image& image, int width) {
+    Image result{width, image.height,
+                 std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(image.height))};
+    const double share = static_cast<double>(width) / image.width;
+    for (int y = 0; y < image.height; ++y) {
+        const float* from = &image.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width)];
+        float* to = &result.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+        for_overlaps(image.width, width, [&](int source, int target, double overlap) {
+            accumulate(to + 3 * target, from + 3 * source, overlap * share, 3);
+        });
+    }
+    return result;
+}
+
+/// A row's share of the sphere goes with the sines of its edges' latitudes.
+Image lower(const Image& image, int height) {
+    const auto row = 3 * static_cast<std::size_t>(image.width);
+    Image result{image.width, height, std::vector<float>(row * static_cast<std::size_t>(height))};
+    const auto band = [](double top, double bottom, int rows) {
+        return std::cos(std::numbers::pi * top / rows) - std::cos(std::numbers::pi * bottom / rows);
+    };
+    const double ratio = static_cast<double>(image.height) / height;
+    for_overlaps(image.height, height, [&](int source, int target, double) {
+        const double top = std::max<double>(source, target * ratio), bottom = std::min<double>(source + 1, (target + 1) * ratio);
+        const double share = band(top, bottom, image.height) / band(target, target + 1, height);
+        accumulate(&result.rgb[static_cast<std::size_t>(target) * row], &image.rgb[static_cast<std::size_t>(source) * row], share,
+                   row);
+    });
+    return result;
+}
+
+/// Level 0 is the image itself.
+Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
+                 double level) {
+    const auto [u, v] = sky_coordinates(direction, pole);
+    const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, Edge::clamp); };
+    const double last = static_cast<double>(coarser.size());
+    if (level <= 0) return at(0);
+    if (level >= last) return at(coarser.size());
+    const auto fine = static_cast<std::size_t>(level);
+    const auto share = static_cast<float>(level - static_cast<double>(fine));
+    Float3 color = at(fine);
+    const Float3 next = at(fine + 1);
+    for (std::size_t k = 0; k < 3; ++k) color[k] += share * (next[k] - color[k]);
+    return color;
+}
+
+}  // namespace
+
+std::vector<Image> coarser_images(const Image& image) {
+    std::vector<Image> images;
+    for (const Image* last = &image; last->width > 1 || last->height > 1; last = &images.back()) {
+        Image next = narrower(*last, std::max(1, last->width / 2));
+        images.push_back(lower(next, std::max(1, last->height / 2)));
+    }
+    return images;
+}
+
+Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
+                         const Footprint& footprint) {
+    const double texel = std::numbers::pi / image.height, along = length(footprint.major);
+    const double across = std::max({length(footprint.minor), along / most_probes, texel});
+    const double level = std::log2(across / texel);
+    const int probes = std::max(1, static_cast<int>(std::ceil(along / across - 1e-9)));
+    if (probes == 1) return trilinear(image, coarser, direction, pole, level);
+    Float3 color{};
+    for (int i = 0; i < probes; ++i) {
+        const double t = (i + 0.5) / probes - 0.5;
+        const Float3 seen = trilinear(image, coarser, unit(add(direction, scaled(footprint.major, t))), pole, level);
+        for (std::size_t k = 0; k < 3; ++k) color[k] += seen[k] / static_cast<float>(probes);
+    }
+    return color;
+}
+
+}  // namespace kagero

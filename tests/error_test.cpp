@@ -1,0 +1,127 @@
+// Error against run time: what the report says, and that it is right where mathematics tells what it must say.
+#include "hole_scene.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* command = "error hole.toml --quick --sample 8x8 --quiet -D integrator.escape_radius=4";
+
+class Error : public HoleTest {
+protected:
+    json study(const std::string& more = "") {
+        const Outcome outcome = run(command + std::string(" --json ") + more);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+        return json::parse(outcome.out);
+    }
+    static json curve_of(const json& study, const std::string& method) {
+        for (const json& curve : study["curves"])
+            if (curve["method"] == method && curve["strategy"] == "packet" && curve["precision"] == "double") return curve;
+        ADD_FAILURE() << "no curve of " << method;
+        return {};
+    }
+};
+
+/// Everything that a second run must repeat.
+json without_times(json study) {
+    study.erase("seconds"), study.erase("cheapest");
+    for (json& picture : study["pictures"]) picture.erase("seconds");
+    for (json& curve : study["curves"])
+        for (json& point : curve["points"]) point.erase("ns_per_ray"), point.erase("ns_per_ray_without_surfaces");
+    return study;
+}
+
+void expect_ascending(const json& spread) {
+    EXPECT_LE(spread["p50"], spread["p90"]);
+    EXPECT_LE(spread["p90"], spread["p99"]);
+    EXPECT_LE(spread["p99"], spread["max"]);
+}
+
+TEST_F(Error, WritesACompleteReport) {
+    const json report = study("-o report");
+    EXPECT_EQ(report, json::parse(read("report/results.json")));
+    for (const char* key : {"reference", "curves", "cheapest", "sample", "isa", "machine", "compiler"})
+        EXPECT_TRUE(report.contains(key)) << key;
+    std::size_t points = 0;
+    for (const json& curve : report["curves"]) {
+        for (const char* key : {"method", "strategy", "precision", "order", "points"}) EXPECT_TRUE(curve.contains(key)) << key;
+        points += curve["points"].size();
+        for (const json& point : curve["points"]) {
+            for (const char* key : {"step", "ns_per_ray", "gradients_per_ray", "steps_per_ray", "position", "direction", "pixels",
+                                    "flips", "energy_drift"})
+                EXPECT_TRUE(point.contains(key)) << key;
+            for (const char* key : {"position", "direction", "pixels"}) expect_ascending(point[key]);
+            for (const char* key : {"max", "first_tenth", "last_tenth"}) EXPECT_TRUE(point["energy_drift"].contains(key)) << key;
+            EXPECT_LE(point["ns_per_ray"]["min"], point["ns_per_ray"]["median"]);
+            EXPECT_LE(point["ns_per_ray"]["median"], point["ns_per_ray"]["max"]);
+        }
+    }
+    for (const json& best : report["cheapest"])
+        for (const char* key : {"error", "method", "step", "precision", "ns_per_ray"}) EXPECT_TRUE(best.contains(key)) << key;
+    EXPECT_EQ(lines_of(read("report/results.csv")).size(), points + 1);
+    const std::string page = read("report/report.html");
+    EXPECT_TRUE(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
+    EXPECT_EQ(page.find("<script"), std::string::npos);
+    EXPECT_EQ(page.find(" src="), std::string::npos);
+    EXPECT_NE(read("report/plot.gp").find("results.csv"), std::string::npos);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_ / "report"), {}), 4);
+}
+
+TEST_F(Error, OrdersAreThoseOfTheMethods) {
+    const json report = study();
+    EXPECT_LT(report["reference"]["uncertainty"]["p99"], 1e-11);
+    EXPECT_NEAR(curve_of(report, "verlet")["order"].get<double>(), 2, 0.3);
+    EXPECT_NEAR(curve_of(report, "satoh2")["order"].get<double>(), 1, 0.3);
+    EXPECT_NEAR(curve_of(report, "rk4")["order"].get<double>(), 4, 0.6);
+    const json gauss = curve_of(report, "gauss8")["points"];
+    ASSERT_GE(gauss.size(), 5u);
+    for (std::size_t i = 1; i < 4; ++i) EXPECT_LT(gauss[i]["position"]["p90"], gauss[i - 1]["position"]["p90"]);
+    EXPECT_TRUE(curve_of(report, "dp54")["order"].is_null());
+    EXPECT_TRUE(exists("hole-error/report.html"));
+}
+
+// A ray that ends otherwise than it should has no error in scene units: it is counted, and leaves the percentiles.
+TEST_F(Error, FlipsAreCountedApart) {
+    const json report = study();
+    const std::uint64_t decided = report["reference"]["decided"], captured = report["reference"]["status"]["captured"];
+    std::uint64_t flips = 0;
+    for (const json& curve : report["curves"])
+        for (const json& point : curve["points"]) {
+            const std::uint64_t mistaken = point["flips"], compared = point["compared"], ill = point["ill_conditioned"]["rays"];
+            EXPECT_LE(compared + ill + mistaken, decided);
+            EXPECT_GE(compared + ill + mistaken + captured, decided);
+            flips += mistaken;
+        }
+    EXPECT_GT(flips, 0u) << "the recipe at its coarsest step should lose some ray of a black hole";
+}
+
+TEST_F(Error, TwoRunsDifferInTimesAlone) {
+    EXPECT_EQ(without_times(study()), without_times(study()));
+}
+
+TEST_F(Error, StraightRaysHaveNoError) {
+    const json report = study("-D space.rg=0");
+    EXPECT_TRUE(report["straight"].get<bool>());
+    ASSERT_FALSE(report["curves"].empty());
+    EXPECT_LT(report["curves"][0]["points"][0]["position"]["max"], 1e-12);
+}
+
+TEST_F(Error, WrongInputIsRefused) {
+    EXPECT_EQ(run("error").status, 2);
+    EXPECT_EQ(run("error hole.toml --sample 8").status, 2);
+    EXPECT_EQ(run("error hole.toml --sample 0x8").status, 2);
+    EXPECT_EQ(run("error hole.toml --quick --full").status, 2);
+    write("taken", "");
+    EXPECT_EQ(run("error hole.toml --quick -o taken").status, 2);
+    EXPECT_EQ(run("error hole.toml -o missing --sample huge").status, 2);
+    EXPECT_FALSE(exists("missing"));
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -1,0 +1,112 @@
+// Three formulations of one ray, each from the same H by automatic differentiation: Hamilton's equations (Satoh 2003, eq. 7), the
+// geodesic equation with Christoffel symbols (eq. 6), and the ray equation of a refracting medium (eq. 5): they accelerate a ray alike.
+#include "spaces.h"
+
+namespace kagero::test {
+namespace {
+
+template <class H>
+class Formulations : public ::testing::Test {};
+TYPED_TEST_SUITE(Formulations, AllHamiltonians, HamiltonianName);
+
+/// H with every number generic.
+template <class H, class T>
+T energy_at(const std::array<T, 3>& q, const std::array<T, 4>& p) {
+    const auto values = default_parameters<H>();
+    std::array<T, H::parameters.size() + 1> k;
+    for (std::size_t i = 0; i < k.size(); ++i) k[i] = T(values[i]);
+    return H::energy(make_parameters<H>(k.data()), Vec3<T>{q[0], q[1], q[2]}, Vec3<T>{p[0], p[1], p[2]}, p[3]);
+}
+
+using First = Dual<double, 3>;
+
+/// d²q/dλ² by Hamilton: ∂²H/∂p∂q · q̇ + ∂²H/∂p∂p · ṗ.
+template <class H>
+std::array<double, 3> by_hamilton(const RayStart& ray) {
+    using Inner = Dual<double, 6>;
+    using Outer = Dual<Inner, 6>;
+    std::array<Outer, 3> q;
+    std::array<Outer, 4> p;
+    const auto variable = [](double x, int i) { return Outer::variable(Inner::variable(x, i), i); };
+    for (int i = 0; i < 3; ++i) q[i] = variable(ray.q[i], i), p[i] = variable(ray.p[i], 3 + i);
+    p[3] = Outer(ray.pt);
+    const Outer h = energy_at<H>(q, p);
+    std::array<double, 3> acceleration{};
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) {
+            const auto& row = h.derivative[3 + i].derivative;
+            acceleration[i] += row[k] * h.derivative[3 + k].value - row[3 + k] * h.derivative[k].value;
+        }
+    return acceleration;
+}
+
+/// The inverse metric ∂²H/∂p_a∂p_b with its derivatives by position.
+template <class H>
+std::array<std::array<First, 4>, 4> inverse_metric(const RayStart& ray) {
+    using Second = Dual<First, 4>;
+    using Third = Dual<Second, 4>;
+    std::array<Third, 3> q;
+    std::array<Third, 4> p;
+    for (int i = 0; i < 3; ++i) q[i] = Third(Second(First::variable(ray.q[i], i)));
+    for (int a = 0; a < 4; ++a) {
+        const First value(a < 3 ? ray.p[a] : ray.pt);
+        p[a] = Third::variable(Second::variable(value, a), a);
+    }
+    const Third h = energy_at<H>(q, p);
+    std::array<std::array<First, 4>, 4> g;
+    for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) g[a][b] = h.derivative[a].derivative[b];
+    return g;
+}
+
+/// d²x^a/dλ² = −Γ^a_bc ẋ^b ẋ^c; nothing depends on time.
+template <class H>
+std::array<double, 3> by_christoffel(const RayStart& ray) {
+    const auto inverse_g = inverse_metric<H>(ray);
+    Matrix<4> up;
+    for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) up[a][b] = inverse_g[a][b].value;
+    const Matrix<4> g = inverse<4>(up);
+    double slope[4][4][4] = {};  // ∂_c g_ab = −g_am ∂_c g^mn g_nb
+    for (int c = 0; c < 3; ++c)
+        for (int a = 0; a < 4; ++a)
+            for (int b = 0; b < 4; ++b)
+                for (int m = 0; m < 4; ++m)
+                    for (int n = 0; n < 4; ++n) slope[c][a][b] -= g[a][m] * inverse_g[m][n].derivative[c] * g[n][b];
+    double v[4] = {};
+    for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) v[a] += up[a][b] * (b < 3 ? ray.p[b] : ray.pt);
+    std::array<double, 3> acceleration{};
+    for (int a = 0; a < 3; ++a)
+        for (int d = 0; d < 4; ++d)
+            for (int b = 0; b < 4; ++b)
+                for (int c = 0; c < 4; ++c)
+                    acceleration[a] -= 0.5 * up[a][d] * (slope[b][d][c] + slope[c][d][b] - slope[d][b][c]) * v[b] * v[c];
+    return acceleration;
+}
+
+/// d/ds (N dr/ds) = ∇N in the parameter dσ = ds/N: d²r/dσ² = ½ ∇N², where N² = −2 H at p = 0.
+template <class H>
+std::array<double, 3> by_refraction(const RayStart& ray) {
+    std::array<First, 3> q;
+    for (int i = 0; i < 3; ++i) q[i] = First::variable(ray.q[i], i);
+    const First h = energy_at<H>(q, std::array<First, 4>{First(0), First(0), First(0), First(0)});
+    return {-h.derivative[0], -h.derivative[1], -h.derivative[2]};
+}
+
+TYPED_TEST(Formulations, BendRaysAlike) {
+    using H = TypeParam;
+    for (const RayStart& ray : random_rays<H>(50, 5)) {
+        const auto expected = by_hamilton<H>(ray);
+        std::array<double, 3> other;
+        if constexpr (H::spacetime) other = by_christoffel<H>(ray);
+        else if constexpr (H::level == 0) other = by_refraction<H>(ray);
+        else GTEST_SKIP() << "H = n p^2/2 is a medium in another parameter";
+        double size = 1;
+        for (const double a : expected) size = std::max(size, std::abs(a));
+        for (int i = 0; i < 3; ++i) EXPECT_NEAR(other[i], expected[i], 1e5 * machine_epsilon<double> * size) << H::name;
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -13,7 +13,7 @@ KAGERO_INLINE void run_of(const Instruction* instruction, int count, T* s, T (&l
         const Instruction now = instruction[i];
         T* result = s + now.result * N;
         const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
-        for (int n = 0; n < N; ++n) result[n] = last[n] = kagero::detail::apply<op, T>(a[n], b[n], c[n]);
+        for (int n = 0; n < N; ++n) result[n] = last[n] = kagero::detail::apply<op, false, T>(a[n], b[n], c[n]);
     }
 }
 template <OnLast op, class T, int N>

@@ -36,6 +36,17 @@ Expansion expand(const Programs& programs, const double (&q)[3], const Vector& p
     return e;
 }
 
+/// H − H0 and its first derivatives by p: far cheaper than the whole expansion.
+double slope(const Programs& programs, const double (&q)[3], const Vector& p, Vector& gradient) {
+    using First = Dual<double, 3>;
+    First in[7], out[1];
+    for (int i = 0; i < 3; ++i) in[i] = First(q[i]), in[3 + i] = First::variable(p[i], i);
+    in[6] = First(programs.pt);
+    evaluate(programs.value, in, out);
+    gradient = out[0].derivative;
+    return out[0].value;
+}
+
 /// Solves a x = b, both overwritten, by elimination with row pivoting; not finite when singular.
 template <int n>
 void solve(std::array<std::array<double, n>, n>& a, std::array<double, n>& b) {
@@ -84,24 +95,27 @@ void newton_step(const Expansion& e, const Vector& d, Vector& p, double& mu) {
 }
 
 /// How far p is from a solution: both equations relative to their terms.
-double residual(const Expansion& e, const Vector& d, const Vector& p, double level) {
-    const double mu = dot(e.gradient, d);
+double residual(double value, const Vector& gradient, const Vector& d, const Vector& p, double level) {
+    const double mu = dot(gradient, d);
     if (!(mu > 0)) return std::numeric_limits<double>::infinity();
     Vector rest;
-    for (int i = 0; i < 3; ++i) rest[i] = e.gradient[i] - mu * d[i];
-    return size(rest) / mu + std::abs(e.value) / (std::abs(dot(p, e.gradient)) + std::abs(level));
+    for (int i = 0; i < 3; ++i) rest[i] = gradient[i] - mu * d[i];
+    return size(rest) / mu + std::abs(value) / (std::abs(dot(p, gradient)) + std::abs(level));
 }
 
 /// Polishes p until rounding stops it. False when it leads to no solution.
 bool converge(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double mu) {
     constexpr int most = 60;
-    constexpr double enough = 1e-11;
+    constexpr double enough = 1e-11, rounding = 1e-14;
+    Vector gradient;
+    const double value = slope(programs, q, p, gradient);
+    if (residual(value, gradient, d, p, programs.level) < rounding) return true;  // as H quadratic in p has it at once
     double last = std::numeric_limits<double>::infinity();
     Vector best = p;
     for (int i = 0; i < most; ++i) {
         const Expansion e = expand(programs, q, p);
         if (!e.finite()) break;
-        const double now = residual(e, d, p, programs.level);
+        const double now = residual(e.value, e.gradient, d, p, programs.level);
         if (now >= last && last < enough) break;
         if (now < last) best = p, last = now;
         if (now == 0) break;

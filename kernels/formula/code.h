@@ -28,9 +28,11 @@ enum class OnLast : std::uint8_t {
 constexpr std::uint8_t kind_of(Op op) { return static_cast<std::uint8_t>(op); }
 constexpr std::uint8_t kind_of(OnLast op) { return static_cast<std::uint8_t>(op); }
 
-/// Instructions [first, first + count) of one kind.
+/// Instructions [first, first + count) of one kind. Of a run on the last result only the final one reaches its slot, and of any run
+/// that one only where something else than the next instruction wants it.
 struct Run {
     std::uint8_t kind;
+    bool keep;
     std::uint16_t first, count;
 };
 
@@ -53,8 +55,10 @@ public:
             const Node& n = p_.nodes[k];
             if (n.op == Op::input) varies_[k] = n.a >= varying.first && n.a < varying.last;
             else if (!detail::is_leaf(n.op))
-                for (const int operand : {n.a, n.b, n.c}) varies_[k] = varies_[k] || (operand >= 0 && varies_[operand]);
+                for (const int operand : {n.a, n.b, n.c})
+                    if (operand >= 0) varies_[k] = varies_[k] || varies_[operand], ++uses_[operand];
         }
+        for (const int o : p_.outputs) ++uses_[o];
     }
 
     bool write() {
@@ -89,7 +93,8 @@ private:
                 if (ready(k, varying) && static_cast<int>(p_.nodes[k].op) == best) order_[length_++] = k;
             for (int i = first; i < length_; ++i) done_[order_[i]] = true;
             last_ = order_[length_ - 1];
-            append_run(static_cast<std::uint8_t>(best), first, length_ - first);
+            code_.run[code_.runs++] = {static_cast<std::uint8_t>(best), true, static_cast<std::uint16_t>(first),
+                                       static_cast<std::uint16_t>(length_ - first)};
         }
     }
     bool continue_from_last(bool varying) {
@@ -98,18 +103,22 @@ private:
             const std::uint8_t kind = kind_on_last(p_.nodes[k]);
             if (kind == 0) continue;
             swap_[length_] = p_.nodes[k].b == last_;
+            continue_run(kind, uses_[last_] == 1);
             order_[length_++] = last_ = k;
             done_[k] = true;
-            append_run(kind, length_ - 1, 1);
             return true;
         }
         return false;
     }
-    void append_run(std::uint8_t kind, int first, int count) {
-        Run* const before = code_.runs ? &code_.run[code_.runs - 1] : nullptr;
-        const bool same_phase = code_.runs > code_.prepared;
-        if (before && same_phase && before->kind == kind && kind >= kind_of(OnLast::add)) ++before->count;
-        else code_.run[code_.runs++] = {kind, static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(count)};
+    /// One more instruction on the last result, which has `no_other_use`.
+    void continue_run(std::uint8_t kind, bool no_other_use) {
+        Run& before = code_.run[code_.runs - 1];
+        if (no_other_use && before.kind == kind) {
+            ++before.count;
+            return;
+        }
+        if (no_other_use && (before.count == 1 || before.kind >= kind_of(OnLast::add))) before.keep = false;
+        code_.run[code_.runs++] = {kind, true, static_cast<std::uint16_t>(length_), 1};
     }
     /// How a node uses the last result, once; 0 where it does not, or not in a way that has a kind.
     std::uint8_t kind_on_last(const Node& n) const {
@@ -170,7 +179,7 @@ private:
     Code& code_;
     bool varies_[Size] = {}, done_[Size] = {};
     bool swap_[Size] = {};  ///< of each instruction: the last result, in b, belongs into a
-    int order_[Size] = {}, last_use_[Size] = {}, slot_[Size] = {};
+    int order_[Size] = {}, uses_[Size] = {}, last_use_[Size] = {}, slot_[Size] = {};
     int length_ = 0, first_varying_ = 0, last_ = -1;
 };
 

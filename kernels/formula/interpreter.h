@@ -8,19 +8,20 @@ namespace kagero::formula {
 
 /// The same instruction on N sets of slots: slot i of set n is s[i·N + n]. `last` is left with the last results.
 template <Op op, class T, int N>
-KAGERO_INLINE void run_of(const Instruction* instruction, int count, T* s, T (&last)[N]) {
-    for (int i = 0; i < count; ++i) {
+KAGERO_INLINE void run_of(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
+    for (int i = 0; i < run.count; ++i) {
         const Instruction now = instruction[i];
         T* result = s + now.result * N;
         const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
-        for (int n = 0; n < N; ++n) result[n] = last[n] = kagero::detail::apply<op, false, T>(a[n], b[n], c[n]);
+        for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply<op, false, T>(a[n], b[n], c[n]);
+        if (run.keep)
+            for (int n = 0; n < N; ++n) result[n] = last[n];
     }
 }
 template <OnLast op, class T, int N>
-KAGERO_INLINE void run_on_last(const Instruction* instruction, int count, T* s, T (&last)[N]) {
-    for (int i = 0; i < count; ++i) {
+KAGERO_INLINE void run_on_last(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
+    for (int i = 0; i < run.count; ++i) {
         const Instruction now = instruction[i];
-        T* result = s + now.result * N;
         const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
         for (int n = 0; n < N; ++n) {
             if constexpr (op == OnLast::add) last[n] = last[n] + b[n];
@@ -31,9 +32,11 @@ KAGERO_INLINE void run_on_last(const Instruction* instruction, int count, T* s, 
             else if constexpr (op == OnLast::add_product) last[n] = mul_add(a[n], b[n], last[n]);
             else if constexpr (op == OnLast::neg_mul_add) last[n] = neg_mul_add(last[n], b[n], c[n]);
             else last[n] = neg_mul_add(a[n], b[n], last[n]);
-            result[n] = last[n];
         }
     }
+    T* result = s + instruction[run.count - 1].result * N;
+    if (run.keep)
+        for (int n = 0; n < N; ++n) result[n] = last[n];
 }
 
 /// Runs [first, last) of a code.
@@ -46,13 +49,13 @@ __attribute__((noinline)) void interpret(const Code& code, int first, int end, T
         const Instruction* at = code.instruction + run.first;
         switch (run.kind) {
 #define KAGERO_RUN(OP) \
-    case kind_of(Op::OP): run_of<Op::OP, T, N>(at, run.count, s, last); break;
+    case kind_of(Op::OP): run_of<Op::OP, T, N>(at, run, s, last); break;
             KAGERO_RUN(add) KAGERO_RUN(sub) KAGERO_RUN(mul) KAGERO_RUN(neg) KAGERO_RUN(recip) KAGERO_RUN(sqrt) KAGERO_RUN(rsqrt)
             KAGERO_RUN(exp) KAGERO_RUN(log) KAGERO_RUN(sin) KAGERO_RUN(cos) KAGERO_RUN(tan) KAGERO_RUN(tanh) KAGERO_RUN(atan2)
             KAGERO_RUN(min) KAGERO_RUN(max) KAGERO_RUN(at_least) KAGERO_RUN(mul_add) KAGERO_RUN(mul_sub) KAGERO_RUN(neg_mul_add)
 #undef KAGERO_RUN
 #define KAGERO_RUN(OP) \
-    case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(at, run.count, s, last); break;
+    case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(at, run, s, last); break;
             KAGERO_RUN(add) KAGERO_RUN(mul) KAGERO_RUN(rsqrt) KAGERO_RUN(recip) KAGERO_RUN(mul_add) KAGERO_RUN(add_product)
             KAGERO_RUN(neg_mul_add) KAGERO_RUN(minus_product)
 #undef KAGERO_RUN

@@ -106,20 +106,20 @@ struct StartMap {
     bool unit_pt;
 };
 
-/// Rays of a perspective camera: pixel (x, y) looks along corner + (x+½)·right + (y+½)·down in the observer's rest frame.
-struct CameraRays {
-    std::uint32_t width, height;
-    double position[3];
-    double corner[3], right[3], down[3];
-    StartMap start;
-};
-
 /// One ray given by its canonical state.
 struct RayStart {
     double q[3], p[3], pt;
     Failure failure;  ///< a start that cannot be used ends as `failed` at once
     bool captured;    ///< no light comes from this direction: the ray ends as `captured` at once
     bool escaped;     ///< it starts beyond the escape sphere, outward, where H cannot be evaluated: it ends there, as `escaped`
+};
+
+/// Rays of a perspective camera: pixel (x, y) looks along corner + (x+½)·right + (y+½)·down in the observer's rest frame.
+struct CameraRays {
+    std::uint32_t width, height;
+    double position[3];
+    double corner[3], right[3], down[3];
+    StartMap start;
 };
 
 /// The end of one ray. Positions q, momenta p of H (also when a rescaled H was integrated), v the unit direction of dq/dλ.
@@ -146,10 +146,34 @@ struct PathPoint {
     double parameter, q[3], p[3], v[3], pt, energy;
 };
 
+/// Operations of a formula. Numbers and variables are leaves; `a` of a variable is 0 … 6 for x y z px py pz pt.
+enum class FormulaOp : std::uint8_t { number, variable, add, sub, mul, div, neg, sqrt, exp, log, sin, cos, tan, tanh, abs, atan2, min, max };
+
+/// One operation; its operands are earlier nodes of the list.
+struct FormulaNode {
+    FormulaOp op;
+    std::int32_t a, b;
+    double value;  ///< of a number
+};
+
+/// A Hamiltonian written in a scene: expressions as places in one list of nodes, −1 where there is none.
+struct Formula {
+    const FormulaNode* nodes;
+    std::uint32_t node_count;
+    std::int32_t energy;
+    std::int32_t domain, capture;  ///< the ray is escaped, captured, where they are ≤ 0
+    std::int32_t length_scale;     ///< no step is longer
+    std::int32_t rescale;          ///< Ω(q): the rays are those of Ω·(H − H0)
+    std::int32_t parts[2];         ///< H_A and H_B: both or none
+    double level;                  ///< H0
+    double pt;
+};
+inline constexpr std::uint32_t formula_limit = 4096;  ///< nodes
+
 /// Everything that all rays of a job share.
 struct Job {
     std::uint32_t hamiltonian, integrator;  ///< indices into Module::hamiltonians, ::integrators
-    const double* parameters;               ///< of the Hamiltonian, in its declared order
+    const double* parameters;               ///< of the Hamiltonian, in its declared order; of `formula` what Module::compile wrote
     bool rescaled;                          ///< integrate Ω(q)·(H − H0) instead of H
     double step;
     double tolerance;         ///< local error of adaptive methods, relative to 1 + |value|
@@ -215,6 +239,15 @@ struct Module {
     /// of matter; 1 in an index medium, where nothing moves and the frequency is the same everywhere.
     double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3], double pt,
                         const double v[3]);
+
+    /// Which of the Hamiltonians is `formula`.
+    std::uint32_t formula;
+    /// Differentiates a formula and writes its programs, which stand for the parameters of `formula`, to `program_size` numbers.
+    /// Null when that worked, else why not.
+    const char* (*compile)(const Formula*, double* programs);
+    std::uint32_t program_size;
+    /// Null when the integrator serves these programs, else why not.
+    const char* (*formula_refusal)(const double* programs, std::uint32_t integrator);
 };
 
 }  // namespace kagero

@@ -1,4 +1,5 @@
 /// What a kernel module exports: the tables of Hamiltonians, integrators and kernels, behind one function.
+#include "kernels/formula/programs.h"
 #include "kernels/tracing/emitter.h"
 #include "kernels/tracing/observers.h"
 #include "kernels/tracing/trace_entry.h"
@@ -16,7 +17,10 @@ constexpr HamiltonianInfo hamiltonian_infos[] = {
 #define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
+    {"formula", "any Hamiltonian, written in the scene", "space.H = \"...\" in x y z px py pz pt", "docs/hamiltonians.md", "",
+     nullptr, 0, false, false, 0, "gauss8", 0.1},
 };
+constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 
 constexpr auto integrator_infos = [] {
     std::array<IntegratorInfo, methods.size()> infos{};
@@ -35,7 +39,7 @@ constexpr KernelInfo kernel_infos[] = {
     kernel_of<float>(Strategy::scalar, Precision::float32),
 };
 
-/// Calls visit.operator()<H>() with the Hamiltonian of an index.
+/// Calls visit.operator()<H>() with the Hamiltonian of an index; `formula` has no type of its own and is served before.
 template <class Visit>
 auto visit_hamiltonian(std::uint32_t index, const Visit& visit) {
     std::uint32_t i = 0;
@@ -46,7 +50,19 @@ auto visit_hamiltonian(std::uint32_t index, const Visit& visit) {
     return decltype(visit.template operator()<hamiltonians::Flat>()){};
 }
 
+const char* formula_refusal(const double* programs, std::uint32_t integrator) {
+    const formula::Programs& p = formula::programs_in(programs);
+    const Kind kind = methods[integrator].kind;
+    if (kind == Kind::recipe && !p.parted && !p.rescaled) return "it states no parts H_A and H_B (space.parts)";
+    return formula::space_kernel<double>(p).refusal[static_cast<int>(kind)];
+}
+
+const char* compile(const Formula* formula, double* programs) {
+    return formula::compile(*formula, *new (programs) formula::Programs);
+}
+
 const char* refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) {
+    if (hamiltonian == formula_index) return "it depends on the formula: see formula_refusal";
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> const char* {
         if (rescaled && !Rescalable<H>) return "its Hamiltonian declares no rescaling";
         return space_kernel<H, double>(rescaled).refusal[static_cast<int>(methods[integrator].kind)];
@@ -59,6 +75,7 @@ void copy(const double* from, double (&to)[n]) {
 }
 
 double far_side(std::uint32_t hamiltonian, const double* parameters) {
+    if (hamiltonian == formula_index) return 0;
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
         if constexpr (requires(const typename H::template Parameters<double>& k) { H::far_side(k); })
             return H::far_side(make_parameters<H>(parameters));
@@ -67,6 +84,7 @@ double far_side(std::uint32_t hamiltonian, const double* parameters) {
 }
 
 Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double at[3], StartMap* map) {
+    if (hamiltonian == formula_index) return Failure::no_observer;
     double q[3];
     copy(at, q);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe<H>(kind, parameters, q, *map); });
@@ -75,11 +93,13 @@ Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKin
 Failure start(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], RayStart* out) {
     double q[3], d[3];
     copy(at, q), copy(along, d);
+    if (hamiltonian == formula_index) return formula::start_along(formula::programs_in(parameters), q, d, *out);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return start_along<H>(parameters, q, d, *out); });
 }
 
 double frequency(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], double pt,
                  const double velocity[3]) {
+    if (hamiltonian == formula_index) return 1;
     double q[3], p[3], v[3];
     copy(at, q), copy(along, p), copy(velocity, v);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
@@ -94,11 +114,14 @@ constexpr Module module{
     is_straight,         far_side,
     observe,             start,
     frequency,
+    formula_index,       compile,
+    sizeof(formula::Programs) / sizeof(double), formula_refusal,
 };
 
 }  // namespace
 
 bool is_straight(std::uint32_t hamiltonian, const double* parameters) {
+    if (hamiltonian == formula_index) return false;
     return visit_hamiltonian(hamiltonian, [&]<class H>() {
         if constexpr (SometimesStraight<H>) return H::straight(make_parameters<H>(parameters));
         else return false;

@@ -60,7 +60,7 @@ bool starts_with(const std::string& text, const std::string& start) {
 }
 
 TEST(Kernels, IncludeDownwards) {
-    const std::vector<std::string> order{"numeric", "hamiltonians", "stepping", "tracing"};
+    const std::vector<std::string> order{"numeric", "hamiltonians", "stepping", "formula", "tracing"};
     const auto height = [&](const std::string& room) { return std::find(order.begin(), order.end(), room) - order.begin(); };
     for (const Source& source : sources_below("kernels")) {
         // Templates the build writes units from, and the module, join the rooms.

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cmath>
+#include <type_traits>
 
 namespace kagero {
 
@@ -31,6 +32,7 @@ public:
     static constexpr int capacity = 600;
     std::array<Node, capacity> nodes{};
     int size = 0;
+    bool full = false;  ///< a node had no room: whatever was recorded since is meaningless
 
     constexpr int constant(double x) { return append({Op::constant, -1, -1, -1, x, true}); }
     constexpr int parameter(int i) { return append({Op::parameter, i, -1, -1, 0, true}); }
@@ -108,6 +110,8 @@ public:
             const Node& o = nodes[i];
             if (o.op == n.op && o.a == n.a && o.b == n.b && o.c == n.c && o.value == n.value) return i;
         }
+        // The compiler stops at the end of the array by itself; formulas of a scene are recorded while the program runs.
+        if (size == capacity && !std::is_constant_evaluated()) return full = true, 0;
         nodes[size] = n;
         return size++;
     }

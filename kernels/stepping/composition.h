@@ -52,10 +52,16 @@ struct Composition {
     }
 
 private:
-    /// p' = p − τ ∂K/∂q(q, p'); `force` is the first guess of the gradient.
+    /// p' = p − τ ∂K/∂q(q, p'); `force` is the first guess of the gradient. A system that is interpreted prepares what does not change.
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> kick(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                       const Vec3<V>& force) {
+        if constexpr (requires { system.prepared_force(f.start); }) {
+            auto force_here = system.prepared_force(joined(f, q, p));
+            const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, force_here(guess)); };
+            if constexpr (!System::force_needs_p) return evaluated(f, next(p));
+            else return solve<Side::kick>(system, f, q, p, tau, retreat(p, tau, force), next);
+        }
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, system.dq(joined(f, q, guess))); };
         if constexpr (!System::force_needs_p) return evaluated(f, next(p));
         else return solve<Side::kick>(system, f, q, p, tau, retreat(p, tau, force), next);
@@ -64,6 +70,12 @@ private:
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> drift(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                        const Vec3<V>& velocity) {
+        if constexpr (requires { system.prepared_velocity(f.start); }) {
+            auto velocity_here = system.prepared_velocity(joined(f, q, p));
+            const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, velocity_here(guess)); };
+            if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
+            else return solve<Side::drift>(system, f, q, p, tau, advance(q, tau, velocity), next);
+        }
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, system.dp(joined(f, guess, p))); };
         if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
         else return solve<Side::drift>(system, f, q, p, tau, advance(q, tau, velocity), next);

@@ -72,12 +72,21 @@ private:
         State<V> y[room];
         for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
         V change_q(S(0)), change_p(S(0));
-        for (int i = 0; i < s; ++i) {
-            V fresh[6];
-            system.derivatives(y[i], fresh);
+        const auto take = [&](int i, const V (&fresh)[6]) __attribute__((always_inline)) {
             for (int k = 0; k < 3; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
             for (int k = 3; k < 6; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
             for (int k = 0; k < 6; ++k) g[i][k] = pick(convergence.open(), fresh[k], g[i][k]);
+        };
+        if constexpr (requires { system.derivatives_of(y, s, g); }) {
+            V fresh[room][6];
+            system.derivatives_of(y, s, fresh);  // an interpreter is quicker with all stages at once
+            for (int i = 0; i < s; ++i) take(i, fresh[i]);
+        } else {
+            for (int i = 0; i < s; ++i) {
+                V fresh[6];
+                system.derivatives(y[i], fresh);
+                take(i, fresh);
+            }
         }
         return convergence.relative(abs(f.h) * change_q, abs(f.h) * change_p);
     }

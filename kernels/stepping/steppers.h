@@ -36,12 +36,16 @@ V watch_energy(const System& system, const State<V>& s, Flow<V>& f) {
     using S = ScalarOf<V>;
     V excess, pv, size;
     system.energy(s, excess, pv, size);
-    const S level = S(System::Hamiltonian::level);
+    const S level = system.level();
     f.energy = excess + V(level);
     f.energy_size = size + V(level < 0 ? -level : level);
     f.energy_error = abs(excess) / (abs(pv) + V(level < 0 ? -level : level));
     return abs(excess);
 }
+
+/// Whether a system bounds its steps.
+template <class System, class V>
+concept BoundsSteps = requires(const System& system, const State<V>& s) { system.scale(s); };
 
 /// What the loop wants to know of the start of a ray. Not inlined, so that all kinds of step share it; so is `arrive`.
 template <class System, class V>
@@ -50,7 +54,7 @@ __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
     f.start_domain = f.domain = system.domain(f.start);
     f.start_side = f.side = system.surface(f.start);
     f.captured = system.captured(f.start.q(), f.start_velocity, f.start.y[6]);
-    if constexpr (Scaled<typename System::Hamiltonian>) f.start_scale = system.scale(f.start);
+    if constexpr (BoundsSteps<System, V>) f.start_scale = system.scale(f.start);
     if (f.want_energy || f.test_energy) watch_energy(system, f.start, f), f.start_energy_size = f.energy_size;
 }
 /// … and of the end of a step.
@@ -60,7 +64,7 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     f.end_velocity = system.dp(f.end);
     f.domain = system.domain(f.end);
     if constexpr (Creased<typename System::Hamiltonian>) f.side = system.surface(f.end);
-    if constexpr (Scaled<typename System::Hamiltonian>) f.scale = system.scale(f.end);
+    if constexpr (BoundsSteps<System, V>) f.scale = system.scale(f.end);
     if (f.want_energy || f.test_energy) {
         // Relative to the greater of both ends: where a ray turns back, p may vanish.
         const V lost = watch_energy(system, f.end, f);
@@ -96,7 +100,7 @@ template <class System, class V>
 constexpr SpaceKernel<V> make_space_kernel() {
     SpaceKernel<V> kernel{};
     kernel.creased = Creased<typename System::Hamiltonian>;
-    kernel.scaled = Scaled<typename System::Hamiltonian>;
+    kernel.scaled = BoundsSteps<System, V>;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {

@@ -73,6 +73,34 @@ struct Recording {
     constexpr int hamiltonian(Tape& t, bool rescaled) const { return rescaled ? multiply_through(t, rescale, energy) : energy; }
 };
 
+/// p·∂H/∂p from the leaves and the gradient of a tape.
+constexpr int momentum_times_velocity(Tape& t, const std::array<int, 7>& input, const std::array<int, 6>& gradient) {
+    return t.add(t.add(t.mul(input[3], gradient[3]), t.mul(input[4], gradient[4])), t.mul(input[5], gradient[5]));
+}
+
+/// |p|²·|∂H/∂p|².
+constexpr int squares_of_momentum_and_velocity(Tape& t, const std::array<int, 7>& input, const std::array<int, 6>& gradient) {
+    const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
+    return t.mul(square(input[3], input[4], input[5]), square(gradient[3], gradient[4], gradient[5]));
+}
+
+/// The gradient by x y z px py pz.
+constexpr std::array<int, 6> record_derivatives(Tape& t, int hamiltonian, const std::array<int, 7>& input) {
+    std::array<int, 6> wanted{}, gradient{};
+    for (int i = 0; i < 6; ++i) wanted[i] = input[i];
+    record_gradient<6>(t, hamiltonian, wanted, gradient);
+    return gradient;
+}
+
+/// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
+template <class Force, class Velocity>
+constexpr bool is_separable(const Force& force, const Velocity& velocity) {
+    return !force.uses_any_input(3, 6) && velocity.returns_input(0, 3) && velocity.returns_input(1, 4) && velocity.returns_input(2, 5);
+}
+
+/// What stays and what varies while the implicit halves of eq. (9) are solved.
+inline constexpr Varying kick_varies{3, 6}, drift_varies{0, 3};
+
 /// Everything the programs of a Hamiltonian are cut from: one tape, recorded once by the compiler.
 template <class H, bool Rescaled>
 struct Master {
@@ -89,19 +117,13 @@ struct Master {
         Tape& t = tape;
         const Recording<H> r(t);
         const int k = r.hamiltonian(t, Rescaled);
-        std::array<int, 6> wanted{};
-        for (int i = 0; i < 6; ++i) wanted[i] = r.input[i];
-        record_gradient<6>(t, k, wanted, gradient);
+        gradient = record_derivatives(t, k, r.input);
         pace = {r.rescale};
         domain = captured = surface = scale = {t.constant(1)};
         if constexpr (!Rescaled) {
             energy[0] = r.energy;
-            const auto product = [&](const std::array<int, 3>& a, const std::array<int, 3>& b) {
-                return t.add(t.add(t.mul(a[0], b[0]), t.mul(a[1], b[1])), t.mul(a[2], b[2]));
-            };
-            const std::array<int, 3> p{r.input[3], r.input[4], r.input[5]}, v = side(3);
-            energy[1] = product(p, v);
-            energy[2] = t.mul(product(p, p), product(v, v));
+            energy[1] = momentum_times_velocity(t, r.input, gradient);
+            energy[2] = squares_of_momentum_and_velocity(t, r.input, gradient);
             if constexpr (Bounded<H>) domain = {H::domain(make_parameters<H>(r.k), r.q).on(t)};
             if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p, Recorded(&t, r.input[6])).on(t)};
             if constexpr (Creased<H>) surface = {H::surface(make_parameters<H>(r.k), r.q).on(t)};
@@ -117,9 +139,9 @@ inline constexpr Master<H, Rescaled> master{};
 template <class H, bool Rescaled>
 inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
-inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), Varying{3, 6}>();
+inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), kick_varies>();
 template <class H, bool Rescaled>
-inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), Varying{0, 3}>();
+inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), drift_varies>();
 template <class H>
 inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
 template <class H>
@@ -189,14 +211,14 @@ public:
     /// Whether ∂K/∂q depends on p, ∂K/∂p on q: where not, the half steps of eq. (9) are explicit.
     static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
-    /// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
-    static constexpr bool separable = !force_needs_p && velocity_.returns_input(0, 3) && velocity_.returns_input(1, 4) &&
-                                      velocity_.returns_input(2, 5);
+    static constexpr bool separable = is_separable(force_, velocity_);
 
     explicit System(const double* parameters)
         : numbers_(parameters), parts_(parameters), derivatives_u_(parameters), force_u_(parameters), velocity_u_(parameters),
           energy_u_(parameters), rescale_u_(parameters), domain_u_(parameters), captured_u_(parameters),
           surface_u_(parameters), scale_u_(parameters) {}
+    /// H0.
+    static constexpr S level() { return S(H::level); }
     /// The parts H_A and H_B as systems of their own.
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }
@@ -264,9 +286,9 @@ public:
         run<surface_program<H>>(surface_u_.values, s.y, out);
         return out[0];
     }
-    /// The longest step from the position in s; 1 where the Hamiltonian bounds none.
+    /// The longest step from the position in s, a length.
     template <class V>
-    KAGERO_INLINE V scale(const State<V>& s) const {
+    KAGERO_INLINE V scale(const State<V>& s) const requires Scaled<H> {
         V out[1];
         run<scale_program<H>>(scale_u_.values, s.y, out);
         return out[0];

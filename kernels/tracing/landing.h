@@ -96,7 +96,7 @@ private:
             const V secant = flow.domain * (s_ - last_s) / (flow.domain - last_domain);
             inside = pick(flow.domain > V(S(0)), s_, inside), outside = pick(flow.domain > V(S(0)), outside, s_);
             const V middle = V(S(0.5)) * (inside + outside), guess = s_ - secant;
-            const V change = pick(edge, s_ - pick((guess > inside) & (guess < outside), guess, middle), newton);
+            const V change = pick(edge, s_ - pick((guess > inside) & (guess <= outside), guess, middle), newton);
             last_s = s_, last_domain = flow.domain;
             const MaskOf<V> usable = (flow.solved | edge) & is_finite(change) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);

@@ -1,6 +1,7 @@
 /// The entry of the tracing loop behind `KernelInfo::trace`: looks up Hamiltonian and method, then runs the tile.
 #pragma once
 
+#include "kernels/formula/programs.h"
 #include "kernels/tracing/loop.h"
 #include "kernels/tracing/packets.h"
 #include "kernels/tracing/registry.h"
@@ -39,13 +40,14 @@ void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& c
 
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    using Lookup = const SpaceKernel<V>& (*)(bool);
+    using Lookup = const SpaceKernel<V>& (*)(const Job&);
     static constexpr Lookup kernels[] = {
-#define KAGERO_HAMILTONIAN(TYPE) &space_kernel<hamiltonians::TYPE, V>,
+#define KAGERO_HAMILTONIAN(TYPE) [](const Job& j) -> const SpaceKernel<V>& { return space_kernel<hamiltonians::TYPE, V>(j.rescaled); },
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
+        [](const Job& j) -> const SpaceKernel<V>& { return formula::space_kernel<V>(formula::programs_in(j.parameters)); },
     };
-    const Task<V> task(*job, kernels[job->hamiltonian](job->rescaled), is_straight(job->hamiltonian, job->parameters));
+    const Task<V> task(*job, kernels[job->hamiltonian](*job), is_straight(job->hamiltonian, job->parameters));
     trace_tile(task, *tile, ends, *counters);
 }
 

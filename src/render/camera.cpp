@@ -1,5 +1,6 @@
 #include "render/camera.h"
 
+#include "render/formula_space.h"
 #include "scene/clearance.h"
 
 #include <cmath>
@@ -57,6 +58,7 @@ CameraRay parallel_ray(const Plan& plan, double u, double v) {
     double q[3];
     for (std::size_t k = 0; k < 3; ++k)
         q[k] = rays.position[k] + (u - 0.5 * rays.width) * rays.right[k] + (v - 0.5 * rays.height) * rays.down[k];
+    if (plan.scene.space.formula) return {formula_ray(plan, plan.view.observer, q, plan.view.forward), 1};
     StartMap map;
     const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer, q, &map);
     if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false, false}, 0};
@@ -88,8 +90,9 @@ void place_camera(Plan& plan) {
     const SceneDescription& scene = plan.scene;
     aim(plan);
     for (std::size_t k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
-    const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer,
-                                                 plan.camera.position, &plan.camera.start);
+    const Failure failure = scene.space.formula ? place_formula_camera(plan)
+                                                : plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer,
+                                                                       plan.camera.position, &plan.camera.start);
     if (failure != Failure::none)
         throw InputError(scene.camera.position_place,
                          "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
@@ -115,14 +118,15 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
 CameraRay camera_ray(const Plan& plan, double u, double v) {
     const CameraRays& c = plan.camera;
     if (plan.scene.camera.type == "orthographic") return parallel_ray(plan, u, v);
-    if (plan.scene.camera.type == "equirectangular") return ray_in_frame(c.start, c.position, on_sphere(plan, u, v));
     Double3 d;
     for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];
+    if (plan.scene.camera.type == "equirectangular") d = on_sphere(plan, u, v);
+    if (plan.each_direction) return {formula_ray(plan, plan.view.observer, c.position, d), 1};
     return ray_in_frame(c.start, c.position, d);
 }
 
 bool kernel_makes_rays(const Plan& plan) {
-    return plan.scene.camera.type == "perspective" && plan.scene.film.spp == 1;
+    return plan.scene.camera.type == "perspective" && plan.scene.film.spp == 1 && !plan.each_direction;
 }
 
 }  // namespace kagero

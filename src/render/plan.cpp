@@ -3,6 +3,7 @@
 #include "film/film.h"
 #include "modules/modules.h"
 #include "render/camera.h"
+#include "render/formula_space.h"
 #include "render/redshift.h"
 #include "render/units.h"
 
@@ -38,14 +39,16 @@ double chord_tolerance(const Plan& plan, bool with_camera) {
 
 /// Whether to integrate ΩH: where the space declares it, the scene does not forbid it, and the method can.
 bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
-    const auto why = [&](bool rescaled) { return plan.module->refusal(plan.job.hamiltonian, plan.job.integrator, rescaled); };
-    const bool wanted = info.rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
+    const auto why = [&](bool rescaled) { return refusal_of(plan, plan.job.integrator, rescaled); };
+    const auto& formula = plan.scene.space.formula;
+    const bool stated = formula && formula->parsed.rescale >= 0;
+    const bool wanted = stated || (info.rescales && plan.scene.integrator.rescale == "auto" && !plan.straight);
     if (wanted && !why(true)) return true;
-    const char* reason = why(false);
+    const char* reason = why(stated);  // a rescaling that is stated is not left out
     if (!reason) return false;
     std::string served;
     for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
-        if (!plan.module->refusal(plan.job.hamiltonian, i, wanted) || !plan.module->refusal(plan.job.hamiltonian, i, false))
+        if (!refusal_of(plan, i, wanted) || !refusal_of(plan, i, false))
             served += std::string(served.empty() ? "" : ", ") + plan.module->integrators[i].name;
     throw InputError("integrator.method = \"" + plan.scene.integrator.method + "\" cannot serve " + info.name + ": " + reason +
                      "; it is served by " + served);
@@ -98,6 +101,7 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     plan->unit = length_unit(s, m.hamiltonians[plan->job.hamiltonian]);
     measure_in(plan->scene, m.hamiltonians[plan->job.hamiltonian], plan->unit);
     for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
+    if (s.space.formula) plan->parameters = compile_formula(*s.space.formula, m);
     plan->geometry = std::make_unique<SceneGeometry>(s);
     fill_job(*plan, with_camera);
     check_disks(s);
@@ -109,6 +113,11 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
 bool needs_double(const Plan& plan, double momentum) {
     if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.job.hamiltonian].spacetime) return false;
     return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
+}
+
+const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled) {
+    if (plan.scene.space.formula) return plan.module->formula_refusal(plan.parameters.data(), integrator);
+    return plan.module->refusal(plan.job.hamiltonian, integrator, rescaled);
 }
 
 ObserverKind observer_named(const std::string& name) {

@@ -33,11 +33,12 @@ struct Plan {
     const Module* module = nullptr;
     const KernelInfo* kernel = nullptr;
     std::unique_ptr<SceneGeometry> geometry;
-    std::vector<double> parameters;
+    std::vector<double> parameters;    ///< of the Hamiltonian; of a formula its programs
     double unit = 1;                   ///< of the lengths in `scene`, `camera` and `job`, in units of the scene as written
     bool straight = false;             ///< every ray is a straight line: no integrator runs
     View view;
     CameraRays camera{};
+    bool each_direction = false;       ///< no map from directions to momenta serves the camera: each is solved for
     Job job{};
     unsigned threads = 1;
     double load_seconds = 0;
@@ -56,6 +57,8 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
 
 /// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
 bool needs_double(const Plan& plan, double momentum);
+/// Null where a method serves the plan's space, else why not. A formula knows itself whether it is rescaled.
+const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled);
 
 /// "static" | "zamo" | "falling" | "coordinate"
 ObserverKind observer_named(const std::string& name);

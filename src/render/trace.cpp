@@ -1,4 +1,6 @@
 #include "render/camera.h"
+#include "render/formula_space.h"
+#include "render/run.h"
 #include "render/run.h"
 
 #include <algorithm>
@@ -61,6 +63,7 @@ RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], con
     const double size = std::hypot(d[0], d[1], d[2]);
     if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
+    if (plan.scene.space.formula) return formula_ray(plan, kind, q, d);
     StartMap map;
     start.failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind, q, &map);
     if (start.failure != Failure::none) return start;

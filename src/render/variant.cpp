@@ -35,8 +35,8 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
         module.hamiltonians[plan.job.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
     for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
         if (method != module.integrators[i].name) continue;
-        if (rescales && !module.refusal(plan.job.hamiltonian, i, true)) return Variant{i, true, kernel, step, -1};
-        if (!module.refusal(plan.job.hamiltonian, i, false)) return Variant{i, false, kernel, step, -1};
+        if (rescales && !refusal_of(plan, i, true)) return Variant{i, true, kernel, step, -1};
+        if (!refusal_of(plan, i, false)) return Variant{i, false, kernel, step, -1};
     }
     return {};
 }

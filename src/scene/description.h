@@ -2,6 +2,7 @@
 #pragma once
 
 #include "error.h"
+#include "formula/formula.h"
 #include "kernels/abi.h"
 
 #include <array>
@@ -16,8 +17,23 @@ namespace kagero {
 
 using Double3 = std::array<double, 3>;
 
+/// A Hamiltonian written in the scene: its texts as given, and what they were parsed to.
+struct FormulaDescription {
+    std::string energy;
+    double level = 0;                              ///< H0
+    std::vector<std::string> parts;                ///< two or none
+    std::string domain, capture, length_scale;     ///< "" where there is none
+    std::vector<std::pair<std::string, double>> constants;
+    std::vector<std::pair<std::string, std::string>> helpers;
+
+    FormulaScope scope;                            ///< all nodes; the formula below has no pointer to them
+    Formula parsed{nullptr, 0, -1, -1, -1, -1, -1, {-1, -1}, 0, 0};
+    Place place;                                   ///< of H
+};
+
 struct SpaceDescription {
     std::string hamiltonian;
+    std::optional<FormulaDescription> formula;     ///< where hamiltonian is "formula"
     std::vector<std::pair<std::string, double>> parameters;  ///< in the Hamiltonian's declared order, all present
     Double3 center{0, 0, 0};
 };
@@ -31,7 +47,7 @@ struct IntegratorDescription {
     double escape_radius = 50;
     HitModel hit = HitModel::hermite;
     bool cull = true;
-    std::string rescale = "auto";      ///< "auto" | "none"
+    std::string rescale = "auto";      ///< "auto" | "none" | an expression, for formula spaces
 };
 
 struct CameraDescription {

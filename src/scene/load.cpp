@@ -1,4 +1,5 @@
 #include "scene/load.h"
+#include "scene/load_formula.h"
 #include "scene/vector3.h"
 
 #include <cerrno>
@@ -66,6 +67,11 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
     space.hamiltonian = known[to_choice(name, full_name(section, "hamiltonian"), known)];
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
 
+    if (space.hamiltonian == "formula") {
+        space.formula = load_formula(section);
+        read(section, "center", space.center, any_length);
+        return space;
+    }
     std::vector<std::string> keys{"hamiltonian", "center"};
     for (std::uint32_t i = 0; i < info.parameter_count; ++i) {
         const ParameterInfo& parameter = info.parameters[i];
@@ -79,17 +85,18 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
     return space;
 }
 
-IntegratorDescription load_integrator(const Section& section, const std::string& hamiltonian, const Catalogue& catalogue) {
+IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
     not_yet(section, "refill", {"auto"});
     not_yet(section, "symmetry", {"auto", "none"});
     not_yet(section, "lanes", {"auto"});
     not_yet(section, "max_pixel_error");
-    not_yet(section, "rescale", {"auto", "none"});
+    // Built-in spaces have a rescaling of their own, chosen with their equations.
+    if (!space.formula) not_yet(section, "rescale", {"auto", "none"});
 
     IntegratorDescription integrator;
-    const HamiltonianInfo& info = *hamiltonian_named(hamiltonian, catalogue);
+    const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
     integrator.method = info.method;
     integrator.step = info.step;
     if (const Value* method = find(section, "method")) {
@@ -107,7 +114,10 @@ IntegratorDescription load_integrator(const Section& section, const std::string&
         integrator.hit = to_choice(*hit, "integrator.hit", {"chord", "hermite"}) == 0 ? HitModel::chord : HitModel::hermite;
     }
     if (const Value* cull = find(section, "cull")) integrator.cull = to_choice(*cull, "integrator.cull", {"auto", "none"}) == 0;
-    if (const Value* rescale = find(section, "rescale")) integrator.rescale = rescale->string;
+    if (const Value* rescale = find(section, "rescale")) {
+        integrator.rescale = to_text(*rescale, "integrator.rescale");
+        if (space.formula) load_rescaling(*rescale, *space.formula);
+    }
     return integrator;
 }
 
@@ -199,7 +209,7 @@ SceneDescription load_scene_text(const std::string& text, const std::string& pat
     only_keys({&root, "", root.place}, {"space", "integrator", "camera", "film", "sky", "object"});
     const std::string directory = std::filesystem::path(path).parent_path().string();
     scene.space = load_space(section(root, "space"), catalogue);
-    scene.integrator = load_integrator(section(root, "integrator"), scene.space.hamiltonian, catalogue);
+    scene.integrator = load_integrator(section(root, "integrator"), scene.space, catalogue);
     scene.camera = load_camera(section(root, "camera"));
     scene.film = load_film(section(root, "film"), catalogue.layers);
     const Section sky = section(root, "sky");

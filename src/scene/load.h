@@ -6,7 +6,8 @@
 namespace kagero {
 
 SpaceDescription load_space(const Section& section, const Catalogue& catalogue);
-IntegratorDescription load_integrator(const Section& section, const std::string& hamiltonian, const Catalogue& catalogue);
+/// An expression for `rescale` goes to the formula of the space.
+IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue);
 CameraDescription load_camera(const Section& section);
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers);
 /// [sky], beside which a table `far` may stand, or that table itself.

@@ -107,6 +107,23 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
     if (painted) print_faces(out, object);
 }
 
+/// The keys of a formula, and its tables.
+void print_formula(std::ostringstream& out, const FormulaDescription& formula, const Double3& center) {
+    const Line line{out};
+    line("H", formula.energy);
+    line("H0", formula.level);
+    if (!formula.parts.empty()) out << "parts = [" << written(formula.parts[0]) << ", " << written(formula.parts[1]) << "]\n";
+    if (!formula.domain.empty()) line("domain", formula.domain);
+    if (!formula.capture.empty()) line("capture", formula.capture);
+    if (!formula.length_scale.empty()) line("length_scale", formula.length_scale);
+    line("center", center);
+    out << "\n[space.constants]\n";
+    for (const auto& [name, value] : formula.constants) line(name, value);
+    if (formula.helpers.empty()) return;
+    out << "\n[space.let]\n";
+    for (const auto& [name, text] : formula.helpers) line(name, text);
+}
+
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
     const Line line{out};
     out << "\n[integrator]\n";
@@ -148,7 +165,8 @@ std::string print_scene(const SceneDescription& scene) {
     out << "[space]\n";
     line("hamiltonian", scene.space.hamiltonian);
     for (const auto& [name, value] : scene.space.parameters) line(name, value);
-    line("center", scene.space.center);
+    if (scene.space.formula) print_formula(out, *scene.space.formula, scene.space.center);
+    else line("center", scene.space.center);
     print_integrator(out, scene.integrator);
     print_camera(out, scene.camera);
 

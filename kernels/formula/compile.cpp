@@ -1,0 +1,169 @@
+// From the list of nodes that a scene's formulas are parsed to, over the tape that all Hamiltonians use, to code.
+#include "kernels/formula/programs.h"
+
+namespace kagero::formula {
+namespace {
+
+constexpr const char* too_large =
+    "it is too large: with its derivatives it takes more than 600 operations, or keeps more than 256 numbers at a time";
+
+/// An operation on constants alone.
+double folded(FormulaOp op, double a, double b) {
+    switch (op) {
+        case FormulaOp::sqrt: return std::sqrt(a);
+        case FormulaOp::exp: return std::exp(a);
+        case FormulaOp::log: return std::log(a);
+        case FormulaOp::sin: return std::sin(a);
+        case FormulaOp::cos: return std::cos(a);
+        case FormulaOp::tan: return std::tan(a);
+        case FormulaOp::tanh: return std::tanh(a);
+        case FormulaOp::abs: return std::abs(a);
+        case FormulaOp::atan2: return std::atan2(a, b);
+        case FormulaOp::min: return a < b ? a : b;
+        default: return a > b ? a : b;
+    }
+}
+
+int record(Tape& t, FormulaOp op, int a, int b) {
+    switch (op) {
+        case FormulaOp::add: return t.add(a, b);
+        case FormulaOp::sub: return t.sub(a, b);
+        case FormulaOp::mul: return t.mul(a, b);
+        case FormulaOp::div: return t.div(a, b);
+        case FormulaOp::neg: return t.neg(a);
+        default: break;
+    }
+    const bool constant = t.nodes[a].op == Op::constant && (b < 0 || t.nodes[b].op == Op::constant);
+    if (constant) return t.constant(folded(op, t.nodes[a].value, b < 0 ? 0 : t.nodes[b].value));
+    switch (op) {
+        case FormulaOp::sqrt: return t.sqrt(a);
+        case FormulaOp::exp: return t.unary(Op::exp, a);
+        case FormulaOp::log: return t.unary(Op::log, a);
+        case FormulaOp::sin: return t.unary(Op::sin, a);
+        case FormulaOp::cos: return t.unary(Op::cos, a);
+        case FormulaOp::tan: return t.unary(Op::tan, a);
+        case FormulaOp::tanh: return t.unary(Op::tanh, a);
+        case FormulaOp::abs: return t.binary(Op::max, a, t.neg(a));
+        case FormulaOp::atan2: return t.binary(Op::atan2, a, b);
+        case FormulaOp::min: return t.binary(Op::min, a, b);
+        default: return t.binary(Op::max, a, b);
+    }
+}
+
+/// A tape with the inputs, onto which expressions of one formula are replayed.
+struct Replay {
+    const Formula& formula;
+    Tape tape{};
+    std::array<int, 7> input{};
+
+    explicit Replay(const Formula& f) : formula(f) {
+        for (int i = 0; i < 7; ++i) input[i] = tape.input(i);
+    }
+    /// The tape's node of an expression. Only what it needs is recorded.
+    int expression(std::int32_t root) {
+        std::array<bool, formula_limit> needed{};
+        needed[root] = true;
+        for (std::int32_t i = root; i >= 0; --i) {
+            const FormulaNode& n = formula.nodes[i];
+            if (!needed[i] || n.op == FormulaOp::number || n.op == FormulaOp::variable) continue;
+            needed[n.a] = true;
+            if (n.b >= 0) needed[n.b] = true;
+        }
+        std::array<int, formula_limit> place{};
+        for (std::int32_t i = 0; i <= root && !tape.full; ++i) {
+            const FormulaNode& n = formula.nodes[i];
+            if (!needed[i]) continue;
+            if (n.op == FormulaOp::number) place[i] = tape.constant(n.value);
+            else if (n.op == FormulaOp::variable) place[i] = input[n.a];
+            else place[i] = record(tape, n.op, place[n.a], n.b < 0 ? -1 : place[n.b]);
+        }
+        return place[root];
+    }
+};
+
+template <std::size_t n>
+bool write(const Tape& t, const std::array<int, n>& outputs, Varying varying, Code& code) {
+    const auto program = detail::extract_all<static_cast<int>(n)>(t, outputs, varying);
+    return CodeWriter(program, varying, code).write();
+}
+
+constexpr Varying everything{};
+
+/// Force and velocity of a function of q and p, and whether it is separable.
+bool write_sides(const Tape& t, const std::array<int, 6>& g, Code& force, Code& velocity, bool& separable) {
+    const std::array<int, 3> q{g[0], g[1], g[2]}, p{g[3], g[4], g[5]};
+    separable = is_separable(detail::extract_all<3>(t, q, kick_varies), detail::extract_all<3>(t, p, drift_varies));
+    return write(t, q, kick_varies, force) && write(t, p, drift_varies, velocity);
+}
+
+/// multiply_through looks at an expression as a tree, which may be far larger than the list of its nodes.
+bool small_as_tree(const Tape& t, int root) {
+    std::array<double, Tape::capacity> size{};
+    for (int i = 0; i <= root; ++i) {
+        size[i] = 1;
+        if (detail::is_leaf(t.nodes[i].op)) continue;
+        for (const int operand : {t.nodes[i].a, t.nodes[i].b})
+            if (operand >= 0) size[i] += size[operand];
+    }
+    return size[root] < 5000;
+}
+
+bool write_motion(const Formula& f, Programs& p) {
+    Replay r(f);
+    Tape& t = r.tape;
+    const int excess = t.sub(r.expression(f.energy), t.constant(f.level));
+    int k = excess, pace = t.constant(1);
+    if (p.rescaled) {
+        pace = r.expression(f.rescale);
+        k = small_as_tree(t, excess) ? multiply_through(t, pace, excess) : t.mul(pace, excess);
+    }
+    if (t.full) return false;
+    const std::array<int, 6> g = record_derivatives(t, k, r.input);
+    if (t.full || !write(t, g, everything, p.derivatives)) return false;
+    return write(t, std::array{pace}, everything, p.pace) && write_sides(t, g, p.force, p.velocity, p.separable);
+}
+
+bool write_energy(const Formula& f, Programs& p) {
+    Replay r(f);
+    Tape& t = r.tape;
+    const int excess = t.sub(r.expression(f.energy), t.constant(f.level));
+    if (t.full) return false;
+    const std::array<int, 6> g = record_derivatives(t, excess, r.input);
+    const int pv = momentum_times_velocity(t, r.input, g), squares = squares_of_momentum_and_velocity(t, r.input, g);
+    return !t.full && write(t, std::array{excess}, everything, p.value) &&
+           write(t, std::array{excess, pv, squares}, everything, p.energy);
+}
+
+bool write_part(const Formula& f, int which, Programs& p) {
+    Replay r(f);
+    const int part = r.expression(f.parts[which]);
+    if (r.tape.full) return false;
+    const std::array<int, 6> g = record_derivatives(r.tape, part, r.input);
+    bool ignored;
+    return !r.tape.full && write_sides(r.tape, g, p.part_force[which], p.part_velocity[which], ignored);
+}
+
+/// An expression that is only evaluated; one that is not there is not.
+bool write_plain(const Formula& f, std::int32_t root, Code& code) {
+    if (root < 0) return true;
+    Replay r(f);
+    const int node = r.expression(root);
+    return !r.tape.full && write(r.tape, std::array{node}, everything, code);
+}
+
+}  // namespace
+
+const char* compile(const Formula& f, Programs& p) {
+    p = {};
+    p.level = f.level, p.pt = f.pt;
+    p.rescaled = f.rescale >= 0, p.parted = f.parts[0] >= 0;
+    p.bounded = f.domain >= 0, p.capturing = f.capture >= 0, p.scaled = f.length_scale >= 0;
+    if (f.node_count > formula_limit) return too_large;
+    bool fits = write_motion(f, p) && write_energy(f, p);
+    for (int i = 0; i < 2 && p.parted; ++i) fits = fits && write_part(f, i, p);
+    fits = fits && write_plain(f, f.domain, p.domain) && write_plain(f, f.capture, p.capture) &&
+           write_plain(f, f.length_scale, p.length_scale);
+    return fits ? nullptr : too_large;
+}
+
+}  // namespace kagero::formula

@@ -1,0 +1,159 @@
+/// A formula of a scene in the place of a compiled Hamiltonian: what `System` promises, by interpreting code.
+#pragma once
+
+#include "kernels/formula/interpreter.h"
+#include "kernels/formula/programs.h"
+
+namespace kagero::formula {
+
+/// Stands for the Hamiltonian. Separable ones have steps of their own; all may have parts, which `Programs::parted` knows.
+template <bool separable>
+struct AnyFormula {
+    template <class V>
+    struct Parameters {};
+    template <class V>
+    static V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>&, const V&);
+};
+
+/// Force or velocity as a function of what varies, the rest being evaluated already. Neither copied nor kept.
+template <class V>
+class Prepared {
+public:
+    Prepared(const Code& code, const State<V>& s, Varying varying) : code_(code), first_(varying.first) {
+        slots_.fill_constants(code);
+        slots_.fill_inputs(s.y, 0);
+        interpret<V, 1>(code_, 0, code_.prepared, slots_.data());
+    }
+    Prepared(const Prepared&) = delete;
+    Prepared& operator=(const Prepared&) = delete;
+    Vec3<V> operator()(const Vec3<V>& varying) {
+        V* const in = slots_.data() + first_;
+        in[0] = varying.x, in[1] = varying.y, in[2] = varying.z;
+        interpret<V, 1>(code_, code_.prepared, code_.runs, slots_.data());
+        V out[3];
+        slots_.read(code_, out, 0);
+        return {out[0], out[1], out[2]};
+    }
+
+private:
+    const Code& code_;
+    int first_;
+    Slots<V, 1> slots_;
+};
+
+/// One of the two parts H_A and H_B.
+class PartSystem {
+public:
+    static constexpr bool force_needs_p = true;
+    PartSystem(const Programs& programs, int which) : force_(programs.part_force[which]), velocity_(programs.part_velocity[which]) {}
+    template <class V>
+    Vec3<V> dq(const State<V>& s) const { return side(force_, s); }
+    template <class V>
+    Vec3<V> dp(const State<V>& s) const { return side(velocity_, s); }
+    template <class V>
+    void mixed(const State<V>& s, V* out) const { mixed_of(force_, s, out); }
+
+    template <class V>
+    static Vec3<V> side(const Code& code, const State<V>& s) {
+        V out[3];
+        evaluate(code, s.y, out);
+        return {out[0], out[1], out[2]};
+    }
+    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program.
+    template <class V>
+    static void mixed_of(const Code& force, const State<V>& s, V* out) {
+        using Forward = Dual<V, 3>;
+        Forward in[7], sides[3];
+        for (int k = 0; k < 7; ++k) in[k] = k >= 3 && k < 6 ? Forward::variable(s.y[k], k - 3) : Forward(s.y[k]);
+        evaluate(force, in, sides);
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) out[3 * i + k] = sides[i].derivative[k];
+    }
+
+private:
+    const Code &force_, &velocity_;
+};
+
+}  // namespace kagero::formula
+
+namespace kagero {
+
+template <bool is_separable, bool Rescaled, class S>
+class System<formula::AnyFormula<is_separable>, Rescaled, S> {
+    using Parts = formula::PartSystem;
+
+public:
+    using Hamiltonian = formula::AnyFormula<is_separable>;
+    static constexpr bool rescaled = Rescaled, separable = is_separable;
+    static constexpr bool force_needs_p = !separable, velocity_needs_q = !separable;
+
+    explicit System(const double* parameters) : p_(formula::programs_in(parameters)), a_(p_, 0), b_(p_, 1) {}
+    const Parts& part_a() const { return a_; }
+    const Parts& part_b() const { return b_; }
+    S level() const { return S(p_.level); }
+
+    template <class V>
+    void derivatives(const State<V>& s, V* out) const { formula::evaluate(p_.derivatives, s.y, out); }
+    /// The same at n states, several of them at a time.
+    template <class V>
+    void derivatives_of(const State<V>* s, int n, V (*out)[6]) const {
+        constexpr int together = 4;
+        const formula::Code& code = p_.derivatives;
+        formula::Slots<V, together> slots;
+        slots.fill_constants(code);
+        for (int first = 0; first < n; first += together) {
+            for (int i = 0; i < together; ++i) slots.fill_inputs(s[std::min(first + i, n - 1)].y, i);
+            formula::interpret<V, together>(code, 0, code.runs, slots.data());
+            for (int i = first; i < std::min(first + together, n); ++i) slots.read(code, out[i], i - first);
+        }
+    }
+    template <class V>
+    Vec3<V> dq(const State<V>& s) const { return Parts::side(p_.force, s); }
+    template <class V>
+    Vec3<V> dp(const State<V>& s) const { return Parts::side(p_.velocity, s); }
+    /// ∂K/∂q at the position in s, as a function of p.
+    template <class V>
+    formula::Prepared<V> prepared_force(const State<V>& s) const { return {p_.force, s, kick_varies}; }
+    /// ∂K/∂p with the momentum in s, as a function of q.
+    template <class V>
+    formula::Prepared<V> prepared_velocity(const State<V>& s) const { return {p_.velocity, s, drift_varies}; }
+    template <class V>
+    void mixed(const State<V>& s, V* out) const { Parts::mixed_of(p_.force, s, out); }
+
+    template <class V>
+    void energy(const State<V>& s, V& h, V& pv, V& size) const {
+        V out[3];
+        formula::evaluate(p_.energy, s.y, out);
+        h = out[0], pv = out[1], size = sqrt(out[2]);
+    }
+    template <class V>
+    V pace(const State<V>& s) const { return one(p_.pace, Rescaled, s.y); }
+    template <class V>
+    V domain(const State<V>& s) const { return one(p_.domain, p_.bounded, s.y); }
+    template <class V>
+    V captured(const Vec3<V>& q, const Vec3<V>& v, const V& pt) const {
+        const V in[7] = {q.x, q.y, q.z, v.x, v.y, v.z, pt};
+        return one(p_.capture, p_.capturing, in);
+    }
+    template <class V>
+    V surface(const State<V>&) const { return V(S(1)); }
+    /// The longest step from the position in s, a length.
+    template <class V>
+    V scale(const State<V>& s) const {
+        return p_.scaled ? one(p_.length_scale, true, s.y) : V(std::numeric_limits<S>::max());
+    }
+
+private:
+    /// The only output of a code, or 1 where there is none.
+    template <class V>
+    static V one(const formula::Code& code, bool present, const V* in) {
+        V out[1] = {V(S(1))};
+        if (present) formula::evaluate(code, in, out);
+        return out[0];
+    }
+
+    const formula::Programs& p_;
+    Parts a_, b_;
+};
+
+}  // namespace kagero

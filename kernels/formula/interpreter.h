@@ -1,0 +1,99 @@
+/// Evaluates code over any number type: packets of rays, single rays, and duals of both.
+#pragma once
+
+#include "kernels/formula/code.h"
+#include "kernels/numeric/dual.h"
+
+namespace kagero::formula {
+
+/// The same instruction on N sets of slots: slot i of set n is s[i·N + n]. `last` is left with the last results.
+template <Op op, class T, int N>
+KAGERO_INLINE void run_of(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
+    for (int i = 0; i < run.count; ++i) {
+        const Instruction now = instruction[i];
+        T* result = s + now.result * N;
+        const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
+        for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply<op, false, T>(a[n], b[n], c[n]);
+        if (run.keep)
+            for (int n = 0; n < N; ++n) result[n] = last[n];
+    }
+}
+template <OnLast op, class T, int N>
+KAGERO_INLINE void run_on_last(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
+    for (int i = 0; i < run.count; ++i) {
+        const Instruction now = instruction[i];
+        const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
+        for (int n = 0; n < N; ++n) {
+            if constexpr (op == OnLast::add) last[n] = last[n] + b[n];
+            else if constexpr (op == OnLast::mul) last[n] = last[n] * b[n];
+            else if constexpr (op == OnLast::rsqrt) last[n] = rsqrt(last[n]);
+            else if constexpr (op == OnLast::recip) last[n] = recip(last[n]);
+            else if constexpr (op == OnLast::mul_add) last[n] = mul_add(last[n], b[n], c[n]);
+            else if constexpr (op == OnLast::add_product) last[n] = mul_add(a[n], b[n], last[n]);
+            else if constexpr (op == OnLast::neg_mul_add) last[n] = neg_mul_add(last[n], b[n], c[n]);
+            else last[n] = neg_mul_add(a[n], b[n], last[n]);
+        }
+    }
+    T* result = s + instruction[run.count - 1].result * N;
+    if (run.keep)
+        for (int n = 0; n < N; ++n) result[n] = last[n];
+}
+
+/// Runs [first, last) of a code.
+template <class T, int N>
+__attribute__((noinline)) void interpret(const Code& code, int first, int end, T* s) {
+    T last[N];
+    for (int n = 0; n < N; ++n) last[n] = s[n];
+    for (int r = first; r < end; ++r) {
+        const Run run = code.run[r];
+        const Instruction* at = code.instruction + run.first;
+        switch (run.kind) {
+#define KAGERO_RUN(OP) \
+    case kind_of(Op::OP): run_of<Op::OP, T, N>(at, run, s, last); break;
+            KAGERO_RUN(add) KAGERO_RUN(sub) KAGERO_RUN(mul) KAGERO_RUN(neg) KAGERO_RUN(recip) KAGERO_RUN(sqrt) KAGERO_RUN(rsqrt)
+            KAGERO_RUN(exp) KAGERO_RUN(log) KAGERO_RUN(sin) KAGERO_RUN(cos) KAGERO_RUN(tan) KAGERO_RUN(tanh) KAGERO_RUN(atan2)
+            KAGERO_RUN(min) KAGERO_RUN(max) KAGERO_RUN(at_least) KAGERO_RUN(mul_add) KAGERO_RUN(mul_sub) KAGERO_RUN(neg_mul_add)
+#undef KAGERO_RUN
+#define KAGERO_RUN(OP) \
+    case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(at, run, s, last); break;
+            KAGERO_RUN(add) KAGERO_RUN(mul) KAGERO_RUN(rsqrt) KAGERO_RUN(recip) KAGERO_RUN(mul_add) KAGERO_RUN(add_product)
+            KAGERO_RUN(neg_mul_add) KAGERO_RUN(minus_product)
+#undef KAGERO_RUN
+            default: break;  // leaves are no instructions
+        }
+    }
+}
+
+/// Slots for N evaluations at a time. Memory alone: nothing is read that was not written.
+template <class T, int N>
+class Slots {
+public:
+    Slots() {}
+    T* data() { return reinterpret_cast<T*>(memory_); }
+    /// Constants, and the inputs of set n.
+    KAGERO_INLINE void fill_constants(const Code& code) {
+        for (int i = 0; i < code.constants; ++i)
+            for (int n = 0; n < N; ++n) data()[(Code::inputs + i) * N + n] = T(code.constant[i]);
+    }
+    KAGERO_INLINE void fill_inputs(const T* in, int n) {
+        for (int i = 0; i < Code::inputs; ++i) data()[i * N + n] = in[i];
+    }
+    KAGERO_INLINE void read(const Code& code, T* out, int n) {
+        for (int o = 0; o < code.outputs; ++o) out[o] = data()[code.output[o] * N + n];
+    }
+
+private:
+    alignas(64) unsigned char memory_[sizeof(T) * N * Code::greatest_slots];
+};
+
+/// inputs → outputs.
+template <class T>
+__attribute__((noinline)) void evaluate(const Code& code, const T* in, T* out) {
+    Slots<T, 1> slots;
+    slots.fill_constants(code);
+    slots.fill_inputs(in, 0);
+    interpret<T, 1>(code, 0, code.runs, slots.data());
+    slots.read(code, out, 0);
+}
+
+}  // namespace kagero::formula

@@ -1,0 +1,31 @@
+/// What a formula of a scene is compiled to; it travels as the parameters of the Hamiltonian `formula`.
+#pragma once
+
+#include "kernels/formula/code.h"
+#include "kernels/stepping/space_kernel.h"
+
+namespace kagero::formula {
+
+struct Programs {
+    Code derivatives, force, velocity;  ///< of K: H, or Ω·(H − H0)
+    Code value, energy;                 ///< H − H0; the same, p·∂H/∂p and |p|²·|∂H/∂p|²
+    Code pace, domain, capture, length_scale;
+    Code part_force[2], part_velocity[2];
+    double level, pt;
+    bool separable, parted, rescaled, bounded, capturing, scaled;
+};
+
+/// As they lie behind Job::parameters.
+inline const Programs& programs_in(const double* parameters) { return *reinterpret_cast<const Programs*>(parameters); }
+
+/// Differentiates a formula; null, or why that cannot be done.
+const char* compile(const Formula& formula, Programs& programs);
+
+/// p with ∂H/∂p along d in the same sense, and H = H0.
+Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out);
+
+/// Every kind of step on these programs. Defined in one translation unit per strategy.
+template <class V>
+const SpaceKernel<V>& space_kernel(const Programs& programs);
+
+}  // namespace kagero::formula

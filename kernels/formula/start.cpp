@@ -1,0 +1,158 @@
+// The momentum a ray starts with, for any H: p with ∂H/∂p = μ d, μ > 0, and H = H0.
+#include "kernels/formula/interpreter.h"
+#include "kernels/formula/programs.h"
+
+#include <cmath>
+
+namespace kagero::formula {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double size(const Vector& a) { return std::sqrt(dot(a, a)); }
+
+/// H − H0 at (q, p), with its first and second derivatives by p.
+struct Expansion {
+    double value;
+    Vector gradient;
+    std::array<Vector, 3> hessian;
+    bool finite() const {
+        double sum = value;
+        for (int i = 0; i < 3; ++i) sum += gradient[i] + hessian[i][0] + hessian[i][1] + hessian[i][2];
+        return std::isfinite(sum);
+    }
+};
+
+Expansion expand(const Programs& programs, const double (&q)[3], const Vector& p) {
+    using First = Dual<double, 3>;
+    using Second = Dual<First, 3>;
+    Second in[7], out[1];
+    for (int i = 0; i < 3; ++i) in[i] = Second(q[i]), in[3 + i] = Second::variable(First::variable(p[i], i), i);
+    in[6] = Second(programs.pt);
+    evaluate(programs.value, in, out);
+    Expansion e{out[0].value.value, out[0].value.derivative, {}};
+    for (int i = 0; i < 3; ++i) e.hessian[i] = out[0].derivative[i].derivative;
+    return e;
+}
+
+/// H − H0 and its first derivatives by p: far cheaper than the whole expansion.
+double slope(const Programs& programs, const double (&q)[3], const Vector& p, Vector& gradient) {
+    using First = Dual<double, 3>;
+    First in[7], out[1];
+    for (int i = 0; i < 3; ++i) in[i] = First(q[i]), in[3 + i] = First::variable(p[i], i);
+    in[6] = First(programs.pt);
+    evaluate(programs.value, in, out);
+    gradient = out[0].derivative;
+    return out[0].value;
+}
+
+/// Solves a x = b, both overwritten, by elimination with row pivoting; not finite when singular.
+template <int n>
+void solve(std::array<std::array<double, n>, n>& a, std::array<double, n>& b) {
+    for (int c = 0; c < n; ++c) {
+        int pivot = c;
+        for (int i = c + 1; i < n; ++i)
+            if (std::abs(a[i][c]) > std::abs(a[pivot][c])) pivot = i;
+        std::swap(a[c], a[pivot]), std::swap(b[c], b[pivot]);
+        for (int i = c + 1; i < n; ++i) {
+            const double factor = a[i][c] / a[c][c];
+            for (int k = c; k < n; ++k) a[i][k] -= factor * a[c][k];
+            b[i] -= factor * b[c];
+        }
+    }
+    for (int c = n - 1; c >= 0; --c) {
+        for (int k = c + 1; k < n; ++k) b[c] -= a[c][k] * b[k];
+        b[c] /= a[c][c];
+    }
+}
+
+/// H's expansion to second order taken for H itself: p + G⁻¹(μ d − g), where H = H0 gives μ. Exact, from anywhere, for H quadratic in p.
+bool quadratic_step(const Expansion& e, const Vector& d, Vector& p, double& mu) {
+    std::array<Vector, 3> a = e.hessian, b = e.hessian;
+    Vector along = d, against = e.gradient;
+    solve<3>(a, along), solve<3>(b, against);  // G⁻¹ d, G⁻¹ g
+    const double square = 2 * (0.5 * dot(e.gradient, against) - e.value) / dot(d, along);
+    if (!(square > 0) || !std::isfinite(square)) return false;
+    mu = std::sqrt(square);
+    for (int i = 0; i < 3; ++i) p[i] += mu * along[i] - against[i];
+    return std::isfinite(dot(p, p));
+}
+
+/// Newton's method for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0).
+void newton_step(const Expansion& e, const Vector& d, Vector& p, double& mu) {
+    std::array<std::array<double, 4>, 4> a{};
+    std::array<double, 4> b{};
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) a[i][k] = e.hessian[i][k];
+        a[i][3] = -d[i], a[3][i] = e.gradient[i];
+        b[i] = mu * d[i] - e.gradient[i];
+    }
+    b[3] = -e.value;
+    solve<4>(a, b);
+    for (int i = 0; i < 3; ++i) p[i] += b[i];
+    mu += b[3];
+}
+
+/// How far p is from a solution: both equations relative to their terms.
+double residual(double value, const Vector& gradient, const Vector& d, const Vector& p, double level) {
+    const double mu = dot(gradient, d);
+    if (!(mu > 0)) return std::numeric_limits<double>::infinity();
+    Vector rest;
+    for (int i = 0; i < 3; ++i) rest[i] = gradient[i] - mu * d[i];
+    return size(rest) / mu + std::abs(value) / (std::abs(dot(p, gradient)) + std::abs(level));
+}
+
+/// Polishes p until rounding stops it. False when it leads to no solution.
+bool converge(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double mu) {
+    constexpr int most = 60;
+    constexpr double enough = 1e-11, rounding = 1e-14;
+    Vector gradient;
+    const double value = slope(programs, q, p, gradient);
+    if (residual(value, gradient, d, p, programs.level) < rounding) return true;  // as H quadratic in p has it at once
+    double last = std::numeric_limits<double>::infinity();
+    Vector best = p;
+    for (int i = 0; i < most; ++i) {
+        const Expansion e = expand(programs, q, p);
+        if (!e.finite()) break;
+        const double now = residual(e.value, e.gradient, d, p, programs.level);
+        if (now >= last && last < enough) break;
+        if (now < last) best = p, last = now;
+        if (now == 0) break;
+        newton_step(e, d, p, mu);
+    }
+    p = best;
+    return last < enough;
+}
+
+}  // namespace
+
+/// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians have; then both
+/// methods from guesses along d, from |p| = 1 outward to both sides. The first solution is taken.
+Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out) {
+    out = {{q[0], q[1], q[2]}, {0, 0, 0}, programs.pt, Failure::none, false, false};
+    const double length = std::hypot(d[0], d[1], d[2]);
+    for (int i = 0; i < 3; ++i)
+        if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
+    if (!(length > 0)) return out.failure = Failure::zero_direction;
+    const Vector unit{d[0] / length, d[1] / length, d[2] / length};
+    constexpr double guesses[] = {0, 1, 0.5, 2, 0.125, 8, 1.0 / 64, 64, 1e-4, 1e4};
+    bool defined = false;
+    for (const double guess : guesses) {
+        const Vector start{guess * unit[0], guess * unit[1], guess * unit[2]};
+        const Expansion e = expand(programs, q, start);
+        if (!e.finite()) continue;
+        defined = true;
+        for (const bool quadratic : {true, false}) {
+            Vector p = start;
+            double mu = dot(e.gradient, unit);
+            if (quadratic ? !quadratic_step(e, unit, p, mu) : !(mu > 0)) continue;
+            if (!converge(programs, q, unit, p, mu)) continue;
+            for (int i = 0; i < 3; ++i) out.p[i] = p[i];
+            return Failure::none;
+        }
+    }
+    return out.failure = defined ? Failure::no_momentum : Failure::singular_start;
+}
+
+}  // namespace kagero::formula

@@ -1,0 +1,122 @@
+#include "scene/load_formula.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+/// Bits of FormulaScope::variables.
+constexpr unsigned position_bits = 0b0000111, momentum_bits = 0b0111000, all_bits = 0b1111111;
+
+Section table_in(const Section& section, const std::string& key) {
+    const Value* table = find(section, key);
+    if (table && table->kind != Value::Kind::table) fail(*table, full_name(section, key), "a table: [" + full_name(section, key) + "]");
+    return {table, full_name(section, key), table ? table->place : section.place};
+}
+
+/// Parses a key's string; `allowed` are the variables it may depend on.
+std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& name, unsigned allowed = all_bits) {
+    const std::int32_t node = parse_formula(scope, {to_text(value, name), name, value.place});
+    const unsigned others = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
+    for (std::size_t i = 0; i < formula_variables.size(); ++i) {
+        if (!((others >> i) & 1)) continue;
+        const std::string legal = allowed == position_bits ? "x y z" : "x y z pt";
+        throw InputError(value.place, name + " = " + written(value.string) + " depends on " + formula_variables[i] +
+                                          ": it may depend on " + legal + " alone");
+    }
+    return node;
+}
+
+void load_constants(const Section& section, FormulaDescription& formula) {
+    const Section table = table_in(section, "constants");
+    if (!table.table) return;
+    for (const Value& item : table.table->items) {
+        const double value = to_number(item, full_name(table, item.key), {-1e300, 1e300});
+        formula.constants.emplace_back(item.key, value);
+        if (item.key == "pt") formula.parsed.pt = value;
+        else define(formula.scope, item.key, number_node(formula.scope, value), item.key_place);
+    }
+}
+
+void load_helpers(const Section& section, FormulaDescription& formula) {
+    const Section table = table_in(section, "let");
+    if (!table.table) return;
+    for (const Value& item : table.table->items) {
+        const std::int32_t node = parse(formula.scope, item, full_name(table, item.key));
+        define(formula.scope, item.key, node, item.key_place);
+        formula.helpers.emplace_back(item.key, item.string);
+    }
+}
+
+/// Parts must sum to H: compared where both are numbers, at points that no formula is likely to treat specially.
+void check_parts(const Value& parts, const FormulaDescription& formula) {
+    constexpr int tries = 64;
+    constexpr double tolerance = 1e-10;  // rounding of a few hundred operations, and what cancels between the parts
+    double seed = 0.5;
+    const auto next = [&] { return seed = std::fmod(seed * 997.0 + 0.1234567, 1.0); };
+    for (int i = 0; i < tries; ++i) {
+        std::array<double, 7> at{};
+        for (double& x : at) x = (i % 4 + 0.5) * (2 * next() - 1);
+        at[6] = formula.parsed.pt;
+        const double h = evaluate(formula.scope, formula.parsed.energy, at);
+        const double a = evaluate(formula.scope, formula.parsed.parts[0], at), b = evaluate(formula.scope, formula.parsed.parts[1], at);
+        if (!std::isfinite(h) || !std::isfinite(a + b)) continue;
+        if (std::abs(h - a - b) <= tolerance * (1 + std::abs(h) + std::abs(a) + std::abs(b))) continue;
+        std::string point;
+        for (std::size_t k = 0; k < 6; ++k) point += (k ? ", " : "") + written(at[k]);
+        throw InputError(parts.place, "space.parts do not sum to space.H: at (x y z px py pz) = (" + point + ") they give " +
+                                          written(a) + " + " + written(b) + " where H is " + written(h));
+    }
+}
+
+void load_parts(const Section& section, FormulaDescription& formula) {
+    const Value* parts = find(section, "parts");
+    if (!parts) return;
+    if (parts->kind != Value::Kind::array || parts->items.size() != 2) fail(*parts, "space.parts", "an array of two formulas, H_A and H_B");
+    for (std::size_t i = 0; i < 2; ++i) {
+        formula.parsed.parts[i] = parse(formula.scope, parts->items[i], "space.parts[" + std::to_string(i) + ']');
+        formula.parts.push_back(parts->items[i].string);
+    }
+    check_parts(*parts, formula);
+}
+
+std::int32_t load_optional(const Section& section, const std::string& key, FormulaDescription& formula, std::string& text) {
+    const Value* value = find(section, key);
+    if (!value) return -1;
+    text = to_text(*value, full_name(section, key));
+    return parse(formula.scope, *value, full_name(section, key), all_bits & ~momentum_bits);
+}
+
+}  // namespace
+
+FormulaDescription load_formula(const Section& section) {
+    only_keys(section, {"hamiltonian", "center", "H", "H0", "parts", "domain", "capture", "length_scale", "constants", "let"});
+    FormulaDescription formula;
+    formula.scope = formula_scope();
+    const Value& energy = need(section, "H");
+    formula.energy = to_text(energy, "space.H");
+    formula.place = energy.place;
+    load_constants(section, formula);
+    load_helpers(section, formula);
+    formula.parsed.energy = parse(formula.scope, energy, "space.H");
+    const unsigned variables = formula.scope.variables[static_cast<std::size_t>(formula.parsed.energy)];
+    if (!(variables & momentum_bits)) fail(energy, "space.H", "a formula in which px, py or pz occurs: dq/dλ = ∂H/∂p");
+    read(section, "H0", formula.level, {-1e300, 1e300});
+    formula.parsed.level = formula.level;
+    load_parts(section, formula);
+    formula.parsed.domain = load_optional(section, "domain", formula, formula.domain);
+    formula.parsed.capture = load_optional(section, "capture", formula, formula.capture);
+    formula.parsed.length_scale = load_optional(section, "length_scale", formula, formula.length_scale);
+    return formula;
+}
+
+void load_rescaling(const Value& rescale, FormulaDescription& formula) {
+    if (rescale.string == "auto" || rescale.string == "none") return;
+    FormulaScope& scope = formula.scope;
+    const bool taken = std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
+    if (!taken) define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.place}), rescale.place);
+    formula.parsed.rescale = parse(scope, rescale, "integrator.rescale", position_bits);
+}
+
+}  // namespace kagero

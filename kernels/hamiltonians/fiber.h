@@ -6,19 +6,19 @@ namespace kagero::hamiltonians {
 
 /// A graded-index fibre: rays swing about its axis like a pendulum.
 ///
-///     H = ½ (|p|² − N²),  N² = n0² (1 − α (x² + y²))     Snyder & Love (1983), §1-8
+///     H = ½ (|p|² − N²),  N² = n0² (1 − α² (x² + y²))     Snyder & Love (1983), §1-8
 ///
-/// Cartesian coordinates, axis z, H0 = 0. x and y are harmonic with angular frequency n0 √α in τ. Conserved: p_z, x p_y − y p_x.
+/// Cartesian coordinates, axis z, H0 = 0. x and y are harmonic with angular frequency n0 α in τ. Conserved: p_z, x p_y − y p_x.
 /// Domain: N² > 0; beyond it no ray can go.
 struct Fiber : IndexMedium<Fiber> {
     static constexpr const char* name = "fiber";
     static constexpr const char* what = "graded-index fibre along z";
-    static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = n0^2 (1 - alpha (x^2 + y^2))";
+    static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = n0^2 (1 - alpha^2 (x^2 + y^2))";
     static constexpr const char* source = "Born & Wolf, Principles of Optics; Snyder & Love (1983), sec. 1-8";
     static constexpr const char* conserved = "pz, x py - y px";
     static constexpr std::array parameters{
         ParameterInfo{"n0", 1.5, 0, unlimited, true, "1", "index on the axis"},
-        ParameterInfo{"alpha", 0.1, 0, unlimited, true, "1/length^2", "fall of N^2 across the fibre"},
+        ParameterInfo{"alpha", 0.3, 0, unlimited, true, "1/length", "fall of the index across the fibre"},
     };
     static constexpr double step = 0.05;
 
@@ -29,8 +29,8 @@ struct Fiber : IndexMedium<Fiber> {
 
     template <class V>
     static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
-        const V n2 = k.n0 * k.n0;
-        return n2 - n2 * k.alpha * (q.x * q.x + q.y * q.y);
+        const V n2 = k.n0 * k.n0, slope = k.n0 * k.alpha;
+        return n2 - slope * slope * (q.x * q.x + q.y * q.y);
     }
 };
 

@@ -103,7 +103,7 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
         for (int k = 0; k < 3; ++k) set_lane(flow_.start.y[k], i, S(r.q[k])), set_lane(flow_.start.y[3 + k], i, S(r.p[k]));
         set_lane(flow_.start.y[6], i, S(r.pt));
     }
-    flow_.want_energy = (job_.outputs & output_energy) != 0 || job_.path_sink;
+    flow_.want_energy = !task_.straight && ((job_.outputs & output_energy) != 0 || job_.path_sink);
     flow_.test_energy = !task_.straight;
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
@@ -249,7 +249,7 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounte
 /// Lanes that have stepped across the surface where H is not smooth: they are to end on it. A step that starts on it has not crossed it.
 template <class V>
 std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
-    const V on(S(64) * machine_epsilon<S>);
+    const V on(S(16) * machine_epsilon<S>);
     return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
 }
 
@@ -415,43 +415,6 @@ void PacketTracer<V>::retire_far_out(const RayStart& start, int lane) {
     e.pt = start.pt, e.parameter = e.energy_error = 0;
 }
 
-/// Writes the end of a ray from the end of the step in `f`.
-template <class V>
-void PacketTracer<V>::retire(const Flow<V>& f, int lane, Status status, Failure failure) {
-    RayEnd& e = *ends_[lane];
-    e = {};
-    for (int k = 0; k < 3; ++k) e.q[k] = double(get_lane(f.end.y[k], lane)), e.p[k] = double(get_lane(f.end.y[3 + k], lane));
-    const Vec3<double> v{double(get_lane(f.end_velocity.x, lane)), double(get_lane(f.end_velocity.y, lane)),
-                         double(get_lane(f.end_velocity.z, lane))};
-    const double speed = norm(v), inverse = speed > 0 && std::isfinite(speed) ? 1 / speed : 0;
-    e.v[0] = v.x * inverse, e.v[1] = v.y * inverse, e.v[2] = v.z * inverse;
-    e.pt = double(get_lane(f.start.y[6], lane));
-    e.parameter = double(get_lane(f.end_parameter, lane));
-    e.energy_error = double(get_lane(worst_energy_, lane));
-    e.steps = static_cast<std::uint32_t>(get_lane(steps_, lane));
-    e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, lane));
-    e.status = status, e.failure = failure;
-    counters_.steps += e.steps, counters_.gradients += e.gradients;
-    if (job_.path_sink && e.steps > 0) report_path(f, std::uint64_t(1) << lane, false);
-}
-
-template <class V>
-void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start) {
-    if (!job_.path_sink) return;
-    const State<V>& state = at_start ? f.start : f.end;
-    const Vec3<V>& velocity = at_start ? f.start_velocity : f.end_velocity;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        PathPoint point{};
-        point.ray = numbers_[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(steps_, i));
-        point.parameter = double(get_lane(at_start ? f.start_parameter : f.end_parameter, i));
-        for (int k = 0; k < 3; ++k) point.q[k] = double(get_lane(state.y[k], i)), point.p[k] = double(get_lane(state.y[3 + k], i));
-        const Vec3<double> v{double(get_lane(velocity.x, i)), double(get_lane(velocity.y, i)), double(get_lane(velocity.z, i))};
-        const double inverse = 1 / norm(v);
-        point.v[0] = v.x * inverse, point.v[1] = v.y * inverse, point.v[2] = v.z * inverse;
-        point.pt = double(get_lane(f.start.y[6], i)), point.energy = double(get_lane(f.energy, i));
-        job_.path_sink(job_.path_user, &point);
-    }
-}
-
 }  // namespace kagero
+
+#include "kernels/tracing/ray_ends.h"

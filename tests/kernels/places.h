@@ -14,7 +14,7 @@ struct Place {
 
 inline constexpr Place places[] = {
     {"duct", {0.375, 0.25, 1.0}, 0.8, 1.25},          // |z|³ is not smooth at z = 0
-    {"fiber", {0.75, -0.5, 0.25}, 4.8, 1.75},         // no ray beyond x² + y² = 10
+    {"fiber", {0.75, -0.5, 0.25}, 4.8, 1.75},         // no ray beyond x² + y² = 11
     {"fisheye", {0.5, 0.25, 0.375}, 0.6, 1.5},        // R = 1
     {"gradient", {0.5, 0.25, 0.375}, 3.2, 4},         // no ray above z = 10
     {"kerr", {5.125, 0.375, 0.75}, 4, 8},             // M = 1: photon orbits up to r = 4

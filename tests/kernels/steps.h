@@ -147,12 +147,11 @@ enum class Motion { straight, uniform, linear, general };
 /// Found by trying: derivatives at random states and at the states halfway between. Compositions begin with both gradients of H.
 template <class H>
 Motion motion_in() {
-    auto steps = Steps<double>::in<H>(method_named("euler"), false);
+    const System<H, false, double> system(default_parameters<H>().data());
     const auto rays = random_rays<H>(12, 17);
     const auto gradient = [&](const State<double>& s) {
-        steps.begin(s, 0.0);
         std::array<double, 6> g;
-        for (int k = 0; k < 6; ++k) g[k] = steps.flow.stage[k / 3][k % 3];
+        system.derivatives(s, g.data());
         return g;
     };
     double force = 0, change = 0, bend = 0, size = 0;

@@ -96,6 +96,7 @@ private:
     KAGERO_INLINE static void finish_state(Flow<V>& f, const V (&g)[room][6], const GaussNumbers<S>& w, int s) {
         V total[6];
         sum(g, w.b, s, total);
+        f.end.y[6] = f.start.y[6];
         for (int k = 0; k < 6; ++k) {
             const int from = k < 3 ? k + 3 : k - 3;
             const V change = k < 3 ? mul_add(f.h, total[from], f.carry[k]) : neg_mul_add(f.h, total[from], f.carry[k]);

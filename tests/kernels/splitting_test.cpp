@@ -72,7 +72,7 @@ TYPED_TEST(Splitting, FlowInClosedFormIsTheFlow) {
                 const State<Quad> coarse = by_steps(system, start, t, 8), fine = by_steps(system, start, t, 16);
                 const Quad end[6] = {q.x, q.y, q.z, p.x, p.y, p.z};
                 for (int i = 0; i < 6; ++i) {
-                    const Quad tolerance = abs(fine.y[i] - coarse.y[i]) + 1e5 * machine_epsilon<Quad> * (1 + abs(fine.y[i]));
+                    const Quad tolerance = abs(fine.y[i] - coarse.y[i]) + 1000 * machine_epsilon<Quad> * (1 + abs(fine.y[i]));
                     EXPECT_LE(static_cast<double>(abs(end[i] - fine.y[i]) / tolerance), 1) << "component " << i << " at t = " << t;
                 }
                 ++compared;

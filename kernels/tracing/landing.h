@@ -92,7 +92,8 @@ private:
             const V before = flow.gradients;
             step(flow);
             flow.gradients = pick(i == 0 ? mask : open, flow.gradients, before);
-            const V newton = level_.value(flow.end.q()) / (level_.slope(flow.end.q(), flow.end_velocity) * full);
+            const V off = level_.value(flow.end.q());
+            const V newton = off / (level_.slope(flow.end.q(), flow.end_velocity) * full);
             const V secant = flow.domain * (s_ - last_s) / (flow.domain - last_domain);
             inside = pick(flow.domain > V(S(0)), s_, inside), outside = pick(flow.domain > V(S(0)), outside, s_);
             const V middle = V(S(0.5)) * (inside + outside), guess = s_ - secant;
@@ -100,7 +101,9 @@ private:
             last_s = s_, last_domain = flow.domain;
             const MaskOf<V> usable = (flow.solved | edge) & is_finite(change) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);
-            open = open & usable & (abs(change) > close);
+            // On the surface to rounding: of a slow ray no fraction is better.
+            const MaskOf<V> on = (!edge) & (abs(off) <= close * (abs(flow.end.y[0]) + abs(flow.end.y[1]) + abs(flow.end.y[2])));
+            open = open & usable & (abs(change) > close) & !on;
             if (!any(open)) break;
             if (i + 1 == max_corrections) lost |= to_bits(open & (abs(change) > V(S(1024) * close)));
             else s_ = pick(open, max(min(s_ - change, V(S(1.25))), V(S(-0.25))), s_);

@@ -161,7 +161,7 @@ struct Uniforms {
     S values[P.uniforms + 1];
     explicit Uniforms(const double* parameters) {
         using Wide = decltype(S() + 1.0);
-        Wide wide[P.uniforms + 1], k[parameter_limit];
+        Wide wide[P.uniforms + 1] = {}, k[parameter_limit] = {};
         for (int i = 0; i < P.parameters(); ++i) k[i] = Wide(parameters[i]);
         fill_uniforms<P>(k, wide);
         for (int i = 0; i < P.uniforms; ++i) values[i] = S(wide[i]);

@@ -30,7 +30,7 @@ public:
         V* const in = slots_.data() + first_;
         in[0] = varying.x, in[1] = varying.y, in[2] = varying.z;
         interpret<V, 1>(code_, code_.prepared, code_.runs, slots_.data());
-        V out[3];
+        V out[3] = {};
         slots_.read(code_, out, 0);
         return {out[0], out[1], out[2]};
     }
@@ -55,7 +55,7 @@ public:
 
     template <class V>
     static Vec3<V> side(const Code& code, const State<V>& s) {
-        V out[3];
+        V out[3] = {};
         evaluate(code, s.y, out);
         return {out[0], out[1], out[2]};
     }
@@ -122,7 +122,7 @@ public:
 
     template <class V>
     void energy(const State<V>& s, V& h, V& pv, V& size) const {
-        V out[3];
+        V out[3] = {};
         formula::evaluate(p_.energy, s.y, out);
         h = out[0], pv = out[1], size = sqrt(out[2]);
     }

@@ -101,9 +101,7 @@ private:
             last_s = s_, last_domain = flow.domain;
             const MaskOf<V> usable = (flow.solved | edge) & is_finite(change) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);
-            // On the surface to rounding: of a slow ray no fraction is better.
-            const MaskOf<V> on = (!edge) & (abs(off) <= V(machine_epsilon<S>) * (abs(flow.end.y[0]) + abs(flow.end.y[1]) + abs(flow.end.y[2])));
-            open = open & usable & (abs(change) > close) & !on;
+            open = open & usable & (abs(change) > close);
             if (!any(open)) break;
             if (i + 1 == max_corrections) lost |= to_bits(open & (abs(change) > V(S(1024) * close)));
             else s_ = pick(open, max(min(s_ - change, V(S(1.25))), V(S(-0.25))), s_);

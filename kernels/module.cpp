@@ -11,14 +11,15 @@ namespace {
 template <class H>
 constexpr HamiltonianInfo info_of() {
     return {H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
-            H::spacetime, Rescalable<H>, H::level, H::method, H::step};
+            H::spacetime, Rescalable<H>, H::level, H::method, H::step,
+            Bounded<H>, Capturing<H>, Creased<H>, Scaled<H>, System<H, false, double>::separable};
 }
 constexpr HamiltonianInfo hamiltonian_infos[] = {
 #define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
     {"formula", "any Hamiltonian, written in the scene", "space.H = \"...\" in x y z px py pz pt", "docs/hamiltonians.md", "",
-     nullptr, 0, false, false, 0, "gauss8", 0.1},
+     nullptr, 0, false, false, 0, "gauss8", 0.1, true, true, false, true, false},
 };
 constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 

@@ -2,6 +2,7 @@
 #include "plan_fixture.h"
 #include "program.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero::test {

@@ -4,6 +4,7 @@
 #include "scene/texture.h"
 #include "scene_fixture.h"
 
+#include <algorithm>
 #include <numbers>
 #include <random>
 

@@ -11,6 +11,7 @@
 #include <boost/math/special_functions/ellint_1.hpp>
 #include <boost/math/special_functions/jacobi_elliptic.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

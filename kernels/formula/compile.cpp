@@ -119,19 +119,13 @@ bool write_motion(const Formula& f, Programs& p) {
     }
     if (t.full) return false;
     const std::array<int, 6> g = record_derivatives(t, k, r.input);
-    if (t.full || !write(t, g, everything, p.derivatives)) return false;
+    std::array<int, surveyed> survey = record_survey(t, r.input, k, pace, f.level, g);
+    if (f.domain >= 0) survey[6] = r.expression(f.domain);
+    if (f.capture >= 0) survey[7] = r.expression(f.capture);
+    if (f.length_scale >= 0) survey[9] = r.expression(f.length_scale);
+    if (t.full || !write(t, std::array{excess}, everything, p.value)) return false;
+    if (!write(t, g, everything, p.derivatives) || !write(t, survey, everything, p.survey)) return false;
     return write(t, std::array{pace}, everything, p.pace) && write_sides(t, g, p.force, p.velocity, p.separable);
-}
-
-bool write_energy(const Formula& f, Programs& p) {
-    Replay r(f);
-    Tape& t = r.tape;
-    const int excess = t.sub(r.expression(f.energy), t.constant(f.level));
-    if (t.full) return false;
-    const std::array<int, 6> g = record_derivatives(t, excess, r.input);
-    const int pv = momentum_times_velocity(t, r.input, g), squares = squares_of_momentum_and_velocity(t, r.input, g);
-    return !t.full && write(t, std::array{excess}, everything, p.value) &&
-           write(t, std::array{excess, pv, squares}, everything, p.energy);
 }
 
 bool write_part(const Formula& f, int which, Programs& p) {
@@ -143,26 +137,16 @@ bool write_part(const Formula& f, int which, Programs& p) {
     return !r.tape.full && write_sides(r.tape, g, p.part_force[which], p.part_velocity[which], ignored);
 }
 
-/// An expression that is only evaluated; one that is not there is not.
-bool write_plain(const Formula& f, std::int32_t root, Code& code) {
-    if (root < 0) return true;
-    Replay r(f);
-    const int node = r.expression(root);
-    return !r.tape.full && write(r.tape, std::array{node}, everything, code);
-}
-
 }  // namespace
 
 const char* compile(const Formula& f, Programs& p) {
     p = {};
     p.level = f.level, p.pt = f.pt;
     p.rescaled = f.rescale >= 0, p.parted = f.parts[0] >= 0;
-    p.bounded = f.domain >= 0, p.capturing = f.capture >= 0, p.scaled = f.length_scale >= 0;
+    p.scaled = f.length_scale >= 0;
     if (f.node_count > formula_limit) return too_large;
-    bool fits = write_motion(f, p) && write_energy(f, p);
+    bool fits = write_motion(f, p);
     for (int i = 0; i < 2 && p.parted; ++i) fits = fits && write_part(f, i, p);
-    fits = fits && write_plain(f, f.domain, p.domain) && write_plain(f, f.capture, p.capture) &&
-           write_plain(f, f.length_scale, p.length_scale);
     return fits ? nullptr : too_large;
 }
 

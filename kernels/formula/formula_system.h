@@ -86,6 +86,7 @@ public:
     using Hamiltonian = formula::AnyFormula<is_separable>;
     static constexpr bool rescaled = Rescaled, separable = is_separable;
     static constexpr bool force_needs_p = !separable, velocity_needs_q = !separable;
+    static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;
 
     explicit System(const double* parameters) : p_(formula::programs_in(parameters)), a_(p_, 0), b_(p_, 1) {}
     const Parts& part_a() const { return a_; }
@@ -121,37 +122,26 @@ public:
     void mixed(const State<V>& s, V* out) const { Parts::mixed_of(p_.force, s, out); }
 
     template <class V>
-    void energy(const State<V>& s, V& h, V& pv, V& size) const {
-        V out[3] = {};
-        formula::evaluate(p_.energy, s.y, out);
-        h = out[0], pv = out[1], size = sqrt(out[2]);
+    V energy(const State<V>& s) const {
+        V out[1] = {};
+        formula::evaluate(p_.value, s.y, out);
+        return out[0];
     }
     template <class V>
-    V pace(const State<V>& s) const { return one(p_.pace, Rescaled, s.y); }
-    template <class V>
-    V domain(const State<V>& s) const { return one(p_.domain, p_.bounded, s.y); }
-    template <class V>
-    V captured(const Vec3<V>& q, const Vec3<V>& v, const V& pt) const {
-        const V in[7] = {q.x, q.y, q.z, v.x, v.y, v.z, pt};
-        return one(p_.capture, p_.capturing, in);
+    V pace(const State<V>& s) const {
+        V out[1] = {V(S(1))};
+        if (Rescaled) formula::evaluate(p_.pace, s.y, out);
+        return out[0];
     }
     template <class V>
-    V surface(const State<V>&) const { return V(S(1)); }
-    /// The longest step from the position in s, a length.
-    template <class V>
-    V scale(const State<V>& s) const {
-        return p_.scaled ? one(p_.length_scale, true, s.y) : V(std::numeric_limits<S>::max());
+    Survey<V> survey(const State<V>& s) const {
+        V out[surveyed] = {};
+        formula::evaluate(p_.survey, s.y, out);
+        const V scale = p_.scaled ? out[9] : V(std::numeric_limits<S>::max());
+        return {{out[0], out[1], out[2]}, out[3], out[4], out[5], out[6], out[7], out[8], scale};
     }
 
 private:
-    /// The only output of a code, or 1 where there is none.
-    template <class V>
-    static V one(const formula::Code& code, bool present, const V* in) {
-        V out[1] = {V(S(1))};
-        if (present) formula::evaluate(code, in, out);
-        return out[0];
-    }
-
     const formula::Programs& p_;
     Parts a_, b_;
 };

@@ -8,11 +8,11 @@ namespace kagero::formula {
 
 struct Programs {
     Code derivatives, force, velocity;  ///< of K: H, or Ω·(H − H0)
-    Code value, energy;                 ///< H − H0; the same, p·∂H/∂p and |p|²·|∂H/∂p|²
-    Code pace, domain, capture, length_scale;
+    Code value;                         ///< H − H0
+    Code pace, survey;
     Code part_force[2], part_velocity[2];
     double level, pt;
-    bool separable, parted, rescaled, bounded, capturing, scaled;
+    bool separable, parted, rescaled, scaled;
 };
 
 /// As they lie behind Job::parameters.

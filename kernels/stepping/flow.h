@@ -16,9 +16,10 @@ struct Flow {
     V start_domain;            ///< `domain` at the start
     V start_side;              ///< `side` at the start
     V start_scale;             ///< `scale` at the start
-    V start_energy_size;       ///< `energy_size` at the start
+    V start_energy_terms;      ///< `energy_terms` at the start
     bool want_parameter = false;
-    bool want_energy = false;
+    bool want_energy = false;  ///< `energy_error` is wanted
+    bool want_path = false;    ///< `energy` is wanted
     bool test_energy = false;  ///< `energy_holds` is wanted
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
     ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
@@ -29,7 +30,7 @@ struct Flow {
     V end_parameter;
     V energy_error;            ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;                  ///< H at the end
-    V energy_size;             ///< |p||∂H/∂p| + |H0| at the end
+    V energy_terms;            ///< Survey::terms at the end
     MaskOf<V> energy_holds;    ///< the step has not lost H
     V domain;                  ///< ≤ 0 where the ray has left the medium at the end
     V side;                    ///< changes sign where H is not smooth

@@ -20,6 +20,8 @@ struct SpaceKernel {
     bool creased;
     /// No step may be longer than Flow::scale.
     bool scaled;
+    /// Rays end where Flow::domain, or Flow::captured, is not positive.
+    bool bounded, capturing;
     /// Per kind: null where it serves this Hamiltonian, else why not.
     const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.

@@ -30,47 +30,28 @@ const System& system_in(const SystemStorage& storage) {
 template <class S>
 inline constexpr S greatest_loss = S(0.1);
 
-/// |H − H0| relative to the size of H's terms, at state s.
-template <class System, class V>
-V watch_energy(const System& system, const State<V>& s, Flow<V>& f) {
-    using S = ScalarOf<V>;
-    V excess, pv, size;
-    system.energy(s, excess, pv, size);
-    const S level = system.level();
-    f.energy = excess + V(level);
-    f.energy_size = size + V(level < 0 ? -level : level);
-    f.energy_error = abs(excess) / (abs(pv) + V(level < 0 ? -level : level));
-    return abs(excess);
-}
-
-/// Whether a system bounds its steps.
-template <class System, class V>
-concept BoundsSteps = requires(const System& system, const State<V>& s) { system.scale(s); };
-
 /// What the loop wants to know of the start of a ray. Not inlined, so that all kinds of step share it; so is `arrive`.
 template <class System, class V>
 __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
-    f.start_velocity = system.dp(f.start);
-    f.start_domain = f.domain = system.domain(f.start);
-    f.start_side = f.side = system.surface(f.start);
-    f.captured = system.captured(f.start.q(), f.start_velocity, f.start.y[6]);
-    if constexpr (BoundsSteps<System, V>) f.start_scale = system.scale(f.start);
-    if (f.want_energy || f.test_energy) watch_energy(system, f.start, f), f.start_energy_size = f.energy_size;
+    const Survey<V> here = system.survey(f.start);
+    f.start_velocity = here.velocity, f.start_energy_terms = here.terms;
+    f.start_domain = f.domain = here.domain, f.captured = here.captured;
+    f.start_side = f.side = here.side, f.start_scale = here.scale;
+    if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
+    if (f.want_path) f.energy = system.energy(f.start) + V(ScalarOf<V>(system.level()));
 }
 /// … and of the end of a step.
 template <class System, class V>
 __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
+    using S = ScalarOf<V>;
     f.end.y[6] = f.start.y[6];
-    f.end_velocity = system.dp(f.end);
-    f.domain = system.domain(f.end);
-    if constexpr (Creased<typename System::Hamiltonian>) f.side = system.surface(f.end);
-    if constexpr (BoundsSteps<System, V>) f.scale = system.scale(f.end);
-    if (f.want_energy || f.test_energy) {
-        // Relative to the greater of both ends: where a ray turns back, p may vanish.
-        const V lost = watch_energy(system, f.end, f);
-        f.energy_holds = lost <= V(greatest_loss<ScalarOf<V>>) * max(f.energy_size, f.start_energy_size);
-    }
-    f.captured = system.captured(f.end.q(), f.end_velocity, f.start.y[6]);
+    const Survey<V> here = system.survey(f.end);
+    f.end_velocity = here.velocity, f.energy_terms = here.terms;
+    f.domain = here.domain, f.captured = here.captured, f.side = here.side, f.scale = here.scale;
+    // Relative to the greater of both ends: where a ray turns back, p may vanish.
+    f.energy_holds = here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * max(here.terms, f.start_energy_terms);
+    if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
+    if (f.want_path) f.energy = system.energy(f.end) + V(S(system.level()));
 }
 
 template <class System, class Step, class V>
@@ -90,7 +71,7 @@ void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coeffici
 /// Where the slope of H jumps steps end; a derivative taken there, or in a stage that reaches across, is that of the wrong side.
 template <class System, class Step>
 constexpr const char* refusal() {
-    if constexpr (Creased<typename System::Hamiltonian> && !requires { Step::stages_inside; })
+    if constexpr (System::creased && !requires { Step::stages_inside; })
         return "it takes derivatives on the surface where the slope of this H jumps, and loses its order there";
     else
         return Step::template refusal<System>();
@@ -99,8 +80,8 @@ constexpr const char* refusal() {
 template <class System, class V>
 constexpr SpaceKernel<V> make_space_kernel() {
     SpaceKernel<V> kernel{};
-    kernel.creased = Creased<typename System::Hamiltonian>;
-    kernel.scaled = BoundsSteps<System, V>;
+    kernel.creased = System::creased, kernel.scaled = System::scaled;
+    kernel.bounded = System::bounded, kernel.capturing = System::capturing;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {

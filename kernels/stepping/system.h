@@ -78,10 +78,28 @@ constexpr int momentum_times_velocity(Tape& t, const std::array<int, 7>& input, 
     return t.add(t.add(t.mul(input[3], gradient[3]), t.mul(input[4], gradient[4])), t.mul(input[5], gradient[5]));
 }
 
-/// |p|²·|∂H/∂p|².
-constexpr int squares_of_momentum_and_velocity(Tape& t, const std::array<int, 7>& input, const std::array<int, 6>& gradient) {
+/// What the tracing loop looks at wherever a step ends.
+template <class V>
+struct Survey {
+    Vec3<V> velocity;  ///< ∂K/∂p
+    V excess, size;    ///< K, and |p·∂K/∂p| + |Ω H0|
+    V terms;           ///< |p|²|∂K/∂p|² + (Ω H0)², which vanishes for no ray
+    V domain;          ///< ≤ 0 beyond the edge of the medium
+    V captured;        ///< ≤ 0 where a ray is captured
+    V side;            ///< changes sign where H is not smooth
+    V scale;           ///< no step from here may be longer
+};
+inline constexpr int surveyed = 10;
+
+/// The places of a survey on a tape, in the order of `Survey`; of what a Hamiltonian does not state, the number 1.
+constexpr std::array<int, surveyed> record_survey(Tape& t, const std::array<int, 7>& input, int hamiltonian, int pace, double level,
+                                                  const std::array<int, 6>& gradient) {
     const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
-    return t.mul(square(input[3], input[4], input[5]), square(gradient[3], gradient[4], gradient[5]));
+    const auto size = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
+    const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(pace, t.constant(level)), one = t.constant(1);
+    const int squares = t.mul(square(input[3], input[4], input[5]), square(gradient[3], gradient[4], gradient[5]));
+    return {gradient[3], gradient[4], gradient[5], hamiltonian, t.add(size(moving), size(resting)),
+            t.add(squares, t.mul(resting, resting)), one, one, one, one};
 }
 
 /// The gradient by x y z px py pz.
@@ -106,12 +124,9 @@ template <class H, bool Rescaled>
 struct Master {
     Tape tape{};
     std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
-    std::array<int, 3> energy{};    ///< H − H0, p·∂H/∂p and |p|²|∂H/∂p|² (of H: present where not Rescaled)
+    std::array<int, 1> energy{};    ///< H − H0 (of H: present where not Rescaled)
     std::array<int, 1> pace{};      ///< Ω
-    std::array<int, 1> domain{};    ///< the edge of the medium, or 1 where there is none
-    std::array<int, 1> captured{};  ///< the capture condition, with the velocity in the place of p, or 1
-    std::array<int, 1> surface{};   ///< zero where H is not smooth, or 1
-    std::array<int, 1> scale{};     ///< the longest step, or 1 where H bounds none
+    std::array<int, surveyed> survey{};
 
     constexpr Master() {
         Tape& t = tape;
@@ -119,16 +134,14 @@ struct Master {
         const int k = r.hamiltonian(t, Rescaled);
         gradient = record_derivatives(t, k, r.input);
         pace = {r.rescale};
-        domain = captured = surface = scale = {t.constant(1)};
-        if constexpr (!Rescaled) {
-            energy[0] = r.energy;
-            energy[1] = momentum_times_velocity(t, r.input, gradient);
-            energy[2] = squares_of_momentum_and_velocity(t, r.input, gradient);
-            if constexpr (Bounded<H>) domain = {H::domain(make_parameters<H>(r.k), r.q).on(t)};
-            if constexpr (Capturing<H>) captured = {H::captured(make_parameters<H>(r.k), r.q, r.p, Recorded(&t, r.input[6])).on(t)};
-            if constexpr (Creased<H>) surface = {H::surface(make_parameters<H>(r.k), r.q).on(t)};
-            if constexpr (Scaled<H>) scale = {H::length_scale(make_parameters<H>(r.k), r.q).on(t)};
-        }
+        survey = record_survey(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
+        if constexpr (!Rescaled) energy = {r.energy};
+        const auto parameters = make_parameters<H>(r.k);
+        const Vec3<Recorded> velocity{{&t, gradient[3]}, {&t, gradient[4]}, {&t, gradient[5]}};
+        if constexpr (Bounded<H>) survey[6] = H::domain(parameters, r.q).on(t);
+        if constexpr (Capturing<H>) survey[7] = H::captured(parameters, r.q, velocity, Recorded(&t, r.input[6])).on(t);
+        if constexpr (Creased<H>) survey[8] = H::surface(parameters, r.q).on(t);
+        if constexpr (Scaled<H>) survey[9] = H::length_scale(parameters, r.q).on(t);
     }
     constexpr std::array<int, 3> side(int from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
 };
@@ -146,14 +159,8 @@ template <class H>
 inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
 template <class H>
 inline constexpr auto rescale_program = extract<master<H, false>, master<H, false>.pace>();
-template <class H>
-inline constexpr auto domain_program = extract<master<H, false>, master<H, false>.domain>();
-template <class H>
-inline constexpr auto captured_program = extract<master<H, false>, master<H, false>.captured>();
-template <class H>
-inline constexpr auto surface_program = extract<master<H, false>, master<H, false>.surface>();
-template <class H>
-inline constexpr auto scale_program = extract<master<H, false>, master<H, false>.scale>();
+template <class H, bool Rescaled>
+inline constexpr auto survey_program = extract<master<H, Rescaled>, master<H, Rescaled>.survey>();
 
 /// A program's uniforms, as numbers of type S, computed in double at least.
 template <const auto& P, class S>
@@ -212,11 +219,12 @@ public:
     static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
     static constexpr bool separable = is_separable(force_, velocity_);
+    /// What of a survey is more than the number 1.
+    static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, creased = Creased<H>, scaled = Scaled<H>;
 
     explicit System(const double* parameters)
         : numbers_(parameters), parts_(parameters), derivatives_u_(parameters), force_u_(parameters), velocity_u_(parameters),
-          energy_u_(parameters), rescale_u_(parameters), domain_u_(parameters), captured_u_(parameters),
-          surface_u_(parameters), scale_u_(parameters) {}
+          energy_u_(parameters), rescale_u_(parameters), survey_u_(parameters) {}
     /// H0.
     static constexpr S level() { return S(H::level); }
     /// The parts H_A and H_B as systems of their own.
@@ -249,48 +257,24 @@ public:
         for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(numbers_.k[i]);
         return make_parameters<H>(k);
     }
-    /// H − H0, p·∂H/∂p and |p||∂H/∂p|, of the Hamiltonian itself.
+    /// H − H0, of the Hamiltonian itself.
     template <class V>
-    KAGERO_INLINE void energy(const State<V>& s, V& h, V& pv, V& size) const {
-        V out[3];
+    KAGERO_INLINE V energy(const State<V>& s) const {
+        V out[1];
         run<energy_program<H>>(energy_u_.values, s.y, out);
-        h = out[0], pv = out[1], size = sqrt(out[2]);
+        return out[0];
+    }
+    template <class V>
+    KAGERO_INLINE Survey<V> survey(const State<V>& s) const {
+        V out[surveyed];
+        run<survey_program<H, Rescaled>>(survey_u_.values, s.y, out);
+        return {{out[0], out[1], out[2]}, out[3], out[4], out[5], out[6], out[7], out[8], out[9]};
     }
     /// dλ/dτ at the position in s.
     template <class V>
     KAGERO_INLINE V pace(const State<V>& s) const {
         V out[1] = {V(S(1))};
         if constexpr (Rescaled) run<rescale_program<H>>(rescale_u_.values, s.y, out);
-        return out[0];
-    }
-    /// ≤ 0 beyond the edge of the medium.
-    template <class V>
-    KAGERO_INLINE V domain(const State<V>& s) const {
-        V out[1];
-        run<domain_program<H>>(domain_u_.values, s.y, out);
-        return out[0];
-    }
-    /// ≤ 0 where a ray at q that moves along v is captured.
-    template <class V>
-    KAGERO_INLINE V captured(const Vec3<V>& q, const Vec3<V>& v, const V& pt) const {
-        const V in[7] = {q.x, q.y, q.z, v.x, v.y, v.z, pt};
-        V out[1];
-        run<captured_program<H>>(captured_u_.values, in, out);
-        return out[0];
-    }
-
-    /// Changes sign where H is not smooth.
-    template <class V>
-    KAGERO_INLINE V surface(const State<V>& s) const {
-        V out[1];
-        run<surface_program<H>>(surface_u_.values, s.y, out);
-        return out[0];
-    }
-    /// The longest step from the position in s, a length.
-    template <class V>
-    KAGERO_INLINE V scale(const State<V>& s) const requires Scaled<H> {
-        V out[1];
-        run<scale_program<H>>(scale_u_.values, s.y, out);
         return out[0];
     }
 
@@ -322,10 +306,7 @@ private:
     Uniforms<velocity_program<H, Rescaled>, S> velocity_u_;
     Uniforms<energy_program<H>, S> energy_u_;
     Uniforms<rescale_program<H>, S> rescale_u_;
-    Uniforms<domain_program<H>, S> domain_u_;
-    Uniforms<captured_program<H>, S> captured_u_;
-    Uniforms<surface_program<H>, S> surface_u_;
-    Uniforms<scale_program<H>, S> scale_u_;
+    Uniforms<survey_program<H, Rescaled>, S> survey_u_;
 };
 
 }  // namespace kagero

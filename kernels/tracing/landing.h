@@ -1,8 +1,9 @@
 /// Delivering rays onto what ends them: a surface, the escape sphere, or the edge of the medium.
 ///
 /// Dense output finds the event; its order is lower than the step's. So a ray that has met something waits, with the step it was
-/// taking, until the rest of its packet is done; then all of them redo that step at the fraction where the surface lies, and correct
-/// the fraction by Newton's method until they stand on it: position and direction have the full order of the integrator.
+/// taking, until the rest of its packet is done; then all of them redo that step at the fraction where the surface lies, and go the
+/// rest of the way, which Newton's method tells, in steps that soon are tiny: position and direction have the full order of the
+/// integrator.
 #pragma once
 
 #include "kernels/stepping/space_kernel.h"
@@ -48,6 +49,7 @@ public:
         const V on_chord = s_;
         const Flow<V> whole = flow;
         refine_on_curve(mask);
+        if (edge_) deliver_to_edge(begin, step, full);
         deliver(begin, step, mask, full);
         keep_grazing_hits(whole, on_chord);
     }
@@ -79,34 +81,61 @@ private:
         s_ = pick(smooth & inside, s, s_);
     }
 
-    /// Partial steps with Newton's correction of the fraction (for edges the secant's); a lane that has arrived keeps its fraction.
+    /// A partial step to where the surface should be, and from there Newton's corrections. Each squares the error, so that after one
+    /// shorter than the root of a rounding nothing is left to correct. A lane that has arrived takes steps of length zero.
     template <class Begin, class Step>
     void deliver(const Begin& begin, const Step& step, const MaskOf<V>& mask, const V& full) {
-        const V close(S(16) * machine_epsilon<S>);
+        const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_);
-        MaskOf<V> open = mask & !from_bits<V>(unrefined);
-        V last_s(S(0)), last_domain = flow.start_domain, inside(S(0)), outside(S(1));  // brackets of an edge
+        MaskOf<V> moving = mask & !edge, open = moving & !from_bits<V>(unrefined), last = !open;
+        flow.h = pick(edge, zero, s_ * full);
         for (int i = 0; i < max_corrections; ++i) {
-            begin(flow);  // every time: what a lane computes must not depend on how long others take
-            flow.h = s_ * full;
+            begin(flow);
             const V before = flow.gradients;
             step(flow);
-            flow.gradients = pick(i == 0 ? mask : open, flow.gradients, before);
-            const V off = level_.value(flow.end.q());
-            const V newton = off / (level_.slope(flow.end.q(), flow.end_velocity) * full);
-            const V secant = flow.domain * (s_ - last_s) / (flow.domain - last_domain);
-            inside = pick(flow.domain > V(S(0)), s_, inside), outside = pick(flow.domain > V(S(0)), outside, s_);
-            const V middle = V(S(0.5)) * (inside + outside), guess = s_ - secant;
-            const V change = pick(edge, s_ - pick((guess > inside) & (guess <= outside), guess, middle), newton);
-            last_s = s_, last_domain = flow.domain;
-            const MaskOf<V> usable = (flow.solved | edge) & is_finite(change) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
+            flow.gradients = pick(moving, flow.gradients, before);
+            const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end_velocity);
+            const V s = max(min(s_ - rest / full, V(S(1.25))), V(S(-0.25)));
+            const MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);
-            open = open & usable & (abs(change) > close);
+            open = open & usable & !last;
             if (!any(open)) break;
-            if (i + 1 == max_corrections) lost |= to_bits(open & (abs(change) > V(S(1024) * close)));
-            else s_ = pick(open, max(min(s_ - change, V(S(1.25))), V(S(-0.25))), s_);
+            flow.start = flow.end, flow.start_parameter = flow.end_parameter;
+            moving = open;
+            flow.h = pick(open, (s - s_) * full, zero);
+            last = abs(s - s_) <= close;
+            s_ = pick(open, s, s_);
         }
-        if (flow.test_energy) lost |= to_bits(mask & edge & !(flow.solved & flow.energy_holds));
+        lost |= to_bits(open);
+    }
+
+    /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.
+    template <class Begin, class Step>
+    void deliver_to_edge(const Begin& begin, const Step& step, const V& full) {
+        const V close(S(16) * machine_epsilon<S>), zero(S(0));
+        const MaskOf<V> edge = from_bits<V>(edge_);
+        MaskOf<V> open = edge;
+        V last_s(zero), last_domain = flow.start_domain, inside(zero), outside(S(1));
+        for (int i = 0; i < max_corrections; ++i) {
+            begin(flow);  // every time: what a lane computes must not depend on how long others take
+            flow.h = pick(edge, s_ * full, zero);
+            const V before = flow.gradients;
+            step(flow);
+            flow.gradients = pick(open, flow.gradients, before);
+            const V guess = s_ - flow.domain * (s_ - last_s) / (flow.domain - last_domain);
+            inside = pick(flow.domain > zero, s_, inside), outside = pick(flow.domain > zero, outside, s_);
+            const V next = pick((guess > inside) & (guess <= outside), guess, V(S(0.5)) * (inside + outside));
+            last_s = s_, last_domain = flow.domain;
+            const MaskOf<V> usable = is_finite(next) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
+            lost |= to_bits(open & !usable);
+            open = open & usable & (abs(next - s_) > close);
+            if (!any(open)) break;
+            if (i + 1 == max_corrections) lost |= to_bits(open & (abs(next - s_) > V(S(1024) * close)));
+            else s_ = pick(open, next, s_);
+        }
+        if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));
+        for (int k = 0; k < 6; ++k) flow.start.y[k] = pick(edge, flow.end.y[k], flow.start.y[k]);
+        flow.start_parameter = pick(edge, flow.end_parameter, flow.start_parameter);
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.

@@ -103,7 +103,8 @@ void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
         for (int k = 0; k < 3; ++k) set_lane(flow_.start.y[k], i, S(r.q[k])), set_lane(flow_.start.y[3 + k], i, S(r.p[k]));
         set_lane(flow_.start.y[6], i, S(r.pt));
     }
-    flow_.want_energy = !task_.straight && ((job_.outputs & output_energy) != 0 || job_.path_sink);
+    flow_.want_energy = !task_.straight && (job_.outputs & output_energy) != 0;
+    flow_.want_path = job_.path_sink;
     flow_.test_energy = !task_.straight;
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
@@ -163,7 +164,7 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
         for (V& y : flow_.start.y) copy(y);
         for (V& c : flow_.carry) copy(c);
         copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain), copy(flow_.start_side);
-        copy(flow_.start_scale), copy(flow_.start_energy_size);
+        copy(flow_.start_scale), copy(flow_.start_energy_terms);
         for (auto& stage : flow_.stage)
             for (V& g : stage) copy(g);
     }
@@ -226,13 +227,13 @@ template <class V>
 std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving) {
     std::uint64_t staying = moving;
     if (encounter) staying &= ~wait_for_surface(landing, *encounter, encounter->meet(flow_, moving));
-    const std::uint64_t beyond = staying & to_bits(flow_.domain <= V(S(0)));
+    const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.domain <= V(S(0))) : 0;
     for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest));
     staying &= ~beyond;
     const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
     if (outside) wait_for_sphere(landing, outside);
     staying &= ~outside;
-    const std::uint64_t captured = staying & to_bits(flow_.captured <= V(S(0)));
+    const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.captured <= V(S(0))) : 0;
     for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
     staying &= ~captured;
     std::uint64_t limited = 0;
@@ -334,7 +335,7 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
     flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
     flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);
-    flow_.start_energy_size = pick(go, flow_.energy_size, flow_.start_energy_size);
+    flow_.start_energy_terms = pick(go, flow_.energy_terms, flow_.start_energy_terms);
     if (task_.kernel.scaled) flow_.start_scale = pick(go, flow_.scale, flow_.start_scale);
     if (task_.kernel.creased) flow_.start_side = pick(go, flow_.side, flow_.start_side);
     flow_.h = pick(go | done, step_length(), flow_.h);

@@ -13,7 +13,7 @@ namespace {
 using namespace kagero;
 
 // One row is one more verb.
-const Verb* const verbs[] = {&render_verb, &trace_verb, &check_verb, &print_verb, &error_verb, &stability_verb, &list_verb};
+const Verb* const verbs[] = {&render_verb, &trace_verb, &explain_verb, &check_verb, &print_verb, &error_verb, &stability_verb, &list_verb};
 
 constexpr const char* exit_statuses =
     "`kagero VERB --help` shows the options of a verb.\n"
@@ -59,6 +59,7 @@ int run(int argc, char** argv, Arguments& arguments) {
     app.get_formatter()->label("SUBCOMMAND", "VERB");
     app.require_subcommand(0, 1);
     app.allow_extras();
+    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);  // so that a script's options can be overruled
     for (const Verb* verb : verbs)
         verb->declare(*app.add_subcommand(verb->name, verb->what)->group("Verbs")->allow_extras(), arguments);
     try {

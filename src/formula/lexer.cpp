@@ -1,5 +1,6 @@
 #include "formula/lexer.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 

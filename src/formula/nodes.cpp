@@ -1,5 +1,6 @@
 #include "formula/nodes.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero {

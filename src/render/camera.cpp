@@ -3,6 +3,7 @@
 #include "render/formula_space.h"
 #include "scene/clearance.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>

@@ -4,6 +4,8 @@
 #include "scene/shapes.h"
 #include "scene/vector3.h"
 
+#include <algorithm>
+
 namespace kagero {
 namespace {
 

@@ -7,6 +7,7 @@
 #include "render/redshift.h"
 #include "render/units.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>

@@ -3,6 +3,8 @@
 #include "scene/value.h"
 #include "scene/vector3.h"
 
+#include <algorithm>
+
 namespace kagero {
 namespace {
 

@@ -5,6 +5,8 @@
 #include "render/sampler.h"
 #include "render/shade.h"
 
+#include <algorithm>
+
 namespace kagero {
 namespace {
 

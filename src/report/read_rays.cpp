@@ -1,5 +1,6 @@
 #include "report/rays_csv.h"
 
+#include <algorithm>
 #include <charconv>
 #include <istream>
 #include <string_view>

@@ -7,6 +7,7 @@
 #include "scene/pyramid.h"
 #include "scene/shading.h"
 
+#include <algorithm>
 #include <map>
 
 namespace kagero {

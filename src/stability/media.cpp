@@ -1,6 +1,7 @@
 // Index media: layers, lenses, fibres, and where the index ends.
 #include "stability/cases.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -3,6 +3,8 @@
 
 #include "kernels/tracing/packets.h"
 
+#include <algorithm>
+
 namespace kagero::test {
 namespace {
 

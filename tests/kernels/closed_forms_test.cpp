@@ -4,6 +4,8 @@
 
 #include "kernels/tracing/packets.h"
 
+#include <algorithm>
+
 namespace kagero::test {
 namespace {
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <vector>
@@ -90,9 +91,9 @@ TEST(FormulaPrograms, HaveTheValuesAndTheGradientOfTheFormula) {
         if (!tame(nodes, values)) continue;
         const Formula f{nodes.data(), static_cast<std::uint32_t>(nodes.size()), root, -1, -1, -1, -1, {-1, -1}, 0.25, at[6]};
         ASSERT_EQ(formula::compile(f, *programs), nullptr);
-        double gradient[6], energy[2], force[3], velocity[3];
+        double gradient[6], energy[1], force[3], velocity[3];
         formula::evaluate(programs->derivatives, at, gradient);
-        formula::evaluate(programs->energy, at, energy);
+        formula::evaluate(programs->value, at, energy);
         formula::evaluate(programs->force, at, force);
         formula::evaluate(programs->velocity, at, velocity);
         PacketDouble in[7], out[6];

@@ -1,6 +1,7 @@
 // The error of every method falls with the power of the step that its table states, for position, momentum, H and parameter alike.
 #include "steps.h"
 
+#include <algorithm>
 #include <optional>
 
 namespace kagero::test {

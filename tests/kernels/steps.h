@@ -113,7 +113,7 @@ public:
         flow.start = flow.end = start;
         flow.h = h;
         flow.start_parameter = flow.end_parameter = flow.gradients = V(ScalarOf<V>(0));
-        flow.want_parameter = flow.want_energy = true;
+        flow.want_parameter = flow.want_energy = flow.want_path = true;
         kernel_.begin[static_cast<int>(method_.kind)](system_, flow, method_.coefficients);
         flow.end_velocity = flow.start_velocity;
     }

@@ -1,0 +1,36 @@
+// kagero explain: what would run for a scene, and what is left out of it.
+#include "cli/verb.h"
+#include "report/explanation.h"
+
+#include <CLI/CLI.hpp>
+
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+void declare(CLI::App& app, Arguments& arguments) {
+    add_scene(app, arguments);
+    add_json(app, arguments);
+    add_machine(app, arguments);
+    add_messages(app, arguments);
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    const Options options = options_of(arguments);
+    check_output(arguments.json);
+    const auto plan = make_plan(scene_of(arguments, options), options);
+    for (const std::string& remark : plan->geometry->remarks()) terminal.warning(remark);
+    const bool json = !arguments.json.empty();
+    const Explanation explanation = explain(*plan);
+    const std::string text = json ? explanation_json(*plan, explanation) : explanation_text(*plan, explanation);
+    write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
+    return exit_done;
+}
+
+}  // namespace
+
+const Verb explain_verb{"explain", "Say what would run for a scene, and what is left out and why", declare, run};
+
+}  // namespace kagero

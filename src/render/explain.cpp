@@ -1,0 +1,111 @@
+#include "render/explain.h"
+
+#include "film/film.h"
+#include "render/camera.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace kagero {
+namespace {
+
+/// Sorts the parts of a run into those that take place and those that do not.
+class Parts {
+public:
+    explicit Parts(Explanation& text) : text_(text) {}
+
+    /// `why_not` is read where the part is left out.
+    void add(bool used, const std::string& what, const std::string& why_not) {
+        if (used) text_.used.push_back(what);
+        else text_.left_out.push_back({what, why_not});
+    }
+    void always(const std::string& what) { text_.used.push_back(what); }
+
+private:
+    Explanation& text_;
+};
+
+std::string number(double x) {
+    std::ostringstream out;
+    out << x;
+    return out.str();
+}
+
+/// What the space states, built in or as a formula.
+HamiltonianInfo space_of(const Plan& plan) {
+    HamiltonianInfo info = plan.module->hamiltonians[plan.job.hamiltonian];
+    if (const auto& formula = plan.scene.space.formula) {
+        info.bounded = !formula->domain.empty(), info.captures = !formula->capture.empty();
+        info.scaled = !formula->length_scale.empty(), info.rescales = formula->parsed.rescale >= 0;
+    }
+    return info;
+}
+
+std::string why_not_rescaled(const Plan& plan, const HamiltonianInfo& space) {
+    if (plan.straight) return "rays are straight";
+    if (!space.rescales) return "the space declares none";
+    if (plan.scene.integrator.rescale == "none") return "integrator.rescale = \"none\"";
+    return plan.scene.integrator.method + " does not serve the rescaled Hamiltonian";
+}
+
+void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts) {
+    const IntegratorDescription& chosen = plan.scene.integrator;
+    const IntegratorInfo& method = plan.module->integrators[plan.job.integrator];
+    const bool bent = !plan.straight;
+    const std::string straight = "these parameters leave every ray straight";
+    parts.add(bent, "integration by " + chosen.method + (method.adaptive ? ", tolerance " + number(chosen.tolerance)
+                                                                         : ", step " + number(chosen.step)), straight);
+    parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);
+    parts.add(false, "the equation of motion of p_t", "p_t is a constant of the motion: H does not depend on time");
+    parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
+    const bool implicit = bent && method.implicit && !space.separable;
+    parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
+              : method.implicit ? "H is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");
+    parts.add(bent && method.adaptive, "step control, lane by lane", bent ? "steps have a fixed length" : straight);
+    parts.add(bent && space.scaled, "bound on the step from the space's length scale", bent ? "the space declares none" : straight);
+    parts.add(bent && space.creased, "steps split where H is not smooth", bent ? "H is smooth" : straight);
+    parts.add(bent, "energy test: a step that loses H is halved", straight);
+}
+
+void explain_ends(const Plan& plan, const HamiltonianInfo& space, Parts& parts) {
+    const Geometry* geometry = plan.job.geometry;
+    const std::string nothing = "the scene has no objects";
+    parts.add(space.bounded, "test for the edge of the medium", "the medium has no edge");
+    parts.add(space.captures, "test for capture", "nothing captures rays");
+    parts.add(geometry, "Embree scene of " + std::to_string(geometry ? geometry->surface_count : 0) + " surfaces", nothing + ": no Embree device");
+    parts.add(geometry && geometry->clearance, "clearance grid: steps far from every surface ask Embree nothing",
+              geometry ? "integrator.cull = \"none\"" : nothing);
+    parts.add(plan.job.hit == HitModel::hermite, "ends delivered by partial steps, in the order of the method", "integrator.hit = \"chord\"");
+    parts.add(plan.straight && geometry, "one query for the whole way of a ray", geometry ? "rays are bent: each step is a segment" : nothing);
+}
+
+void explain_picture(const Plan& plan, Parts& parts) {
+    const FilmDescription& film = plan.scene.film;
+    const bool kernel_rays = kernel_makes_rays(plan);
+    parts.add(kernel_rays, "camera rays made in the kernel, a packet at a time",
+              film.spp > 1 ? "film.spp > 1" : plan.each_direction ? "every direction's momentum is solved for" : "the camera is " + plan.scene.camera.type);
+    parts.add(film.spp > 1, "scrambled Sobol places in the pixel", "film.spp = 1: the pixel's middle");
+    parts.add(plan.geometry->has_sky_image(), "footprints of pixels on the sky", "the sky is no image");
+    for (const LayerInfo& layer : all_layers()) {
+        const bool wanted = std::find(film.layers.begin(), film.layers.end(), layer.name) != film.layers.end();
+        parts.add(wanted, std::string("layer ") + layer.name, "not in film.layers");
+    }
+    parts.add(false, "the parameter along rays", "no layer asks for it");
+    parts.add(plan.unit != 1, "lengths in units of " + number(plan.unit), "the scene is of ordinary size");
+}
+
+}  // namespace
+
+Explanation explain(const Plan& plan) {
+    Explanation text;
+    const HamiltonianInfo space = space_of(plan);
+    text.kernel = std::string(space.name) + (plan.job.rescaled ? " (rescaled)" : "") + ", " +
+                  (plan.straight ? "straight" : plan.scene.integrator.method) + ", " + plan.module->compiler;
+    Parts parts(text);
+    explain_motion(plan, space, parts);
+    explain_ends(plan, space, parts);
+    explain_picture(plan, parts);
+    return text;
+}
+
+}  // namespace kagero

@@ -1,0 +1,37 @@
+#include "report/explanation.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace kagero {
+
+std::string explanation_text(const Plan& plan, const Explanation& explanation) {
+    const KernelInfo& kernel = *plan.kernel;
+    std::string text = "kernel     " + explanation.kernel + "\nruns on    " + plan.module->isa + ", " + name_of(kernel.strategy) + ", " +
+                       name_of(kernel.precision) + ", " + std::to_string(kernel.lanes) + " rays at a time, " +
+                       std::to_string(plan.threads) + " threads\n\nused\n";
+    for (const std::string& what : explanation.used) text += "  " + what + "\n";
+    std::size_t width = 0;
+    for (const LeftOut& part : explanation.left_out) width = std::max(width, part.what.size());
+    text += "\nleft out\n";
+    for (const LeftOut& part : explanation.left_out) text += "  " + part.what + std::string(width - part.what.size() + 2, ' ') + part.why + "\n";
+    return text;
+}
+
+std::string explanation_json(const Plan& plan, const Explanation& explanation) {
+    nlohmann::ordered_json left_out = nlohmann::ordered_json::array();
+    for (const LeftOut& part : explanation.left_out) left_out.push_back({{"what", part.what}, {"why", part.why}});
+    const nlohmann::ordered_json json{{"kernel", explanation.kernel},
+                                      {"isa", plan.module->isa},
+                                      {"strategy", name_of(plan.kernel->strategy)},
+                                      {"precision", name_of(plan.kernel->precision)},
+                                      {"lanes", plan.kernel->lanes},
+                                      {"used", explanation.used},
+                                      {"left_out", left_out},
+                                      {"registers", plan.kernel->registers},
+                                      {"threads", plan.threads}};
+    return json.dump(2) + "\n";
+}
+
+}  // namespace kagero

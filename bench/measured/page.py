@@ -75,7 +75,7 @@ def commit():
 
 
 def write(path, program, claims, tables, paper, gradients, notes):
-    compilers = {t["compiler"] for t in tables.values()}
+    compilers = {t["compiler"] for t in tables.values()} or {"not asked: no table was made"}
     lines = ["# Performance", "", "Written by `bench/performance`; do not edit. Ratios are medians over interleaved rounds inside one run, one thread unless said;",
              "absolute times move with the machine.", "",
              f"- machine: {machine()}", f"- compiler: {', '.join(sorted(compilers))}; instruction set {program.isa}",

@@ -78,7 +78,9 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
         std::string line;
         for (std::size_t i = 0; i < cells.size(); ++i) {
             const std::string padding(width[i] - cells[i].size(), ' ');
-            line += (i ? "  " : "") + (i < left_aligned ? cells[i] + padding : padding + cells[i]);
+            if (i) line += "  ";
+            line += i < left_aligned ? cells[i] : padding;
+            line += i < left_aligned ? padding : cells[i];
         }
         text += line + "\n";
     }

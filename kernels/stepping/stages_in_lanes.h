@@ -33,19 +33,30 @@ inline constinit StageColumns<S> stage_columns[] = {make_stage_columns<S, 1>(), 
                                                     make_stage_columns<S, 4>(), make_stage_columns<S, 5>(), make_stage_columns<S, 6>(),
                                                     make_stage_columns<S, 7>(), make_stage_columns<S, 8>()};
 
-/// The first lanes of a row.
+/// The first lanes of a row, to and from aligned memory; register by register, because g++ copies blocks in smaller pieces, and what was
+/// stored in pieces is not there yet when it is loaded whole.
 template <class L, class S>
 KAGERO_INLINE L loaded(const S* from) {
     L l;
-    std::memcpy(static_cast<void*>(&l), from, sizeof l);
+    for (int r = 0; r < ValueTraits<L>::registers; ++r) l.v[r] = *reinterpret_cast<const typename L::Register*>(from + r * L::width);
     return l;
+}
+template <class L, class S>
+KAGERO_INLINE void store(const L& l, S* to) {
+    for (int r = 0; r < ValueTraits<L>::registers; ++r) *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
+}
+
+/// Calls f(k) for the six components of a gradient, written out: g++ leaves a loop of such length a loop, and its values in memory.
+template <class Function>
+KAGERO_INLINE void each_component(const Function& f) {
+    f(0), f(1), f(2), f(3), f(4), f(5);
 }
 
 template <class L>
 KAGERO_INLINE ScalarOf<L> greatest_lane(const L& l) {
     constexpr int lanes = lane_count<L>;
-    ScalarOf<L> x[lanes];
-    std::memcpy(x, &l, sizeof l);
+    alignas(64) ScalarOf<L> x[lanes];
+    store(l, x);
     for (int half = lanes / 2; half > 0; half /= 2)
         for (int i = 0; i < half; ++i) x[i] = max(x[i], x[i + half]);
     return x[0];
@@ -71,17 +82,18 @@ struct StagesInLanes {
     template <class System, class S>
     static void step(const System& system, Flow<S>& f, const Coefficients& coefficients) {
         constexpr int width = Lanes<S, 1>::width;
-        const int s = fixed ? fixed : coefficients.gauss->stages;
-        if (s <= width) return step_in<detail::registers_for<S, fixed ? fixed : 1>>(system, f, coefficients, s);
-        if constexpr (fixed == 0 && width < max_stages) {
-            if (s <= 2 * width) return step_in<2>(system, f, coefficients, s);
-            if constexpr (2 * width < max_stages) step_in<4>(system, f, coefficients, s);
-        } else if constexpr (fixed > width) {
-            step_in<detail::registers_for<S, fixed>>(system, f, coefficients, s);
+        if constexpr (fixed > 0 || width >= max_stages) {
+            step_in<detail::registers_for<S, fixed ? fixed : max_stages>>(system, f, coefficients);
+        } else {
+            const int s = stages(coefficients);
+            if (s <= width) return step_in<1>(system, f, coefficients);
+            if (s <= 2 * width) return step_in<2>(system, f, coefficients);
+            if constexpr (2 * width < max_stages) step_in<4>(system, f, coefficients);
         }
     }
 
 private:
+    static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
     /// Flow::stage by components: the derivative of component k at stage i is number 8 k + i.
     template <class S>
     KAGERO_INLINE static S* memory(Flow<S>& f) {
@@ -98,21 +110,22 @@ private:
     }
     template <class L, class S>
     KAGERO_INLINE static void move(const Flow<S>& f, const S* g, const StageColumns<S>& columns, int s, State<L>& y) {
-        for (int k = 0; k < 3; ++k) {
-            y.y[k] = mul_add(L(f.h), sum<L>(g + (3 + k) * max_stages, columns.a, s), L(f.start.y[k]));
-            y.y[3 + k] = neg_mul_add(L(f.h), sum<L>(g + k * max_stages, columns.a, s), L(f.start.y[3 + k]));
-        }
+        detail::each_component([&](int k) __attribute__((always_inline)) {
+            if (k < 3) y.y[k] = mul_add(L(f.h), sum<L>(g + (3 + k) * max_stages, columns.a, s), L(f.start.y[k]));
+            else y.y[k] = neg_mul_add(L(f.h), sum<L>(g + (k - 3) * max_stages, columns.a, s), L(f.start.y[k]));
+        });
         y.y[6] = L(f.start.y[6]);
     }
 
     template <int R, class System, class S>
-    static void step_in(const System& system, Flow<S>& f, const Coefficients& coefficients, int s) {
+    static void step_in(const System& system, Flow<S>& f, const Coefficients& coefficients) {
         using L = Lanes<S, R>;
+        const int s = stages(coefficients);
         static_assert(lane_count<L> <= max_stages, "a row of stages would end before its register");
         const StageColumns<S>& columns = detail::stage_columns<S>[s - 1];
-        alignas(64) S g[6 * max_stages];
+        alignas(64) S g[6 * max_stages] = {};
         L now[6];
-        for (int k = 0; k < 6; ++k) now[k] = sum<L>(memory(f) + k * max_stages, columns.ahead, s);
+        detail::each_component([&](int k) __attribute__((always_inline)) { now[k] = sum<L>(memory(f) + k * max_stages, columns.ahead, s); });
         keep(now, g);
         Convergence<S> convergence(f);
         S iterations(0);
@@ -123,9 +136,11 @@ private:
             move(f, g, columns, s, y);
             L fresh[6], change_q(S(0)), change_p(S(0));
             system.derivatives(y, fresh);
-            for (int k = 0; k < 3; ++k) change_p = max(change_p, abs(fresh[k] - now[k]));
-            for (int k = 3; k < 6; ++k) change_q = max(change_q, abs(fresh[k] - now[k]));
-            for (int k = 0; k < 6; ++k) now[k] = fresh[k];
+            detail::each_component([&](int k) __attribute__((always_inline)) {
+                L& change = k < 3 ? change_p : change_q;
+                change = max(change, abs(fresh[k] - now[k]));
+                now[k] = fresh[k];
+            });
             keep(now, g);
             convergence.update(convergence.relative(abs(f.h) * detail::greatest_lane(change_q), abs(f.h) * detail::greatest_lane(change_p)));
         }
@@ -136,7 +151,7 @@ private:
     }
     template <class L, class S>
     KAGERO_INLINE static void keep(const L (&now)[6], S* g) {
-        for (int k = 0; k < 6; ++k) std::memcpy(g + k * max_stages, &now[k], sizeof(L));
+        detail::each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], g + k * max_stages); });
     }
 
     /// The end of the step, as in `Gauss::finish`.
@@ -161,7 +176,9 @@ private:
             for (int i = 0; i < s; ++i) pace = mul_add(w.b[i], get_lane(paces, i), pace);
             f.end_parameter = mul_add(f.h, pace, f.start_parameter);
         }
-        std::memcpy(memory(f), g, sizeof f.stage);
+        detail::each_component([&](int k) __attribute__((always_inline)) {
+            std::memcpy(memory(f) + k * max_stages, g + k * max_stages, max_stages * sizeof(S));
+        });
     }
 };
 

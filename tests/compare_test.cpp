@@ -23,7 +23,8 @@ SceneDescription small_room(const Overrides& more = {}) {
 CompareOptions once(const std::vector<std::string>& methods) {
     CompareOptions options;
     for (const char* isa : {"sse2", "avx2", "avx512"})
-        if (std::string(KAGERO_BUILT_ISAS).find(isa) != std::string::npos && __builtin_cpu_supports("sse2")) options.isas.push_back(isa);
+        if (std::string(KAGERO_BUILT_ISAS).find(isa) != std::string::npos && __builtin_cpu_supports("sse2"))
+            options.isas.push_back(isa);
     std::erase_if(options.isas, [](const std::string& isa) {
         return (isa == "avx2" && !__builtin_cpu_supports("avx2")) || (isa == "avx512" && !__builtin_cpu_supports("avx512vl"));
     });
@@ -32,8 +33,8 @@ CompareOptions once(const std::vector<std::string>& methods) {
     return options;
 }
 
-// Scalar and packet code round alike; per-ray sums its gradient in another order, and float is float. The pixel where an edge of the
-// checkers lies within the error of its ray has the other colour: there are few of them.
+// Scalar and packet code round alike; per-ray sums its gradient in another order, and float is float. The pixel where an edge of
+// the checkers lies within the error of its ray has the other colour: there are few of them.
 TEST(Compare, EveryWayMakesTheSamePicture) {
     const Comparison result = compare(small_room(), once({"gauss8", "verlet"}));
     const std::uint64_t pixels = 48 * 40;
@@ -64,7 +65,8 @@ TEST(Compare, StatusesAgreeRayByRay) {
     trace(*plan, starts, should);
     for (std::uint32_t k = 0; k < plan->module->kernel_count; ++k) {
         const KernelInfo& kernel = plan->module->kernels[k];
-        if (kernel.precision != Precision::float64 || refusal_of(*plan, kernel, plan->job.integrator, plan->job.rescaled)) continue;
+        if (kernel.precision != Precision::float64 || refusal_of(*plan, kernel, plan->job.integrator, plan->job.rescaled))
+            continue;
         plan->kernel = &kernel;
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
@@ -79,7 +81,8 @@ TEST(Compare, StatusesAgreeRayByRay) {
 
 TEST(Compare, APerRayPlanTakesStagesWhereThereAreAny) {
     const auto form = [](const char* method) {
-        return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method}, with_strategy("per-ray"))->kernel->form;
+        return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method}, with_strategy("per-ray"))
+            ->kernel->form;
     };
     EXPECT_EQ(form("gauss8"), Form::stages);
     EXPECT_EQ(form("gauss16"), Form::stages);
@@ -94,8 +97,8 @@ TEST_F(CompareVerb, ReportsInTheWordsOfTheContract) {
     const json report = json::parse(outcome.out);
     ASSERT_FALSE(report["rows"].empty());
     for (const json& row : report["rows"]) {
-        for (const char* key : {"strategy", "form", "method", "precision", "isa", "lanes", "registers", "shape", "threads", "seconds",
-                                "mrays_per_s", "speedup", "lane_occupancy", "max_difference", "flips"})
+        for (const char* key : {"strategy", "form", "method", "precision", "isa", "lanes", "registers", "shape", "threads",
+                                "seconds", "mrays_per_s", "speedup", "lane_occupancy", "max_difference", "flips"})
             EXPECT_TRUE(row.contains(key)) << key;
         for (const char* key : {"median", "min", "max"}) EXPECT_TRUE(row["seconds"][key].is_number()) << key;
         EXPECT_EQ(row["threads"], 1);
@@ -132,7 +135,8 @@ TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
     const Outcome none = run("render hole.toml -o a.png --quiet --lanes 7");
     EXPECT_EQ(none.status, 2);
     EXPECT_NE(none.err.find("lanes there are: 1, "), std::string::npos) << none.err;
-    const Outcome elsewhere = run("render hole.toml -o a.png --quiet --strategy per-ray -D space.hamiltonian=formula -D 'space.H=\"px\"'");
+    const Outcome elsewhere =
+        run("render hole.toml -o a.png --quiet --strategy per-ray -D space.hamiltonian=formula -D 'space.H=\"px\"'");
     EXPECT_EQ(elsewhere.status, 2) << elsewhere.err;
 }
 

@@ -70,7 +70,8 @@ void add_scene(CLI::App& verb, Arguments& arguments) {
 void add_machine(CLI::App& verb, Arguments& arguments) {
     verb.add_option("--threads", arguments.threads, "Threads; default: all")->type_name("N")->envname("KAGERO_THREADS");
     verb.add_option("--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet")->type_name("NAME");
-    verb.add_option("--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`")->type_name("N");
+    verb.add_option("--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`")
+        ->type_name("N");
     verb.add_option("--precision", arguments.precision, "Of the integration: auto, double or float")->type_name("NAME");
 }
 

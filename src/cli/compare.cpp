@@ -46,7 +46,8 @@ CompareOptions compare_options(const Arguments& arguments, const Options& option
         if (options.strategy == name_of(strategy)) compared.strategy = strategy;
     if (options.precision != "auto") compared.precision = options.precision == "float" ? Precision::float32 : Precision::float64;
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
-        for (const std::string& word : split(arguments.lanes, ',')) compared.lanes.push_back(whole_numbers("--lanes", word, ',', 1)[0]);
+        for (const std::string& word : split(arguments.lanes, ','))
+            compared.lanes.push_back(whole_numbers("--lanes", word, ',', 1)[0]);
     if (!arguments.methods.empty()) compared.methods = split(arguments.methods, ',');
     if (!arguments.rounds.empty()) compared.rounds = whole_numbers("--rounds", arguments.rounds, ',', 1)[0];
     if (compared.rounds < 1 || compared.rounds > most_rounds)
@@ -81,6 +82,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb compare_verb{"compare", "Set the vectorization strategies side by side: time, and difference of the pictures", declare, run};
+const Verb compare_verb{"compare", "Set the vectorization strategies side by side: time, and difference of the pictures", declare,
+                        run};
 
 }  // namespace kagero

@@ -35,7 +35,8 @@ std::string shape_of(const Plan& plan, std::uint32_t lanes, bool scanlines) {
 
 class Comparer {
 public:
-    Comparer(const SceneDescription& scene, const CompareOptions& options, const Progress& progress, const std::atomic<bool>* stop)
+    Comparer(const SceneDescription& scene, const CompareOptions& options, const Progress& progress,
+             const std::atomic<bool>* stop)
         : options_(options), progress_(progress), stop_(stop), begin_(std::chrono::steady_clock::now()) {
         for (const std::string& isa : options.isas) add_plan(scene, isa);
     }
@@ -100,7 +101,8 @@ void Comparer::choose_rows() {
                                [&](const KernelInfo& kernel) { return kernel.lanes == lanes; });
         };
         if (std::none_of(plans_.begin(), plans_.end(), has))
-            throw InputError("--lanes: no kernel has " + std::to_string(lanes) + "; `kagero list strategies` shows those there are");
+            throw InputError("--lanes: no kernel has " + std::to_string(lanes) +
+                             "; `kagero list strategies` shows those there are");
     }
     if (options_.equal_error > 0) {
         const Candidates candidates = find_candidates(*plans_.front(), options_.equal_error, stop_);
@@ -117,7 +119,8 @@ void Comparer::check_method(const Plan& plan, const std::string& method) const {
     std::vector<std::string> known;
     for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i) known.push_back(plan.module->integrators[i].name);
     const auto place = std::find(known.begin(), known.end(), method);
-    if (place == known.end()) throw InputError("--methods: there is no integrator \"" + method + "\"" + suggestion(method, known));
+    if (place == known.end())
+        throw InputError("--methods: there is no integrator \"" + method + "\"" + suggestion(method, known));
     if (const char* why = refusal_of(plan, static_cast<std::uint32_t>(place - known.begin()), false))
         throw InputError("--methods: " + method + " cannot serve " + plan.scene.space.hamiltonian + ": " + why);
 }
@@ -127,7 +130,9 @@ std::vector<const KernelInfo*> yardstick_first(const Module& module) {
     std::vector<const KernelInfo*> kernels;
     for (std::uint32_t i = 0; i < module.kernel_count; ++i) kernels.push_back(&module.kernels[i]);
     std::stable_sort(kernels.begin(), kernels.end(), [](const KernelInfo* a, const KernelInfo* b) {
-        const auto place = [](const KernelInfo& k) { return std::array{int(!is_yardstick(k)), int(k.strategy), int(k.precision), int(k.lanes)}; };
+        const auto place = [](const KernelInfo& k) {
+            return std::array{int(!is_yardstick(k)), int(k.strategy), int(k.precision), int(k.lanes)};
+        };
         return place(*a) < place(*b);
     });
     return kernels;
@@ -153,8 +158,10 @@ void Comparer::choose_by_method(Plan& plan, const std::string& method) {
 void Comparer::choose_by_error(Plan& plan, const Candidates& candidates) {
     std::size_t yardstick = runners_.size();
     for (const KernelInfo* kernel : yardstick_first(*plan.module)) {
+        if (stopped()) return;
         if (!is_yardstick(*kernel) && !wanted(*kernel)) continue;
         const auto variant = cheapest_for(plan, *kernel, candidates, stop_);
+        if (stopped()) return;
         if (variant) {
             add(plan, *variant, yardstick);
         } else if (is_yardstick(*kernel)) {
@@ -207,11 +214,12 @@ void Comparer::compare_pictures() {
         const Film& should = films.at(runner.yardstick);
         const auto at = [](const Film& f, const char* layer, std::size_t k) { return f.plane(layer)[k]; };
         for (std::size_t k = 0; k < std::size_t(size.width) * size.height; ++k) {
-            const bool same = at(should, "status", k) == at(film, "status", k) && at(should, "object", k) == at(film, "object", k);
+            const bool same =
+                at(should, "status", k) == at(film, "status", k) && at(should, "object", k) == at(film, "object", k);
             if (!same) ++runner.row.flips;
             for (std::size_t c = 0; same && c < 3; ++c)
-                runner.row.max_difference = std::max(runner.row.max_difference,
-                                                     double(std::abs(at(should, "color", 3 * k + c) - at(film, "color", 3 * k + c))));
+                runner.row.max_difference = std::max(
+                    runner.row.max_difference, double(std::abs(at(should, "color", 3 * k + c) - at(film, "color", 3 * k + c))));
         }
         tell(double(i + 1) / double(runners_.size() * (options_.rounds + 1)));
     }
@@ -242,7 +250,8 @@ void Comparer::finish(Runner& runner) {
 
 }  // namespace
 
-Comparison compare(const SceneDescription& scene, const CompareOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
+Comparison compare(const SceneDescription& scene, const CompareOptions& options, const Progress& progress,
+                   const std::atomic<bool>* stop) {
     return Comparer(scene, options, progress, stop).run();
 }
 

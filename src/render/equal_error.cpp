@@ -30,14 +30,17 @@ Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* s
     for (const StudyCurve& curve : study.curves) {
         const StudyPoint* best = nullptr;
         for (const StudyPoint& point : curve.points)
-            if (is_within(point, pixels, &RayErrors::pixels, study.reference) && (!best || point.gradients < best->gradients)) best = &point;
+            if (is_within(point, pixels, &RayErrors::pixels, study.reference) && (!best || point.gradients < best->gradients))
+                best = &point;
         if (!best) continue;
-        found.all.push_back({curve.method, curve.precision, best->step, curve.loose ? best->solver_tolerance : -1, best->gradients});
+        found.all.push_back(
+            {curve.method, curve.precision, best->step, curve.loose ? best->solver_tolerance : -1, best->gradients});
     }
     return found;
 }
 
-std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const Candidates& candidates, const std::atomic<bool>* stop) {
+std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
+                                    const std::atomic<bool>* stop) {
     std::vector<std::pair<double, Variant>> served;
     double thriftiest = std::numeric_limits<double>::infinity();
     for (const Candidate& candidate : candidates.all) {

@@ -22,6 +22,7 @@ struct Candidates {
 Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* stop);
 
 /// The quickest of the candidates by this kernel; nothing where none is in its precision, or it refuses them all.
-std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const Candidates& candidates, const std::atomic<bool>* stop);
+std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
+                                    const std::atomic<bool>* stop);
 
 }  // namespace kagero

@@ -6,7 +6,9 @@
 namespace kagero {
 namespace {
 
-std::span<const KernelInfo> kernels_of(const Module& module) { return {module.kernels, module.kernel_count}; }
+std::span<const KernelInfo> kernels_of(const Module& module) {
+    return {module.kernels, module.kernel_count};
+}
 
 bool fits(const KernelInfo& kernel, const KernelWish& wish) {
     if (kernel.form == Form::auto_vectorized) return false;  // a yardstick of `compare`, not a way to render
@@ -33,7 +35,8 @@ std::string lanes_text(const Plan& plan, KernelWish wish) {
     std::vector<std::uint32_t> lanes;
     for (const KernelInfo& kernel : kernels_of(*plan.module)) {
         const bool scalar = !wish.strategy && kernel.strategy == Strategy::scalar && kernel.precision == wish.precision;
-        if ((fits(kernel, wish) || scalar) && !refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled)) lanes.push_back(kernel.lanes);
+        if ((fits(kernel, wish) || scalar) && !refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled))
+            lanes.push_back(kernel.lanes);
     }
     std::sort(lanes.begin(), lanes.end());
     lanes.erase(std::unique(lanes.begin(), lanes.end()), lanes.end());

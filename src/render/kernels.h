@@ -15,7 +15,8 @@ struct KernelWish {
 };
 KernelWish wish_of(const Plan& plan);
 
-/// The first kernel that has all that is asked for and serves the plan's space and method. Throws InputError that names those there are.
+/// The first kernel that has all that is asked for and serves the plan's space and method. Throws InputError that names those
+/// there are.
 const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish);
 
 /// Null where a kernel serves the plan's space by a method, else why not; what the module itself refuses is not asked here.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace kagero {
 namespace {
@@ -35,17 +36,33 @@ Json row_json(const CompareRow& row, unsigned threads) {
 
 using Cells = std::vector<std::string>;
 
+/// Nothing where an interruption left nothing to measure.
+std::string number(double value) {
+    return std::isfinite(value) ? rounded(value) : "-";
+}
+
 Cells cells_of(const CompareRow& row) {
     const KernelInfo& kernel = *row.kernel;
     std::string strategy = name_of(kernel.strategy);
     if (kernel.form != Form::none) strategy += std::string(" ") + name_of(kernel.form);
-    return {row.isa, strategy, row.method, rounded(row.step), name_of(kernel.precision), std::to_string(kernel.lanes),
-            std::to_string(kernel.registers), row.shape, rounded(1e3 * row.seconds.median), rounded(row.rays_per_second),
-            rounded(row.speedup), rounded(row.occupancy), rounded(row.max_difference), std::to_string(row.flips)};
+    return {row.isa,
+            strategy,
+            row.method,
+            rounded(row.step),
+            name_of(kernel.precision),
+            std::to_string(kernel.lanes),
+            std::to_string(kernel.registers),
+            row.shape,
+            number(1e3 * row.seconds.median),
+            number(row.rays_per_second),
+            number(row.speedup),
+            rounded(row.occupancy),
+            rounded(row.max_difference),
+            std::to_string(row.flips)};
 }
 
-const Cells header{"isa", "strategy", "method", "step", "precision", "lanes", "registers", "shape", "ms", "rays/s", "speedup",
-                   "occupancy", "difference", "flips"};
+const Cells header{"isa",   "strategy", "method", "step",    "precision", "lanes",      "registers",
+                   "shape", "ms",       "rays/s", "speedup", "occupancy", "difference", "flips"};
 constexpr std::size_t left_aligned = 5;  ///< columns that are words
 
 }  // namespace
@@ -87,8 +104,9 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
     text += "\n" + rounded(double(comparison.rays)) + " rays, " + std::to_string(options.threads) +
             (options.threads == 1 ? " thread, " : " threads, ") + std::to_string(comparison.rounds) +
             " interleaved rounds: medians; speedup over scalar double of the same instruction set, median of ratios. " +
-            (options.equal_error > 0 ? "Each by its cheapest method for " + shortest(options.equal_error) + " pixel (99 % of the rays).\n"
-                                     : "All by the same method and step.\n");
+            (options.equal_error > 0
+                 ? "Each by its cheapest method for " + shortest(options.equal_error) + " pixel (99 % of the rays).\n"
+                 : "All by the same method and step.\n");
     for (const auto& [what, why] : comparison.left_out) text += "left out: " + what + ": " + why + "\n";
     return text;
 }

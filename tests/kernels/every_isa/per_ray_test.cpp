@@ -1,5 +1,6 @@
-// One ray per vector: steps with the stages of a Gauss method in the lanes are those of the scalar strategy to the last bit, for the sums
-// run in the same order; with the components of the gradient in the lanes, and forward instead of reverse, they agree to rounding.
+// One ray per vector: steps with the stages of a Gauss method in the lanes are those of the scalar strategy to the last bit, for
+// the sums run in the same order; with the components of the gradient in the lanes, and forward instead of reverse, they agree to
+// rounding.
 #include "../steps.h"
 
 #include "kernels/tracing/compared.h"

@@ -49,7 +49,7 @@ void add(const std::string& isa, const std::string& strategy, const std::string&
     question.options.isa = isa, question.options.strategy = strategy, question.options.precision = precision;
     question.options.threads = 1;
     question.overrides.push_back("film.size=[256,256]");
-    if (!cull) question.overrides.push_back("integrator.cull=false");
+    if (!cull) question.overrides.push_back("integrator.cull=none");
     const std::string path = "render_room/" + isa + "/" + integration.name + (cull ? "/" : "_without_culling/") + strategy + "_" + precision;
     benchmark::RegisterBenchmark(path.c_str(), [question](benchmark::State& state) { picture(state, question); })
         ->UseRealTime()->Unit(benchmark::kMillisecond);

@@ -10,10 +10,13 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 3;
+inline constexpr std::uint32_t abi_version = 4;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
+/// What a strategy puts into vectors where it has a choice: per-ray the components of the gradient or the stages of a Gauss method;
+/// `auto_vectorized` is the scalar code as the compiler regroups it by itself.
+enum class Form : std::uint8_t { none, gradient, stages, auto_vectorized };
 
 /// How a ray ended. Every ray ends in exactly one of these.
 enum class Status : std::uint8_t { hit, escaped, captured, step_limit, failed };
@@ -190,6 +193,7 @@ struct Job {
     std::uint32_t outputs;   ///< OutputBits
     const Geometry* geometry;  ///< null: nothing to meet
     const CameraRays* camera;  ///< either this
+    bool scanlines;            ///< … in packets that are runs of a row, as the paper's, instead of blocks
     const RayStart* rays;      ///< or a list
     void (*path_sink)(void* user, const PathPoint*);  ///< null: no paths
     void* path_user;
@@ -211,9 +215,13 @@ struct Counters {
 struct KernelInfo {
     Strategy strategy;
     Precision precision;
+    Form form;
     std::uint32_t lanes, registers;  ///< rays per packet, registers per variable
     /// Traces a tile. `ends` receives (x1−x0)·(y1−y0) entries, row by row.
     void (*trace)(const Job*, const Tile*, RayEnd* ends, Counters*);
+    /// Null when it serves the space and the method (which straight rays have none of) as far as the module does, else why not. A null
+    /// pointer: it serves them all.
+    const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight);
 };
 
 /// What `kagero_kernels()` returns; lives as long as the module is loaded.

@@ -1,5 +1,6 @@
 /// What a kernel module exports: the tables of Hamiltonians, integrators and kernels, behind one function.
 #include "kernels/formula/programs.h"
+#include "kernels/tracing/compared.h"
 #include "kernels/tracing/emitter.h"
 #include "kernels/tracing/observers.h"
 #include "kernels/tracing/trace_entry.h"
@@ -31,13 +32,21 @@ constexpr auto integrator_infos = [] {
 
 template <class V>
 constexpr KernelInfo kernel_of(Strategy strategy, Precision precision) {
-    return {strategy, precision, lane_count<V>, ValueTraits<V>::registers, trace_entry<V>};
+    return {strategy, precision, Form::none, lane_count<V>, ValueTraits<V>::registers, trace_entry<V>, nullptr};
 }
+/// Those that serve every space first: of each strategy and precision the first is the one that is taken unasked.
 constexpr KernelInfo kernel_infos[] = {
     kernel_of<PacketDouble>(Strategy::packet, Precision::float64),
     kernel_of<PacketFloat>(Strategy::packet, Precision::float32),
     kernel_of<double>(Strategy::scalar, Precision::float64),
     kernel_of<float>(Strategy::scalar, Precision::float32),
+    compared_kernel_of<PerRayStages>(),
+    compared_kernel_of<PerRayGradient>(),
+    compared_kernel_of<AutoVectorized>(),
+    compared_kernel_of<FewDouble>(),
+    compared_kernel_of<ManyDouble>(),
+    compared_kernel_of<FewFloat>(),
+    compared_kernel_of<ManyFloat>(),
 };
 
 /// Calls visit.operator()<H>() with the Hamiltonian of an index; `formula` has no type of its own and is served before.

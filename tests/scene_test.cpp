@@ -88,7 +88,8 @@ const Malformed malformed[] = {
     // later versions
     {"step = 0.05", "tolerance = 1.5", "5:13", "integrator.tolerance"},
     {"step = 0.05", "refill = \"on\"", "5:10", "this version cannot do that yet; it accepts: auto"},
-    {"step = 0.05", "lanes = 16", "5:9", "this version cannot do that yet; it accepts: auto"},
+    {"step = 0.05", "lanes = 0", "5:9", "integrator.lanes = 0 is out of range: legal is 1 <= value <= 1024"},
+    {"step = 0.05", "lanes = \"many\"", "5:9", "known: auto"},
     {"step = 0.05", "max_pixel_error = 0.25", "5:19", "this version cannot do that yet; leave the key out"},
     {"step = 0.05", "rescale = \"r^1.5\"", "5:11", "this version cannot do that yet; it accepts: auto, none"},
     {"fov = 60", "type = \"ortographic\"", "10:8", "did you mean \"orthographic\"? known: perspective, equirectangular"},

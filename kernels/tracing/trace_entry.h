@@ -17,7 +17,8 @@ void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& c
     constexpr int W = lane_count<V>;
     constexpr std::uint32_t wide = W >= 64 ? 8 : W >= 16 ? 4 : W >= 4 ? (W >= 8 ? 4 : 2) : W, high = W / wide;
     const Job& job = task.job;
-    const std::uint32_t bw = job.camera ? wide : W, bh = job.camera ? high : 1;
+    const bool blocks = job.camera && !job.scanlines;
+    const std::uint32_t bw = blocks ? wide : W, bh = blocks ? high : 1;
     const std::uint32_t width = tile.x1 - tile.x0;
     for (std::uint32_t by = tile.y0 / bh * bh; by < tile.y1; by += bh) {
         for (std::uint32_t bx = tile.x0 / bw * bw; bx < tile.x1; bx += bw) {
@@ -38,6 +39,13 @@ void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& c
     }
 }
 
+/// Traces a tile with the kernel of a Hamiltonian.
+template <class V>
+void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, RayEnd* ends, Counters& counters) {
+    const Task<V> task(job, kernel, is_straight(job.hamiltonian, job.parameters));
+    trace_tile(task, tile, ends, counters);
+}
+
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
     using Lookup = const SpaceKernel<V>& (*)(const Job&);
@@ -47,8 +55,7 @@ void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* count
 #undef KAGERO_HAMILTONIAN
         [](const Job& j) -> const SpaceKernel<V>& { return formula::space_kernel<V>(formula::programs_in(j.parameters)); },
     };
-    const Task<V> task(*job, kernels[job->hamiltonian](*job), is_straight(job->hamiltonian, job->parameters));
-    trace_tile(task, *tile, ends, *counters);
+    trace_with(kernels[job->hamiltonian](*job), *job, *tile, ends, *counters);
 }
 
 }  // namespace kagero

@@ -15,22 +15,13 @@ namespace {
 
 constexpr std::uint32_t most_threads = 4096;
 
-std::vector<std::string> split(const std::string& text, char separator) {
-    std::vector<std::string> parts(1);
-    for (const char c : text) {
-        if (c == separator)
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    }
-    return parts;
-}
-
 /// The options that are short for a key of the scene, as overrides.
 std::vector<std::string> overrides_of(const Arguments& arguments) {
     std::vector<std::string> all = arguments.overrides;
     if (!arguments.integrator.empty()) all.push_back("integrator.method=" + written(arguments.integrator));
     if (!arguments.step.empty()) all.push_back("integrator.step=" + written(finite_number("--step", arguments.step)));
+    if (!arguments.lanes.empty() && arguments.lanes != "auto")
+        all.push_back("integrator.lanes=" + std::to_string(whole_numbers("--lanes", arguments.lanes, ',', 1)[0]));
     if (!arguments.size.empty()) {
         const auto size = whole_numbers("--size", arguments.size, 'x', 2);
         all.push_back("film.size=[" + std::to_string(size[0]) + ", " + std::to_string(size[1]) + "]");
@@ -78,7 +69,9 @@ void add_scene(CLI::App& verb, Arguments& arguments) {
 
 void add_machine(CLI::App& verb, Arguments& arguments) {
     verb.add_option("--threads", arguments.threads, "Threads; default: all")->type_name("N")->envname("KAGERO_THREADS");
-    verb.add_option("--strategy", arguments.strategy, "Vectorization: auto, scalar or packet")->type_name("NAME");
+    verb.add_option("--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet")->type_name("NAME");
+    verb.add_option("--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`")
+        ->type_name("N");
     verb.add_option("--precision", arguments.precision, "Of the integration: auto, double or float")->type_name("NAME");
 }
 
@@ -91,7 +84,7 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options) {
 Options options_of(const Arguments& arguments) {
     Options options;
     if (!arguments.isa.empty()) options.isa = arguments.isa;
-    require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "packet"});
+    require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "per-ray", "packet"});
     options.strategy = arguments.strategy;
     require_one_of("--precision", arguments.precision, {"auto", "double", "float"});
     options.precision = arguments.precision;
@@ -107,6 +100,17 @@ Options options_of(const Arguments& arguments) {
         std::copy(edges.begin(), edges.end(), options.crop.begin());
     }
     return options;
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+    std::vector<std::string> parts(1);
+    for (const char c : text) {
+        if (c == separator)
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    }
+    return parts;
 }
 
 std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count) {

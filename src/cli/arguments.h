@@ -20,8 +20,8 @@ struct Arguments {
     std::string json;  ///< "-": stdout
     std::vector<std::string> overrides, cases;
     std::string threads, isa = "auto", strategy = "auto", precision = "auto";
-    std::string integrator, step, size, spp, seed, layers, crop, pixel;
-    std::string rays = "-", observer, parameter, repeat, sample;
+    std::string integrator, step, size, spp, seed, layers, crop, pixel, lanes;
+    std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds;
     std::string color = "auto";
     bool path = false, quick = false, full = false, quiet = false, verbose = false;
 };
@@ -37,6 +37,8 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options);
 /// Threads, instruction set and strategy, and the crop. Throws InputError.
 Options options_of(const Arguments& arguments);
 
+/// The words between separators, empty ones included.
+std::vector<std::string> split(const std::string& text, char separator);
 /// Whole numbers between separators: "640x480", "1,2". Throws InputError naming the option unless there are exactly `count`.
 std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count);
 /// A finite number. Throws InputError naming the option.

@@ -13,7 +13,8 @@ namespace {
 using namespace kagero;
 
 // One row is one more verb.
-const Verb* const verbs[] = {&render_verb, &trace_verb, &explain_verb, &check_verb, &print_verb, &error_verb, &stability_verb, &list_verb};
+const Verb* const verbs[] = {&render_verb,  &trace_verb, &explain_verb,   &check_verb, &print_verb,
+                             &compare_verb, &error_verb, &stability_verb, &list_verb};
 
 constexpr const char* exit_statuses =
     "`kagero VERB --help` shows the options of a verb.\n"

@@ -47,10 +47,12 @@ public:
             study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
         choose_drift_rays();
         climb_all();
-        take_times();
-        choose_cheapest();
-        follow_energy();
-        compare_pictures();
+        if (!study_.options.errors_only) {
+            take_times();
+            choose_cheapest();
+            follow_energy();
+            compare_pictures();
+        }
         study_.interrupted = stopped();
         study_.seconds = seconds();
         return std::move(study_);
@@ -137,6 +139,7 @@ void Study::choose_drift_rays() {
 void Study::climb_all() {
     const auto ladders = choose_ladders(plan_, {study_.options.quick, study_.options.full}, study_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
+        if (study_.options.errors_only && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
         climb(ladders[i]);
         tell(0.3 * double(i + 1) / double(ladders.size()));
     }
@@ -211,6 +214,7 @@ StudyPoint Study::measure(const Variant& variant, double& estimate) {
         point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
         point.queries = double(work.queries) / rays, point.iterations = double(work.active_iterations) / rays;
         if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
+        if (study_.options.errors_only) return point;
         as.without_surfaces();
         std::vector<RayEnd> unhindered;
         const RunReport without = trace(plan_, study_.sample.starts, unhindered);
@@ -219,13 +223,6 @@ StudyPoint Study::measure(const Variant& variant, double& estimate) {
     }
     point.drift = energy_drift(plan_, variant, drift_rays_);
     return point;
-}
-
-Timing timing_of(std::vector<double> times) {
-    const std::size_t n = times.size();
-    if (n == 0) return {std::nan(""), std::nan(""), std::nan("")};
-    std::sort(times.begin(), times.end());
-    return {0.5 * (times[(n - 1) / 2] + times[n / 2]), times.front(), times.back()};
 }
 
 /// The repetitions are interleaved: what disturbs the machine for a while disturbs every method.
@@ -268,10 +265,7 @@ Cheapest Study::cheapest(double error, const char* measure, Spread RayErrors::*s
     for (std::size_t c = 0; c < study_.curves.size(); ++c)
         for (std::size_t p = 0; p < study_.curves[c].points.size(); ++p) {
             const StudyPoint& point = study_.curves[c].points[p];
-            const RayErrors& e = point.errors;
-            const bool good =
-                e.compared > 0 && (e.*spread).p99 <= error && double(e.flips) <= 0.01 * double(study_.reference.decided);
-            if (!good || !(point.time.median < least)) continue;
+            if (!is_within(point, error, spread, study_.reference) || !(point.time.median < least)) continue;
             least = point.time.median;
             best.curve = c, best.point = p, best.found = true;
         }
@@ -335,6 +329,11 @@ void Study::compare_pictures() {
 }
 
 }  // namespace
+
+bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
+    const RayErrors& e = point.errors;
+    return e.compared > 0 && (e.*spread).p99 <= error && double(e.flips) <= 0.01 * double(reference.decided);
+}
 
 ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
     struct Restore {

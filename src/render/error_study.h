@@ -5,6 +5,7 @@
 #include "render/energy_drift.h"
 #include "render/picture_error.h"
 #include "render/reference.h"
+#include "render/timing.h"
 
 namespace kagero {
 
@@ -12,20 +13,16 @@ struct StudyOptions {
     std::uint32_t width = 64, height = 64;  ///< of the grid of sampled pixels
     bool quick = false;                     ///< a handful of methods, in double precision
     bool full = false;                      ///< every method one ray at a time too
+    bool errors_only = false;               ///< of packets alone; nothing is timed, followed or drawn
     unsigned threads = 1;                   ///< of the timed runs
     unsigned repeats = 5;                   ///< at least
-};
-
-/// ns per ray over the repeated runs.
-struct Timing {
-    double median = 0, min = 0, max = 0;
 };
 
 /// One method at one step.
 struct StudyPoint {
     double step = 0;              ///< of adaptive methods: the tolerance
     double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
-    Timing time;                  ///< with the scene's surfaces
+    Timing time;                  ///< ns per ray, with the scene's surfaces
     Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene
     double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
     double steps_without = 0;                                      ///< per ray, without surfaces
@@ -70,6 +67,9 @@ struct ErrorStudy {
     double seconds = 0;
     bool interrupted = false;
 };
+
+/// Whether 99 % of the rays are within a bound, and at most 1 % end otherwise than they should.
+bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference);
 
 /// The plan is as before when this returns.
 ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress = {},

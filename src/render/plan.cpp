@@ -4,6 +4,7 @@
 #include "modules/modules.h"
 #include "render/camera.h"
 #include "render/formula_space.h"
+#include "render/kernels.h"
 #include "render/redshift.h"
 #include "render/units.h"
 
@@ -21,14 +22,6 @@ std::uint32_t index_of(const std::string& name, const Infos* infos, std::uint32_
     for (std::uint32_t i = 0; i < count; ++i)
         if (name == infos[i].name) return i;
     throw InputError("'" + name + "' is not in the kernel module");
-}
-
-const KernelInfo& choose_kernel(const Module& module, const Options& options) {
-    const Strategy strategy = options.strategy == "scalar" ? Strategy::scalar : Strategy::packet;
-    const Precision precision = options.precision == "float" ? Precision::float32 : Precision::float64;
-    for (std::uint32_t i = 0; i < module.kernel_count; ++i)
-        if (module.kernels[i].strategy == strategy && module.kernels[i].precision == precision) return module.kernels[i];
-    throw InputError(std::string("no kernel for strategy ") + name_of(strategy) + " in " + name_of(precision));
 }
 
 /// A chord may leave the curve by a tenth of a pixel as seen from half the scene's diagonal; rays without a camera by far less.
@@ -93,7 +86,6 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     plan->scene = std::move(scene);
     plan->options = options;
     plan->module = &load_module(options.isa);
-    plan->kernel = &choose_kernel(*plan->module, options);
     plan->threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     const SceneDescription& s = plan->scene;
     const Module& m = *plan->module;
@@ -105,6 +97,7 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     if (s.space.formula) plan->parameters = compile_formula(*s.space.formula, m);
     plan->geometry = std::make_unique<SceneGeometry>(s);
     fill_job(*plan, with_camera);
+    plan->kernel = &choose_kernel(*plan, wish_of(*plan));
     check_disks(s);
     if (with_camera) place_camera(*plan);
     plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

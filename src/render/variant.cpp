@@ -1,5 +1,7 @@
 #include "render/variant.h"
 
+#include "render/kernels.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -28,15 +30,22 @@ const IntegratorInfo& info_of(const Plan& plan, const Variant& variant) {
 
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
                                     double step) {
-    const Module& module = *plan.module;
-    const KernelInfo* kernel = find_kernel(module, strategy, precision);
+    const KernelInfo* kernel = find_kernel(*plan.module, strategy, precision);
     if (!kernel) return {};
+    return find_variant(plan, method, *kernel, step);
+}
+
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel, double step) {
+    const Module& module = *plan.module;
+    const auto serves = [&](std::uint32_t i, bool rescaled) {
+        return !refusal_of(plan, i, rescaled) && !refusal_of(plan, kernel, i, rescaled);
+    };
     const bool rescales =
         module.hamiltonians[plan.job.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight;
     for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
         if (method != module.integrators[i].name) continue;
-        if (rescales && !refusal_of(plan, i, true)) return Variant{i, true, kernel, step, -1};
-        if (!refusal_of(plan, i, false)) return Variant{i, false, kernel, step, -1};
+        if (rescales && serves(i, true)) return Variant{i, true, &kernel, step, -1};
+        if (serves(i, false)) return Variant{i, false, &kernel, step, -1};
     }
     return {};
 }

@@ -23,6 +23,9 @@ const IntegratorInfo& info_of(const Plan& plan, const Variant& variant);
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
                                     double step);
 
+/// The same by one of the module's kernels, which may refuse it too.
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel, double step);
+
 /// Makes a plan follow a variant while it lives. A ray may take as many steps as cover the path that the scene allows.
 class PlanAs {
 public:

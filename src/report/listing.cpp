@@ -3,7 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "modules/modules.h"
-#include "render/plan.h"
+#include "render/kernels.h"
 #include "report/numbers.h"
 
 #include <nlohmann/json.hpp>
@@ -67,7 +67,7 @@ const char* what(Strategy strategy) {
         case Strategy::scalar:
             return "one ray at a time, no SIMD: the yardstick";
         case Strategy::per_ray:
-            return "one ray at a time, the components of its gradient in the lanes";
+            return "one ray at a time, the stages of its Gauss method or the components of its gradient in the lanes";
         case Strategy::packet:
             return "as many rays as a register has lanes, or a few times as many";
     }
@@ -80,8 +80,9 @@ Json strategy_items(const Module& module) {
         Json kernels = Json::array();
         for (std::uint32_t i = 0; i < module.kernel_count; ++i) {
             const KernelInfo& info = module.kernels[i];
-            if (info.strategy == strategy)
-                kernels.push_back({{"precision", name_of(info.precision)}, {"lanes", info.lanes}, {"registers", info.registers}});
+            if (info.strategy != strategy) continue;
+            kernels.push_back({{"precision", name_of(info.precision)}, {"lanes", info.lanes}, {"registers", info.registers}});
+            if (info.form != Form::none) kernels.back()["form"] = name_of(info.form);
         }
         if (!kernels.empty()) items.push_back({{"name", name_of(strategy)}, {"what", what(strategy)}, {"kernels", kernels}});
     }
@@ -153,7 +154,8 @@ std::string parameter_text(const Json& item) {
 std::string kernel_text(const Json& item) {
     const auto number = [&](const char* key) { return std::to_string(item[key].get<unsigned>()); };
     return item["precision"].get<std::string>() + ", rays at a time: " + number("lanes") +
-           ", registers per variable: " + number("registers");
+           ", registers per variable: " + number("registers") +
+           (item.contains("form") ? ", " + item["form"].get<std::string>() : std::string());
 }
 
 /// Of what is neither a flag nor a list of things with keys of their own.

@@ -1,5 +1,6 @@
 #include "report/run_json.h"
 
+#include "render/kernels.h"
 #include "report/numbers.h"
 
 #include <nlohmann/json.hpp>
@@ -43,6 +44,7 @@ void add_kernel(Json& json, const Plan& plan) {
     json["strategy"] = plan.kernel ? Json(name_of(plan.kernel->strategy)) : Json();
     json["precision"] = plan.kernel ? Json(name_of(plan.kernel->precision)) : Json();
     json["lanes"] = plan.kernel ? Json(plan.kernel->lanes) : Json();
+    if (plan.kernel && plan.kernel->form != Form::none) json["form"] = name_of(plan.kernel->form);
 }
 
 Json energy_json(const Plan& plan, const RunReport& report) {

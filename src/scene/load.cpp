@@ -85,12 +85,17 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
     return space;
 }
 
+/// "auto", 0, or how many rays a packet shall have; whether there are such packets the kernels know.
+std::uint32_t to_lanes(const Value& lanes) {
+    if (lanes.kind == Value::Kind::string) return to_choice(lanes, "integrator.lanes", {"auto"}), 0;
+    return to_count(lanes, "integrator.lanes", 1, 1024);
+}
+
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
     not_yet(section, "refill", {"auto"});
     not_yet(section, "symmetry", {"auto", "none"});
-    not_yet(section, "lanes", {"auto"});
     not_yet(section, "max_pixel_error");
     // Built-in spaces have a rescaling of their own, chosen with their equations.
     if (!space.formula) not_yet(section, "rescale", {"auto", "none"});
@@ -114,6 +119,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
         integrator.hit = to_choice(*hit, "integrator.hit", {"chord", "hermite"}) == 0 ? HitModel::chord : HitModel::hermite;
     }
     if (const Value* cull = find(section, "cull")) integrator.cull = to_choice(*cull, "integrator.cull", {"auto", "none"}) == 0;
+    if (const Value* lanes = find(section, "lanes")) integrator.lanes = to_lanes(*lanes);
     if (const Value* rescale = find(section, "rescale")) {
         integrator.rescale = to_text(*rescale, "integrator.rescale");
         if (space.formula) load_rescaling(*rescale, *space.formula);

@@ -1,0 +1,67 @@
+"""Runs kagero and reads its reports."""
+import json
+import pathlib
+import statistics
+import subprocess
+import tempfile
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
+SCENES = SOURCE / "scenes"
+
+
+class Program:
+    """The program of a build, one instruction set of it, and how patient to be."""
+
+    def __init__(self, build, isa, quick):
+        self.build = pathlib.Path(build)
+        self.isa = isa
+        self.quick = quick
+        self.rounds = 3 if quick else 7
+        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="kagero-performance-"))
+        self.commands = []
+
+    def text(self, *arguments):
+        """Standard output of one run. The command is kept for the page."""
+        words = [str(a) for a in arguments]
+        shown = "kagero " + " ".join(words).replace(str(SOURCE) + "/", "").replace(str(self.directory) + "/", "")
+        if shown not in self.commands:
+            self.commands.append(shown)
+        done = subprocess.run([self.build / "bin" / "kagero", *words, "--isa", self.isa], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise RuntimeError(f"{shown}: status {done.returncode}: {done.stderr.strip()}")
+        return done.stdout
+
+    def json(self, *arguments):
+        return json.loads(self.text(*arguments, "--quiet", "--json"))
+
+    def compare(self, scene, *arguments):
+        return self.json("compare", SCENES / scene, "--rounds", self.rounds, *arguments)
+
+    def render(self, scene, *arguments):
+        """The report of a render, and the bytes of its picture."""
+        picture = self.directory / "picture.pfm"
+        report = self.json("render", SCENES / scene, "-o", picture, *arguments)
+        return report, picture.read_bytes()
+
+    def ratio(self, *ways):
+        """Calls each way, which return a time, in turn, round by round; medians, least and greatest of the first time over the second."""
+        for way in ways:
+            way()
+        ratios = []
+        for _ in range(self.rounds):
+            first, second = (way() for way in ways)
+            ratios.append(first / second)
+        return Spread(ratios)
+
+
+class Spread:
+    def __init__(self, values):
+        self.median, self.least, self.greatest = statistics.median(values), min(values), max(values)
+
+
+def row_of(report, strategy, precision, form=None, lanes=None, best=True):
+    """The quickest row of a comparison that has all this; the usual width is the first of its kind that `kagero list` shows."""
+    rows = [r for r in report["rows"] if r["strategy"] == strategy and r["precision"] == precision]
+    rows = [r for r in rows if (form is None or r["form"] == form) and r["form"] != "auto-vectorized"]
+    rows = [r for r in rows if lanes is None or r["lanes"] == lanes]
+    return max(rows, key=lambda r: r["speedup"]) if rows and best else (rows[0] if rows else None)

@@ -1,0 +1,91 @@
+"""Ray lists, and the cheapest way to a bound on their directions."""
+import csv
+import io
+import math
+import random
+
+HOLE = """[space]
+hamiltonian = "schwarzschild"
+rg = 1
+[integrator]
+escape_radius = 40
+[camera]
+position = [0, -10, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [8, 8]
+"""
+OUTWARD, ACROSS = (2 / 3, -1 / 3, 2 / 3), (2 / 3, 2 / 3, -1 / 3)
+START = 20
+
+
+def inward(b):
+    """A ray at r = 20 r_g of impact parameter b: dr/dlambda = -sqrt(1 - (1 - 1/r) b^2/r^2), r dphi/dlambda = b/r."""
+    along, aside = -math.sqrt(1 - (1 - 1 / START) * b * b / START**2), b / START
+    return [START * o for o in OUTWARD] + [along * o + aside * a for o, a in zip(OUTWARD, ACROSS)]
+
+
+def write_rays(path, rays):
+    lines = ["x,y,z,dx,dy,dz"] + [",".join(repr(v) for v in ray) for ray in rays]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def peers(path, least=3.0, width=7.0, count=2048):
+    return write_rays(path, [inward(least + width * (k + 0.5) / count) for k in range(count)])
+
+
+def room_rays(path, shuffled, side=192):
+    """Directions through a square window, from the room's camera; in rows of a picture or in no order."""
+    eye, right, up = (0.22, -0.92, 0.16), (0.97, 0.23, 0.0), (0.0, 0.0, 1.0)
+    forward = [-c for c in eye]
+    rays = []
+    for y in range(side):
+        for x in range(side):
+            u, v = 2 * (x + 0.5) / side - 1, 1 - 2 * (y + 0.5) / side
+            rays.append(list(eye) + [forward[k] + u * right[k] + v * up[k] for k in range(3)])
+    if shuffled:
+        random.Random(7).shuffle(rays)
+    return write_rays(path, rays)
+
+
+def directions(program, scene, rays, *arguments):
+    rows = csv.DictReader(io.StringIO(program.text("trace", scene, "--rays", rays, "--threads", 1, *arguments)))
+    return [(row["status"], [float(row[k]) for k in ("dx", "dy", "dz")]) for row in rows]
+
+
+def worst_angle(ends, should):
+    if any(a[0] != b[0] for a, b in zip(ends, should)):
+        return math.inf
+    return max(2 * math.asin(min(1.0, 0.5 * math.dist(a[1], b[1]))) for a, b in zip(ends, should))
+
+
+METHODS = {"gauss4": (0.4, 0.2, 0.1), "gauss6": (0.9, 0.6, 0.4, 0.25), "gauss8": (1.2, 0.9, 0.7, 0.55, 0.45, 0.38, 0.3),
+           "gauss12": (1.2, 0.9, 0.6, 0.45, 0.35, 0.3, 0.25, 0.2, 0.15), "gauss16": (1.2, 0.9, 0.7, 0.5, 0.4, 0.3, 0.2)}
+
+
+def cheapest(program, rays, bounds, solved):
+    """For each bound on the greatest error of direction: (ns per ray, error, method and step), the quickest; and how well the reference,
+    gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
+    errors by. The least time decides, as the one that nothing disturbed."""
+    scene = program.directory / "hole.toml"
+    scene.write_text(HOLE)
+    should = directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.1)
+    doubt = worst_angle(directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.15), should)
+    found = []
+    for bound in bounds:
+        best = None
+        for method, steps in METHODS.items():
+            for step in steps:
+                how = ["--integrator", method, "--step", step, "-D", f"integrator.solver_tolerance={solved * bound:g}"]
+                error = worst_angle(directions(program, scene, rays, *how), should)
+                if error > bound:
+                    continue
+                report = program.json("trace", scene, "--rays", rays, "--threads", 1, "--repeat", 9 if program.quick else 25, *how)
+                time = report["ns_per_ray"]
+                if best is None or time["min"] < best[0]["min"]:
+                    best = (time, error, f"{method}, step {step}")
+                break  # shorter steps of the same method only cost more
+        found.append(best)
+    return found, doubt

@@ -1,0 +1,66 @@
+// From an index in the list of Hamiltonians to the kernels that are compared: those of the short list.
+#include "kernels/tracing/compared.h"
+#include "kernels/tracing/trace_entry.h"
+
+namespace kagero {
+
+// The loops are compiled elsewhere, each once: that of the scalar strategy is the one of every way with one ray at a time.
+#define KAGERO_LOOP(...) extern template void trace_with(const SpaceKernel<__VA_ARGS__>&, const Job&, const Tile&, RayEnd*, Counters&);
+KAGERO_LOOP(double)
+KAGERO_LOOP(FewDouble::Value)
+KAGERO_LOOP(ManyDouble::Value)
+KAGERO_LOOP(FewFloat::Value)
+KAGERO_LOOP(ManyFloat::Value)
+#undef KAGERO_LOOP
+
+namespace {
+
+/// Null for a Hamiltonian that is not on the short list.
+template <class Way>
+const SpaceKernel<typename Way::Value>* find_kernel(std::uint32_t hamiltonian, bool rescaled) {
+    using Kernel = SpaceKernel<typename Way::Value>;
+    using Lookup = const Kernel* (*)(bool);
+    static constexpr Lookup kernels[] = {
+#define KAGERO_HAMILTONIAN(TYPE)                                                                                             \
+    []([[maybe_unused]] bool with_rescaling) -> const Kernel* {                                                              \
+        if constexpr (is_compared<hamiltonians::TYPE>) return &compared_kernel<Way, hamiltonians::TYPE>(with_rescaling);     \
+        else return nullptr;                                                                                                 \
+    },
+#include "hamiltonians.inc"
+#undef KAGERO_HAMILTONIAN
+        [](bool) -> const Kernel* { return nullptr; },  // `formula`
+    };
+    return kernels[hamiltonian](rescaled);
+}
+
+constexpr const char* short_list = "it is compiled for a few spaces alone: "
+#include "compared_names.inc"
+    ;
+
+}  // namespace
+
+template <class Way>
+void trace_compared(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
+    trace_with(*find_kernel<Way>(job->hamiltonian, job->rescaled), *job, *tile, ends, *counters);
+}
+
+template <class Way>
+const char* compared_refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight) {
+    const auto* kernel = find_kernel<Way>(hamiltonian, rescaled);
+    if (!kernel) return short_list;
+    return straight ? nullptr : kernel->refusal[static_cast<int>(methods[integrator].kind)];
+}
+
+#define KAGERO_WAY(WAY)                                                                  \
+    template void trace_compared<WAY>(const Job*, const Tile*, RayEnd*, Counters*);      \
+    template const char* compared_refusal<WAY>(std::uint32_t, std::uint32_t, bool, bool);
+KAGERO_WAY(PerRayGradient)
+KAGERO_WAY(PerRayStages)
+KAGERO_WAY(AutoVectorized)
+KAGERO_WAY(FewDouble)
+KAGERO_WAY(ManyDouble)
+KAGERO_WAY(FewFloat)
+KAGERO_WAY(ManyFloat)
+#undef KAGERO_WAY
+
+}  // namespace kagero

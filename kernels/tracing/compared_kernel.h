@@ -1,0 +1,94 @@
+/// The definition of `compared_kernel`: a Hamiltonian joined with the kinds of step that each way of tracing is compared by.
+#pragma once
+
+#include "kernels/stepping/forward_system.h"
+#include "kernels/stepping/stages_in_lanes.h"
+#include "kernels/stepping/steppers.h"
+#include "kernels/tracing/compared.h"
+
+namespace kagero {
+namespace detail {
+
+/// The same system under another name, so that its steps are compiled once more, with other flags.
+template <class H, bool Rescaled, class S>
+struct AutoVectorizedSystem : System<H, Rescaled, S> {
+    using System<H, Rescaled, S>::System;
+};
+
+/// Which step stands for a kind: `choose.operator()<kind>()` names it by a value of its type; void where there is none.
+template <class System, class V, class Choose>
+constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_not) {
+    SpaceKernel<V> kernel{};
+    kernel.creased = Creased<typename System::Hamiltonian>;
+    kernel.scaled = BoundsSteps<System, V>;
+    kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
+    const auto fill = [&]<int k>() {
+        using Step = typename decltype(choose.template operator()<static_cast<Kind>(k)>())::type;
+        if constexpr (std::is_void_v<Step>) {
+            kernel.refusal[k] = why_not;
+        } else {
+            kernel.refusal[k] = refusal<System, Step>();
+            if constexpr (!refusal<System, Step>()) kernel.begin[k] = begin<System, Step, V>, kernel.step[k] = step<System, Step, V>;
+        }
+    };
+    [&]<int... k>(std::integer_sequence<int, k...>) { (fill.template operator()<k>(), ...); }(std::make_integer_sequence<int, kind_count>{});
+    kernel.begin_straight = begin<System, Straight, V>;
+    kernel.step_straight = step<System, Straight, V>;
+    return kernel;
+}
+
+template <class Step>
+using Chosen = std::type_identity<Step>;
+
+struct StageSteps {
+    template <Kind kind>
+    constexpr auto operator()() const {
+        if constexpr (kind == Kind::gauss) return Chosen<StagesInLanes<0>>{};
+        else if constexpr (kind == Kind::gauss_of_4) return Chosen<StagesInLanes<4>>{};
+        else return Chosen<void>{};
+    }
+};
+/// Straight rays alone.
+struct NoSteps {
+    template <Kind>
+    constexpr auto operator()() const { return Chosen<void>{}; }
+};
+/// What a scene of the short list takes unasked, and what the paper's methods are made of.
+struct WidthSteps {
+    template <Kind kind>
+    constexpr auto operator()() const {
+        if constexpr (kind == Kind::gauss) return Chosen<Gauss<0>>{};
+        else if constexpr (kind == Kind::gauss_of_4) return Chosen<Gauss<4>>{};
+        else if constexpr (kind == Kind::nystroem) return Chosen<Nystroem>{};
+        else if constexpr (kind == Kind::composition) return Chosen<Composition>{};
+        else return Chosen<void>{};
+    }
+};
+
+template <class Way, class H, bool Rescaled>
+constexpr auto make_compared_kernel() {
+    using V = typename Way::Value;
+    using S = ScalarOf<V>;
+    if constexpr (Way::form == Form::gradient) return make_space_kernel<ForwardSystem<H, Rescaled, S>, V>();
+    else if constexpr (Way::form == Form::stages)
+        return kernel_of_kinds<System<H, Rescaled, S>, V>(StageSteps{}, "only Gauss-Legendre methods have stages to put in the lanes");
+    else {
+        using Own = std::conditional_t<Way::form == Form::auto_vectorized, AutoVectorizedSystem<H, Rescaled, S>, System<H, Rescaled, S>>;
+        if constexpr (Rescaled == Rescalable<H>) return kernel_of_kinds<Own, V>(WidthSteps{}, "it is not compiled for this kind of step");
+        else return kernel_of_kinds<Own, V>(NoSteps{}, "of this space it is compiled for the rescaled Hamiltonian alone");
+    }
+}
+
+}  // namespace detail
+
+template <class Way, class H>
+const SpaceKernel<typename Way::Value>& compared_kernel(bool rescaled) {
+    static constexpr auto plain = detail::make_compared_kernel<Way, H, false>();
+    if constexpr (Rescalable<H>) {
+        static constexpr auto transformed = detail::make_compared_kernel<Way, H, true>();
+        if (rescaled) return transformed;
+    }
+    return plain;
+}
+
+}  // namespace kagero

@@ -1,0 +1,88 @@
+// kagero compare: the vectorization strategies side by side.
+#include "render/compare.h"
+
+#include "cli/interrupt.h"
+#include "cli/verb.h"
+#include "error.h"
+#include "modules/modules.h"
+#include "report/compare_report.h"
+
+#include <CLI/CLI.hpp>
+
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+constexpr std::uint32_t most_rounds = 1000;
+
+void declare(CLI::App& app, Arguments& arguments) {
+    add_scene(app, arguments);
+    app.add_option("--methods", arguments.methods, "Integrators to compare by; default: the scene's")->type_name("A,B");
+    app.add_option("--equal-error", arguments.equal_error,
+                   "Each strategy by its own cheapest method that brings 99 % of the rays within E pixels")
+        ->type_name("E");
+    app.add_option("--rounds", arguments.rounds, "Interleaved rounds; default: 5")->type_name("N");
+    add_json(app, arguments);
+    add_machine(app, arguments);
+    add_messages(app, arguments);
+}
+
+std::vector<std::string> isas_of(const Options& options) {
+    std::vector<std::string> isas;
+    for (const IsaInfo& isa : find_isas())
+        if (isa.supported) isas.push_back(isa.name);
+    if (options.isa != "auto") isas = {options.isa};
+    return isas;
+}
+
+/// --lanes is a list here, and not a key of the scene.
+CompareOptions compare_options(const Arguments& arguments, const Options& options) {
+    CompareOptions compared;
+    compared.isas = isas_of(options);
+    if (options.threads) compared.threads = options.threads;
+    for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet})
+        if (options.strategy == name_of(strategy)) compared.strategy = strategy;
+    if (options.precision != "auto") compared.precision = options.precision == "float" ? Precision::float32 : Precision::float64;
+    if (!arguments.lanes.empty() && arguments.lanes != "auto")
+        for (const std::string& word : split(arguments.lanes, ','))
+            compared.lanes.push_back(whole_numbers("--lanes", word, ',', 1)[0]);
+    if (!arguments.methods.empty()) compared.methods = split(arguments.methods, ',');
+    if (!arguments.rounds.empty()) compared.rounds = whole_numbers("--rounds", arguments.rounds, ',', 1)[0];
+    if (compared.rounds < 1 || compared.rounds > most_rounds)
+        throw InputError("--rounds: " + arguments.rounds + " is not in 1 to " + std::to_string(most_rounds));
+    if (arguments.equal_error.empty()) return compared;
+    compared.equal_error = finite_number("--equal-error", arguments.equal_error);
+    if (!(compared.equal_error > 0)) throw InputError("--equal-error: " + arguments.equal_error + " is not greater than 0");
+    if (!compared.methods.empty()) throw InputError("--equal-error chooses the methods itself; leave --methods out");
+    return compared;
+}
+
+Comparison compare_watched(const SceneDescription& scene, const CompareOptions& options, const Terminal& terminal) {
+    InterruptGuard guard;
+    ProgressLine line(terminal);
+    return compare(
+        scene, options, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    const Options options = options_of(arguments);
+    const CompareOptions compared = compare_options(arguments, options);
+    Arguments without_lanes = arguments;
+    without_lanes.lanes.clear();
+    const SceneDescription scene = scene_of(without_lanes, options);
+    check_output(arguments.json);
+    const Comparison comparison = compare_watched(scene, compared, terminal);
+    if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << compare_text(compared, comparison); });
+    if (!arguments.json.empty())
+        write_output(arguments.json, [&](std::ostream& out) { out << compare_json(scene, compared, comparison); });
+    return comparison.interrupted ? exit_interrupted : exit_done;
+}
+
+}  // namespace
+
+const Verb compare_verb{"compare", "Set the vectorization strategies side by side: time, and difference of the pictures", declare,
+                        run};
+
+}  // namespace kagero

@@ -1,0 +1,84 @@
+#include "render/kernels.h"
+
+#include <algorithm>
+#include <span>
+
+namespace kagero {
+namespace {
+
+std::span<const KernelInfo> kernels_of(const Module& module) {
+    return {module.kernels, module.kernel_count};
+}
+
+bool fits(const KernelInfo& kernel, const KernelWish& wish) {
+    if (kernel.form == Form::auto_vectorized) return false;  // a yardstick of `compare`, not a way to render
+    if (wish.precision && kernel.precision != *wish.precision) return false;
+    if (wish.strategy && kernel.strategy != *wish.strategy) return false;
+    if (!wish.strategy && kernel.strategy == Strategy::per_ray) return false;
+    if (!wish.strategy && wish.lanes == 0 && kernel.strategy != Strategy::packet) return false;
+    return wish.lanes == 0 || kernel.lanes == wish.lanes;
+}
+
+/// "strategy packet, double, 64 lanes"
+std::string text_of(const KernelWish& wish) {
+    std::string text;
+    const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+    if (wish.strategy) add(std::string("strategy ") + name_of(*wish.strategy));
+    if (wish.precision) add(name_of(*wish.precision));
+    if (wish.lanes) add("integrator.lanes = " + std::to_string(wish.lanes));
+    return text;
+}
+
+/// The numbers of lanes that would do, were it not for those that are asked for.
+std::string lanes_text(const Plan& plan, KernelWish wish) {
+    wish.lanes = 0;
+    std::vector<std::uint32_t> lanes;
+    for (const KernelInfo& kernel : kernels_of(*plan.module)) {
+        const bool scalar = !wish.strategy && kernel.strategy == Strategy::scalar && kernel.precision == wish.precision;
+        if ((fits(kernel, wish) || scalar) && !refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled))
+            lanes.push_back(kernel.lanes);
+    }
+    std::sort(lanes.begin(), lanes.end());
+    lanes.erase(std::unique(lanes.begin(), lanes.end()), lanes.end());
+    std::string text;
+    for (const std::uint32_t n : lanes) text += (text.empty() ? "" : ", ") + std::to_string(n);
+    return text;
+}
+
+}  // namespace
+
+KernelWish wish_of(const Plan& plan) {
+    KernelWish wish;
+    for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet})
+        if (plan.options.strategy == name_of(strategy)) wish.strategy = strategy;
+    wish.precision = plan.options.precision == "float" ? Precision::float32 : Precision::float64;
+    wish.lanes = plan.scene.integrator.lanes;
+    return wish;
+}
+
+const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish) {
+    std::string why;
+    for (const KernelInfo& kernel : kernels_of(*plan.module)) {
+        if (!fits(kernel, wish)) continue;
+        const char* refusal = refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled);
+        if (!refusal) return kernel;
+        why = refusal;
+    }
+    const std::string there_is_none = text_of(wish) + ": there is no such kernel for " + plan.scene.space.hamiltonian + " by " +
+                                      plan.scene.integrator.method + " in the module " + plan.module->isa;
+    if (!why.empty()) throw InputError(there_is_none + ": " + why);
+    const std::string lanes = lanes_text(plan, wish);
+    throw InputError(there_is_none + (lanes.empty() ? std::string("; `kagero list strategies` shows those there are")
+                                                    : "; lanes there are: " + lanes));
+}
+
+const char* refusal_of(const Plan& plan, const KernelInfo& kernel, std::uint32_t integrator, bool rescaled) {
+    return kernel.refusal ? kernel.refusal(plan.job.hamiltonian, integrator, rescaled, plan.straight) : nullptr;
+}
+
+const char* name_of(Form form) {
+    constexpr const char* names[] = {"", "gradient", "stages", "auto-vectorized"};
+    return names[static_cast<int>(form)];
+}
+
+}  // namespace kagero

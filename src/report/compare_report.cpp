@@ -1,0 +1,114 @@
+#include "report/compare_report.h"
+
+#include "render/kernels.h"
+#include "report/numbers.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json row_json(const CompareRow& row, unsigned threads) {
+    const KernelInfo& kernel = *row.kernel;
+    return {{"strategy", name_of(kernel.strategy)},
+            {"form", kernel.form == Form::none ? Json() : Json(name_of(kernel.form))},
+            {"method", row.method},
+            {"precision", name_of(kernel.precision)},
+            {"isa", row.isa},
+            {"lanes", kernel.lanes},
+            {"registers", kernel.registers},
+            {"shape", row.shape},
+            {"threads", threads},
+            {"seconds", {{"median", row.seconds.median}, {"min", row.seconds.min}, {"max", row.seconds.max}}},
+            {"mrays_per_s", 1e-6 * row.rays_per_second},
+            {"speedup", row.speedup},
+            {"lane_occupancy", row.occupancy},
+            {"max_difference", row.max_difference},
+            {"flips", row.flips},
+            {"step", row.step},
+            {"solver_tolerance", row.solver_tolerance}};
+}
+
+using Cells = std::vector<std::string>;
+
+/// Nothing where an interruption left nothing to measure.
+std::string number(double value) {
+    return std::isfinite(value) ? rounded(value) : "-";
+}
+
+Cells cells_of(const CompareRow& row) {
+    const KernelInfo& kernel = *row.kernel;
+    std::string strategy = name_of(kernel.strategy);
+    if (kernel.form != Form::none) strategy += std::string(" ") + name_of(kernel.form);
+    return {row.isa,
+            strategy,
+            row.method,
+            rounded(row.step),
+            name_of(kernel.precision),
+            std::to_string(kernel.lanes),
+            std::to_string(kernel.registers),
+            row.shape,
+            number(1e3 * row.seconds.median),
+            number(row.rays_per_second),
+            number(row.speedup),
+            rounded(row.occupancy),
+            rounded(row.max_difference),
+            std::to_string(row.flips)};
+}
+
+const Cells header{"isa",   "strategy", "method", "step",    "precision", "lanes",      "registers",
+                   "shape", "ms",       "rays/s", "speedup", "occupancy", "difference", "flips"};
+constexpr std::size_t left_aligned = 5;  ///< columns that are words
+
+}  // namespace
+
+std::string compare_json(const SceneDescription& scene, const CompareOptions& options, const Comparison& comparison) {
+    Json rows = Json::array(), left_out = Json::array();
+    for (const CompareRow& row : comparison.rows) rows.push_back(row_json(row, options.threads));
+    for (const auto& [what, why] : comparison.left_out) left_out.push_back({{"what", what}, {"why", why}});
+    const Json json{{"rows", rows},
+                    {"scene", scene.path},
+                    {"width", scene.film.width},
+                    {"height", scene.film.height},
+                    {"rays", comparison.rays},
+                    {"rounds", comparison.rounds},
+                    {"equal_error", options.equal_error > 0 ? Json(options.equal_error) : Json()},
+                    {"compiler", comparison.compiler},
+                    {"left_out", left_out},
+                    {"interrupted", comparison.interrupted}};
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string compare_text(const CompareOptions& options, const Comparison& comparison) {
+    std::vector<Cells> lines{header};
+    for (const CompareRow& row : comparison.rows) lines.push_back(cells_of(row));
+    std::vector<std::size_t> width(header.size());
+    for (const Cells& cells : lines)
+        for (std::size_t i = 0; i < cells.size(); ++i) width[i] = std::max(width[i], cells[i].size());
+    std::string text;
+    for (const Cells& cells : lines) {
+        std::string line;
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            const std::string padding(width[i] - cells[i].size(), ' ');
+            if (i) line += "  ";
+            line += i < left_aligned ? cells[i] : padding;
+            line += i < left_aligned ? padding : cells[i];
+        }
+        text += line + "\n";
+    }
+    text += "\n" + rounded(double(comparison.rays)) + " rays, " + std::to_string(options.threads) +
+            (options.threads == 1 ? " thread, " : " threads, ") + std::to_string(comparison.rounds) +
+            " interleaved rounds: medians; speedup over scalar double of the same instruction set, median of ratios. " +
+            (options.equal_error > 0
+                 ? "Each by its cheapest method for " + shortest(options.equal_error) + " pixel (99 % of the rays).\n"
+                 : "All by the same method and step.\n");
+    for (const auto& [what, why] : comparison.left_out) text += "left out: " + what + ": " + why + "\n";
+    return text;
+}
+
+}  // namespace kagero

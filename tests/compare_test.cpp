@@ -1,0 +1,144 @@
+// Every strategy, form and width makes the same picture; and `kagero compare` says so in the words of its contract.
+#include "hole_scene.h"
+#include "plan_fixture.h"
+
+#include "render/compare.h"
+#include "render/kernels.h"
+
+#include <nlohmann/json.hpp>
+
+#include <limits>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+SceneDescription small_room(const Overrides& more = {}) {
+    Overrides all{"film.size=[48,40]"};
+    all.insert(all.end(), more.begin(), more.end());
+    return load_scene(KAGERO_SCENES "/room.toml", all, catalogue("auto"));
+}
+
+CompareOptions once(const std::vector<std::string>& methods) {
+    CompareOptions options;
+    for (const char* isa : {"sse2", "avx2", "avx512"})
+        if (std::string(KAGERO_BUILT_ISAS).find(isa) != std::string::npos && __builtin_cpu_supports("sse2"))
+            options.isas.push_back(isa);
+    std::erase_if(options.isas, [](const std::string& isa) {
+        return (isa == "avx2" && !__builtin_cpu_supports("avx2")) || (isa == "avx512" && !__builtin_cpu_supports("avx512vl"));
+    });
+    options.methods = methods;
+    options.rounds = 1;
+    return options;
+}
+
+// Scalar and packet code round alike; per-ray sums its gradient in another order, and float is float. The pixel where an edge of
+// the checkers lies within the error of its ray has the other colour: there are few of them.
+TEST(Compare, EveryWayMakesTheSamePicture) {
+    const Comparison result = compare(small_room(), once({"gauss8", "verlet"}));
+    const std::uint64_t pixels = 48 * 40;
+    bool forms[4] = {};
+    for (const CompareRow& row : result.rows) {
+        const KernelInfo& kernel = *row.kernel;
+        SCOPED_TRACE(row.isa + " " + name_of(kernel.strategy) + " " + name_of(kernel.form) + " " + row.method + " " +
+                     name_of(kernel.precision) + " " + std::to_string(kernel.lanes) + " " + row.shape);
+        forms[static_cast<int>(kernel.form)] = true;
+        EXPECT_GT(row.seconds.median, 0);
+        EXPECT_GT(row.speedup, 0);
+        const bool exact = kernel.precision == Precision::float64 && kernel.form != Form::gradient;
+        EXPECT_LE(row.flips, exact ? 0 : pixels / 100);
+        if (exact) {
+            EXPECT_EQ(row.max_difference, 0);
+        }
+    }
+    for (const bool seen : forms) EXPECT_TRUE(seen);
+    EXPECT_EQ(result.rays, pixels);
+}
+
+TEST(Compare, StatusesAgreeRayByRay) {
+    const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", {"film.size=[48,40]"}, with_strategy("scalar"));
+    std::vector<RayStart> starts;
+    for (std::uint32_t y = 0; y < 40; ++y)
+        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));
+    std::vector<RayEnd> should;
+    trace(*plan, starts, should);
+    for (std::uint32_t k = 0; k < plan->module->kernel_count; ++k) {
+        const KernelInfo& kernel = plan->module->kernels[k];
+        if (kernel.precision != Precision::float64 || refusal_of(*plan, kernel, plan->job.integrator, plan->job.rescaled))
+            continue;
+        plan->kernel = &kernel;
+        std::vector<RayEnd> ends;
+        trace(*plan, starts, ends);
+        // As far as an error of rounding grows on the way: all but the rays that circle the hole, by less than this.
+        const double close = kernel.form == Form::gradient ? 1e-7 : 0;
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            ASSERT_EQ(ends[i].status, should[i].status) << k << " " << i;
+            for (int c = 0; c < 3; ++c) ASSERT_NEAR(ends[i].q[c], should[i].q[c], close) << k << " " << i;
+        }
+    }
+}
+
+TEST(Compare, APerRayPlanTakesStagesWhereThereAreAny) {
+    const auto form = [](const char* method) {
+        return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method}, with_strategy("per-ray"))
+            ->kernel->form;
+    };
+    EXPECT_EQ(form("gauss8"), Form::stages);
+    EXPECT_EQ(form("gauss16"), Form::stages);
+    EXPECT_EQ(form("verlet"), Form::gradient);
+}
+
+class CompareVerb : public HoleTest {};
+
+TEST_F(CompareVerb, ReportsInTheWordsOfTheContract) {
+    const Outcome outcome = run("compare hole.toml --rounds 1 --json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    ASSERT_FALSE(report["rows"].empty());
+    for (const json& row : report["rows"]) {
+        for (const char* key : {"strategy", "form", "method", "precision", "isa", "lanes", "registers", "shape", "threads",
+                                "seconds", "mrays_per_s", "speedup", "lane_occupancy", "max_difference", "flips"})
+            EXPECT_TRUE(row.contains(key)) << key;
+        for (const char* key : {"median", "min", "max"}) EXPECT_TRUE(row["seconds"][key].is_number()) << key;
+        EXPECT_EQ(row["threads"], 1);
+        const bool yardstick = row["strategy"] == "scalar" && row["precision"] == "double" && row["form"].is_null();
+        if (yardstick) {
+            EXPECT_EQ(row["speedup"], 1);
+        }
+    }
+}
+
+TEST_F(CompareVerb, NarrowsAndRefuses) {
+    const Outcome narrow = run("compare hole.toml --rounds 1 --strategy per-ray --json --quiet");
+    ASSERT_EQ(narrow.status, 0) << narrow.err;
+    for (const json& row : json::parse(narrow.out)["rows"])
+        EXPECT_TRUE(row["strategy"] == "per-ray" || row["speedup"] == 1) << row;
+    EXPECT_EQ(run("compare hole.toml --lanes 7").status, 2);
+    EXPECT_EQ(run("compare hole.toml --methods gauss7").status, 2);
+    EXPECT_EQ(run("compare hole.toml --equal-error 0").status, 2);
+    const Outcome table = run("compare hole.toml --rounds 1 --lanes 1");
+    EXPECT_EQ(table.status, 0) << table.err;
+    EXPECT_NE(table.out.find("speedup"), std::string::npos) << table.out;
+}
+
+TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
+    const Outcome outcome = run("compare hole.toml --rounds 1 --equal-error 0.25 --precision double --json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    EXPECT_EQ(report["equal_error"], 0.25);
+    EXPECT_GT(report["rows"].size(), 2u);
+}
+
+TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
+    EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 1").status, 0);
+    const Outcome none = run("render hole.toml -o a.png --quiet --lanes 7");
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("lanes there are: 1, "), std::string::npos) << none.err;
+    const Outcome elsewhere =
+        run("render hole.toml -o a.png --quiet --strategy per-ray -D space.hamiltonian=formula -D 'space.H=\"px\"'");
+    EXPECT_EQ(elsewhere.status, 2) << elsewhere.err;
+}
+
+}  // namespace
+}  // namespace kagero::test

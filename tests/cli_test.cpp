@@ -14,7 +14,7 @@ class Cli : public HoleTest {};
 
 TEST_F(Cli, HelpAndVersionAreResults) {
     for (const char* arguments :
-         {"--help", "render --help", "trace --help", "check --help", "print --help", "list --help", "error --help"}) {
+         {"--help", "render --help", "trace --help", "check --help", "print --help", "list --help", "error --help", "profile --help"}) {
         const Outcome help = run(arguments);
         EXPECT_EQ(help.status, 0) << arguments;
         EXPECT_NE(help.out.find("Usage: kagero"), std::string::npos) << arguments;

@@ -36,7 +36,8 @@ const std::atomic<bool>* InterruptGuard::requested() {
 
 SnapshotGuard::SnapshotGuard() {
     snapshot_wanted = false;
-    set(SIGUSR1, [](int) { snapshot_wanted = true; }, SA_RESTART);
+    set(
+        SIGUSR1, [](int) { snapshot_wanted = true; }, SA_RESTART);
 }
 
 SnapshotGuard::~SnapshotGuard() {

@@ -111,9 +111,8 @@ void tell_result(const RunReport& report, const std::string& path, const Termina
     const char* ending = report.out_of_time   ? "the time is up; what was done is in "
                          : report.interrupted ? "interrupted; what was done is in "
                                               : "the picture is in ";
-    terminal.note(ending + path + " (" +
-                  rounded(static_cast<double>(report.rays)) + " rays in " + rounded(report.seconds) + " s, " + rounded(rate) +
-                  " rays/s)");
+    terminal.note(ending + path + " (" + rounded(static_cast<double>(report.rays)) + " rays in " + rounded(report.seconds) +
+                  " s, " + rounded(rate) + " rays/s)");
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {

@@ -34,8 +34,8 @@ struct RunReport {
     std::uint64_t status[status_count] = {};
     Percentiles energy_error;  ///< only with Options::energy_error
     std::uint64_t unrefined = 0;
-    bool interrupted = false;    ///< some pixels were never traced
-    bool out_of_time = false;    ///< … because the time was up
+    bool interrupted = false;  ///< some pixels were never traced
+    bool out_of_time = false;  ///< … because the time was up
 };
 
 /// Called now and then, from one thread at a time, with the finished share in 0…1 and the seconds gone by.
@@ -47,7 +47,7 @@ struct Watch {
     const std::atomic<bool>* stop = nullptr;
     double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of tracing and shading
     Recording* recording = nullptr;                               ///< filled in, if wanted
-    std::atomic<bool>* snapshot_wanted = nullptr;  ///< set from outside; the thread that takes it back hands the film so far to
+    std::atomic<bool>* snapshot_wanted = nullptr;    ///< set from outside; the thread that takes it back hands the film so far to
     std::function<void(const Film&)> snapshot = {};  ///< … this, a copy, while the others go on
 };
 

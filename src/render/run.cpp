@@ -141,7 +141,7 @@ private:
     void trace(const Tile& tile, Share& share, TileRecord* record) const {
         const FlushDenormals flush;
         if (rays_) rays_(tile, share.list);
-        if (record) record->listed = seconds(), record->ticks = __rdtsc();
+        if (record) record->listed = rays_ ? seconds() : record->begin, record->ticks = __rdtsc();
         if (rays_) {
             trace_list(plan_, job_, share);
         } else {

@@ -101,18 +101,19 @@ TEST_F(ProfileVerb, TilesCoverTheFilmOnce) {
 TEST_F(ProfileVerb, TheTraceIsOne) {
     profile();
     const json trace = json::parse(read("report/trace.json"));
-    std::map<int, std::vector<std::pair<double, double>>> open;
+    std::map<int, std::vector<std::pair<long long, long long>>> open;
     std::size_t tiles = 0;
     for (const json& event : trace["traceEvents"]) {
         if (event["ph"] == "M") continue;
         ASSERT_EQ(event["ph"], "X");
         tiles += event["name"].get<std::string>().starts_with("tile ");
-        const double begin = event["ts"], end = begin + event["dur"].get<double>();
+        ASSERT_TRUE(event["ts"].is_number_integer() && event["dur"].is_number_integer());
+        const long long begin = event["ts"], end = begin + event["dur"].get<long long>();
         EXPECT_GE(begin, 0);
         EXPECT_GE(end, begin);
         auto& outer = open[event["tid"]];
-        while (!outer.empty() && begin >= outer.back().second - 1e-3) outer.pop_back();
-        EXPECT_TRUE(outer.empty() || end <= outer.back().second + 1e-3) << event;
+        while (!outer.empty() && begin >= outer.back().second) outer.pop_back();
+        EXPECT_TRUE(outer.empty() || end <= outer.back().second) << event;
         outer.emplace_back(begin, end);
     }
     EXPECT_EQ(tiles, all_["tiles"]["count"]);

@@ -12,8 +12,8 @@ namespace {
 constexpr std::uint32_t spacing = 16;
 /// Rays of the first pass handed out at a time.
 constexpr std::uint32_t chunk = 64;
-/// What a ray costs beside its gradients (its start, landing and shading), in gradients: some 100 in a room of checkers, 50 against a
-/// textured sky. Tiles of one size keep their order whatever it is.
+/// What a ray costs beside its gradients (its start, landing and shading), in gradients: some 100 in a room of checkers, 50
+/// against a textured sky. Tiles of one size keep their order whatever it is.
 constexpr double gradients_of_a_ray = 80;
 
 /// The pixels that stand for a tile: the middles of squares, or what of them lies inside.

@@ -5,20 +5,22 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
+
 namespace kagero {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Whole microseconds, so that the end of an inner event is not, by a rounding, later than that of the outer one.
+long long microseconds(double seconds) {
+    return std::llround(1e6 * seconds);
+}
+
 Json event(const std::string& name, unsigned thread, double begin, double end, Json about = Json::object()) {
-    return {{"name", name},
-            {"cat", "kagero"},
-            {"ph", "X"},
-            {"pid", 1},
-            {"tid", thread},
-            {"ts", 1e6 * begin},
-            {"dur", 1e6 * (end - begin)},
-            {"args", std::move(about)}};
+    const long long from = microseconds(begin), to = microseconds(end);
+    return {{"name", name},  {"cat", "kagero"}, {"ph", "X"},        {"pid", 1},
+            {"tid", thread}, {"ts", from},      {"dur", to - from}, {"args", std::move(about)}};
 }
 
 Json thread_name(unsigned thread) {

@@ -1,9 +1,10 @@
 #include "render/peak.h"
 
+#include "render/threads.h"
+
 #include <algorithm>
 #include <chrono>
 #include <latch>
-#include <thread>
 #include <vector>
 
 namespace kagero {
@@ -33,16 +34,12 @@ double peak_operations(const Module& module, Precision precision, unsigned threa
     for (int run = 0; run < 5; ++run) {
         std::vector<double> rates(threads);
         std::latch start(threads);
-        {
-            std::vector<std::jthread> team;
-            for (unsigned i = 0; i < threads; ++i)
-                team.emplace_back([&, i] {
-                    start.arrive_and_wait();
-                    const auto begin = Clock::now();
-                    const double operations = module.multiply_adds(precision, rounds);
-                    rates[i] = operations / seconds_since(begin);
-                });
-        }
+        on_threads(threads, [&](unsigned i) {
+            start.arrive_and_wait();
+            const auto begin = Clock::now();
+            const double operations = module.multiply_adds(precision, rounds);
+            rates[i] = operations / seconds_since(begin);
+        });
         double sum = 0;
         for (const double rate : rates) sum += rate;
         best = std::max(best, sum);

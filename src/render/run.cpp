@@ -1,8 +1,6 @@
 #include "render/run.h"
 
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
+#include "render/threads.h"
 
 #include <algorithm>
 #include <chrono>
@@ -186,16 +184,8 @@ private:
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
                     const Watch& watch) {
     std::vector<Share> shares(std::max(plan.threads, 1u));
-    // More threads than cores only if asked for.
-    const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, shares.size());
-    tbb::task_arena arena(static_cast<int>(shares.size()));
     Run run(plan, job, work, rays, done, watch);
-    // One task per thread, which takes tile after tile: TBB's own splitting would hand out halves of the list, not its order.
-    arena.execute([&] {
-        tbb::parallel_for(
-            std::size_t(0), shares.size(), [&](std::size_t i) { run.work(static_cast<unsigned>(i), shares[i]); },
-            tbb::simple_partitioner{});
-    });
+    on_threads(static_cast<unsigned>(shares.size()), [&](unsigned thread) { run.work(thread, shares[thread]); });
     const double elapsed = run.seconds();
     RunReport report = gather(shares);
     report.seconds = elapsed;

@@ -36,8 +36,8 @@ std::string svg(double width, double height, const std::string& title, const std
            "\" xmlns=\"http://www.w3.org/2000/svg\">\n" + body + "</svg>\n";
 }
 
-std::string milliseconds(double seconds) {
-    return rounded(1e3 * seconds) + " ms";
+std::string time_text(double seconds) {
+    return seconds >= 1 ? rounded(seconds) + " s" : rounded(1e3 * seconds) + " ms";
 }
 
 /// The film's tiles at (left, top), as wide as `width`; `share` of each is 0 … 1.
@@ -52,7 +52,7 @@ std::string film_of_tiles(const Profile& profile, double left, double top, doubl
         body += rectangle(
             left + scale * (t.tile.x0 - x0), top + scale * (t.tile.y0 - y0), scale * (t.tile.x1 - t.tile.x0),
             scale * (t.tile.y1 - t.tile.y0), "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
-            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + milliseconds(t.processor));
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + time_text(t.processor));
     return body;
 }
 
@@ -68,7 +68,7 @@ std::string stages_chart(const Profile& profile, double write_seconds) {
     BarChart chart{"Seconds of all threads, stage by stage", "s", {}};
     for (const auto& [name, seconds] : stages)
         chart.bars.push_back({name, name == "integrate" ? blue : grey,
-                              milliseconds(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
+                              time_text(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
     return svg_of(chart);
 }
 
@@ -86,14 +86,14 @@ std::string threads_chart(const Profile& profile) {
     for (const TileRecord& t : profile.recording.tiles) {
         const double y = row * t.thread + 3, x = left + scale * (shift + t.begin);
         const std::string tip =
-            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " + milliseconds(t.end - t.begin);
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " + time_text(t.end - t.begin);
         body += rectangle(x, y, scale * (t.traced - t.begin), row - 6,
                           "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tip);
         body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6, "fill:" + std::string(green),
                           tip);
     }
     const double below = row * double(report.threads.size());
-    body += words(left, below + 16, "start", "0") + words(left + width, below + 16, "end", milliseconds(report.seconds));
+    body += words(left, below + 16, "start", "0") + words(left + width, below + 16, "end", time_text(report.seconds));
     return svg(940, below + 24, "What every thread did when", body);
 }
 
@@ -109,7 +109,8 @@ std::string tiles_map(const Profile& profile) {
         x0 = std::min(x0, t.tile.x0), y0 = std::min(y0, t.tile.y0), x1 = std::max(x1, t.tile.x1), y1 = std::max(y1, t.tile.y1);
     }
     const auto area = [](const TileRecord& t) { return double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0); };
-    std::string body = words(width / 2, 14, "middle", "predicted") + words(485 + width / 2, 14, "middle", "measured");
+    std::string body = words(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
+                       words(485 + width / 2, 14, "middle", "measured");
     body += film_of_tiles(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
     body += film_of_tiles(profile, 485, 22, width, [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
     return svg(940, 24 + width * double(y1 - y0) / double(x1 - x0), "Predicted and measured cost of tiles", body);
@@ -140,7 +141,7 @@ std::string scaling_chart(const Profile& profile) {
     const double one = profile.scaling.front().seconds;
     for (const ThreadsTime& time : profile.scaling) {
         measured.points.push_back({double(time.threads), ratio(one, time.seconds)});
-        measured.tips.push_back(std::to_string(time.threads) + " threads: " + milliseconds(time.seconds));
+        measured.tips.push_back(std::to_string(time.threads) + " threads: " + time_text(time.seconds));
     }
     const double most = double(profile.scaling.back().threads);
     const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {most, most}}, {}};

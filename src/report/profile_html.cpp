@@ -51,7 +51,7 @@ std::string threads_section(const Profile& profile) {
     return html_figure(
                "Threads", threads_chart(profile),
                "Orange: the sparse first pass that predicts what tiles cost. Blue: tracing. Green: shading. Empty: nothing to "
-               "do. Longer tiles come first, so that all threads end together.") +
+               "do.") +
            html_table({"thread", "tiles", "busy", "idle at the end"}, rows, 1);
 }
 

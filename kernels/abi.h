@@ -197,6 +197,7 @@ struct Job {
     const RayStart* rays;      ///< or a list
     void (*path_sink)(void* user, const PathPoint*);  ///< null: no paths
     void* path_user;
+    bool timed;  ///< fill Counters::query_ticks and landing_ticks
 };
 
 /// The rays one call traces: the half-open pixel rectangle of a camera, or [x0, x1) of a list (y0 = 0, y1 = 1).
@@ -209,6 +210,12 @@ struct Counters {
     std::uint64_t active_lane_steps, issued_lane_steps;
     std::uint64_t active_iterations, issued_iterations;  ///< lane-iterations of implicit solves
     std::uint64_t steps, gradients, queries;
+    std::uint64_t query_ticks, landing_ticks;  ///< of the processor's clock (rdtsc), in queries and in refining hits; only with Job::timed
+};
+
+/// Floating-point operations of a method, counted in what it runs: see kernels/stepping/operations.h.
+struct Operations {
+    double per_gradient, per_step;
 };
 
 /// One way of running a job.
@@ -259,6 +266,11 @@ struct Module {
     std::uint32_t program_size;
     /// Null when the integrator serves these programs, else why not.
     const char* (*formula_refusal)(const double* programs, std::uint32_t integrator);
+
+    /// What a gradient and a step of this integrator cost one ray.
+    Operations (*operations)(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator, bool rescaled);
+    /// Multiply-adds that wait for nothing: the most this instruction set can do. Returns the floating-point operations done.
+    double (*multiply_adds)(Precision, std::uint64_t rounds);
 };
 
 }  // namespace kagero

@@ -1,5 +1,8 @@
 /// What a kernel module exports: the tables of Hamiltonians, integrators and kernels, behind one function.
+#include "kernels/formula/operations.h"
 #include "kernels/formula/programs.h"
+#include "kernels/numeric/peak.h"
+#include "kernels/stepping/operations.h"
 #include "kernels/tracing/compared.h"
 #include "kernels/tracing/emitter.h"
 #include "kernels/tracing/observers.h"
@@ -115,6 +118,24 @@ double frequency(std::uint32_t hamiltonian, const double* parameters, const doub
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
 }
 
+Operations operations(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator, bool rescaled) {
+    const Method& method = methods[integrator];
+    if (hamiltonian == formula_index) {
+        const formula::Programs& p = formula::programs_in(parameters);
+        return operations_of(method, {formula::operations_of(p.derivatives), formula::operations_of(p.force),
+                                      formula::operations_of(p.velocity), formula::operations_of(p.energy)});
+    }
+    return visit_hamiltonian(hamiltonian, [&]<class H>() {
+        if constexpr (Rescalable<H>)
+            if (rescaled) return operations_of(method, program_operations<H, true>());
+        return operations_of(method, program_operations<H, false>());
+    });
+}
+
+double multiply_adds(Precision precision, std::uint64_t rounds) {
+    return precision == Precision::float32 ? kagero::multiply_adds<float>(rounds) : kagero::multiply_adds<double>(rounds);
+}
+
 constexpr Module module{
     abi_version,         KAGERO_ISA,
     "" __VERSION__,      hamiltonian_infos,
@@ -126,6 +147,7 @@ constexpr Module module{
     frequency,
     formula_index,       compile,
     sizeof(formula::Programs) / sizeof(double), formula_refusal,
+    operations,          multiply_adds,
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // The program as its users meet it: what it prints, what it leaves behind, and with which status it ends.
 #include "hole_scene.h"
 
+#include <OpenImageIO/imageio.h>
 #include <nlohmann/json.hpp>
 
 namespace kagero::test {
@@ -13,7 +14,8 @@ class Cli : public HoleTest {};
 
 TEST_F(Cli, HelpAndVersionAreResults) {
     for (const char* arguments :
-         {"--help", "render --help", "trace --help", "check --help", "print --help", "compare --help", "list --help", "error --help"}) {
+         {"--help", "render --help", "trace --help", "explain --help", "check --help", "print --help", "compare --help", "error --help",
+          "stability --help", "profile --help", "list --help"}) {
         const Outcome help = run(arguments);
         EXPECT_EQ(help.status, 0) << arguments;
         EXPECT_NE(help.out.find("Usage: kagero"), std::string::npos) << arguments;
@@ -166,6 +168,48 @@ TEST_F(Cli, InterruptedRenderingWritesWhatIsDone) {
     EXPECT_TRUE(exists("part.exr"));
     EXPECT_TRUE(json::parse(read("report.json"))["interrupted"].get<bool>());
     EXPECT_EQ(files().size(), 3u);
+}
+
+TEST_F(Cli, ATimeLimitWritesWhatIsDone) {
+    const Outcome outcome =
+        run("render hole.toml --size 512x512 -D integrator.step=0.0005 -o part.exr --time-limit 0.5 --json report.json");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("the time is up"), std::string::npos) << outcome.err;
+    const json report = json::parse(read("report.json"));
+    EXPECT_TRUE(report["out_of_time"].get<bool>());
+    EXPECT_LT(report["rays"], 512 * 512);
+    // The whole picture, though not all of it traced.
+    const auto part = OIIO::ImageInput::open((directory_ / "part.exr").string());
+    ASSERT_TRUE(part);
+    EXPECT_EQ(part->spec().height, 512);
+    EXPECT_EQ(run("render hole.toml --time-limit never").status, 2);
+    EXPECT_EQ(run("render hole.toml --time-limit 0").status, 2);
+}
+
+TEST_F(Cli, ASnapshotIsAPictureAndTheWorkGoesOn) {
+    write("ask.sh",
+          "\"$@\" 2>log & until grep -q loaded log; do sleep 0.05; done; kill -USR1 $!\n"
+          "until test -s part.exr; do kill -0 $! || break; sleep 0.05; done; cp part.exr early.exr; wait $!\n");
+    const Outcome outcome =
+        run("render hole.toml --size 512x512 -D integrator.step=0.0005 -o part.exr --time-limit 3 --verbose", "sh ask.sh");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(read("log").find("a snapshot is in part.exr"), std::string::npos) << read("log");
+    const auto early = OIIO::ImageInput::open((directory_ / "early.exr").string());
+    ASSERT_TRUE(early);
+    EXPECT_EQ(early->spec().width, 512);
+}
+
+TEST_F(Cli, SchedulesAreNamed) {
+    EXPECT_EQ(run("render hole.toml --quiet --schedule scanline").status, 0);
+    EXPECT_NE(run("render hole.toml --schedule predictd").err.find("predicted"), std::string::npos);
+    const json report = json::parse(run("render hole.toml --quiet --schedule tiles --json --threads 2").out);
+    EXPECT_EQ(report["schedule"], "tiles");
+    ASSERT_EQ(report["thread_times"].size(), 2u);
+    for (const json& time : report["thread_times"]) {
+        EXPECT_GE(time["busy"], 0.0);
+        EXPECT_LE(time["busy"], 1.0);
+        EXPECT_LE(time["idle_at_end"], 1.0);
+    }
 }
 
 }  // namespace

@@ -54,6 +54,24 @@ TEST_F(Determinism, FilesOfTheProgramAreTheSame) {
     EXPECT_EQ(files(), (std::set<std::string>{"a.exr"}));
 }
 
+TEST_F(Determinism, SchedulesChangeNoByte) {
+    std::string first;
+    for (const std::string& schedule : schedule_names())
+        for (const unsigned threads : {1u, 3u}) {
+            Options options;
+            options.threads = threads, options.schedule = schedule;
+            const auto plan = room(options);
+            Film film(100, 80, plan->scene.film.layers);
+            const RunReport report = render(*plan, film);
+            EXPECT_EQ(name_of(report.schedule), schedule);
+            EXPECT_EQ(report.rays, 100u * 80u);
+            EXPECT_EQ(report.threads.size(), threads);
+            const std::string bytes = exr("room.exr", film);
+            if (first.empty()) first = bytes;
+            EXPECT_EQ(bytes == first, true) << schedule << ", " << threads << " threads";
+        }
+}
+
 TEST_F(Determinism, ACropIsAPartOfThePicture) {
     const auto plan = room(with_strategy("packet"));
     Film whole(100, 80, plan->scene.film.layers);

@@ -77,12 +77,21 @@ constexpr const char* refusal() {
         return Step::template refusal<System>();
 }
 
+/// All but the kinds of step.
 template <class System, class V>
-constexpr SpaceKernel<V> make_space_kernel() {
+constexpr SpaceKernel<V> kernel_without_steps() {
     SpaceKernel<V> kernel{};
     kernel.creased = System::creased, kernel.scaled = System::scaled;
     kernel.bounded = System::bounded, kernel.capturing = System::capturing;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
+    kernel.begin_straight = begin<System, Straight, V>;
+    kernel.step_straight = step<System, Straight, V>;
+    return kernel;
+}
+
+template <class System, class V>
+constexpr SpaceKernel<V> make_space_kernel() {
+    SpaceKernel<V> kernel = kernel_without_steps<System, V>();
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {
             kernel.refusal[k] = refusal<System, Step>();
@@ -92,8 +101,6 @@ constexpr SpaceKernel<V> make_space_kernel() {
             }
         });
     }
-    kernel.begin_straight = begin<System, Straight, V>;
-    kernel.step_straight = step<System, Straight, V>;
     return kernel;
 }
 

@@ -18,10 +18,7 @@ struct AutoVectorizedSystem : System<H, Rescaled, S> {
 /// Which step stands for a kind: `choose.operator()<kind>()` names it by a value of its type; void where there is none.
 template <class System, class V, class Choose>
 constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_not) {
-    SpaceKernel<V> kernel{};
-    kernel.creased = Creased<typename System::Hamiltonian>;
-    kernel.scaled = BoundsSteps<System, V>;
-    kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
+    SpaceKernel<V> kernel = kernel_without_steps<System, V>();
     const auto fill = [&]<int k>() {
         using Step = typename decltype(choose.template operator()<static_cast<Kind>(k)>())::type;
         if constexpr (std::is_void_v<Step>) {
@@ -32,8 +29,6 @@ constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_n
         }
     };
     [&]<int... k>(std::integer_sequence<int, k...>) { (fill.template operator()<k>(), ...); }(std::make_integer_sequence<int, kind_count>{});
-    kernel.begin_straight = begin<System, Straight, V>;
-    kernel.step_straight = step<System, Straight, V>;
     return kernel;
 }
 

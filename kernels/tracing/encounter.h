@@ -7,6 +7,7 @@
 #include "kernels/abi.h"
 #include "kernels/tracing/curve.h"
 #include "kernels/tracing/segment_query.h"
+#include "kernels/tracing/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,10 +46,10 @@ public:
     std::uint32_t surface[W], primitive[W];
     double from[W], to[W];    ///< the piece of the step that was hit, as fractions
     double t[W];              ///< where on that piece's chord, from Embree
-    std::uint64_t queries = 0;
+    std::uint64_t queries = 0, ticks = 0;
 
     explicit Encounter(const Job& job) : geometry_(*job.geometry), tolerance_(S(job.chord_tolerance)),
-                                         chord_only_(job.hit == HitModel::chord) {}
+                                         chord_only_(job.hit == HitModel::chord), timed_(job.timed) {}
 
     /// New ray in the lanes of `lanes`: nothing known yet, and the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
@@ -60,7 +61,11 @@ public:
     std::uint64_t meet(const Flow<V>& flow, std::uint64_t active) {
         const Curve<V> curve = Curve<V>::of_step(flow);
         const std::uint64_t asking = spend(curve, active);
-        const std::uint64_t hits = asking ? ask(curve, asking) : 0;
+        std::uint64_t hits = 0;
+        if (asking) {
+            const Stopwatch watch(timed_, ticks);
+            hits = ask(curve, asking);
+        }
         fresh_ &= ~active;
         return hits;
     }
@@ -184,7 +189,7 @@ private:
 
     const Geometry& geometry_;
     S tolerance_;
-    bool chord_only_;
+    bool chord_only_, timed_;
     V budget_{};
     std::uint64_t fresh_ = 0;
 };

@@ -37,7 +37,7 @@ public:
             Encounter<V> encounter(job_);
             encounter.begin(active_);
             while (active_) advance_once(landing, &encounter);
-            counters_.queries += encounter.queries;
+            counters_.queries += encounter.queries, counters_.query_ticks += encounter.ticks;
         } else {
             while (active_) advance_once(landing, nullptr);
         }
@@ -391,6 +391,7 @@ void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) 
 template <class V>
 void PacketTracer<V>::land(Landing<V>& landing) {
     if (!landing.waiting) return;
+    const Stopwatch watch(job_.timed, counters_.landing_ticks);
     landing.land([this](Flow<V>& f) { task_.begin(f); }, [this](Flow<V>& f) { task_.step(f); }, job_.hit == HitModel::chord);
     if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
     for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {

@@ -1,6 +1,7 @@
 #include "cli/arguments.h"
 
 #include "error.h"
+#include "render/schedule.h"
 #include "scene/reader.h"
 
 #include <CLI/CLI.hpp>
@@ -75,6 +76,12 @@ void add_machine(CLI::App& verb, Arguments& arguments) {
     verb.add_option("--precision", arguments.precision, "Of the integration: auto, double or float")->type_name("NAME");
 }
 
+void add_schedule(CLI::App& verb, Arguments& arguments) {
+    verb.add_option("--schedule", arguments.schedule,
+                    "How threads share the picture: scanline, tiles or predicted (costly tiles first); default: auto")
+        ->type_name("NAME");
+}
+
 SceneDescription scene_of(const Arguments& arguments, const Options& options) {
     if (arguments.scene.empty())
         throw InputError("which scene? Name a TOML file; `kagero list scenes` shows those that came along");
@@ -88,6 +95,10 @@ Options options_of(const Arguments& arguments) {
     options.strategy = arguments.strategy;
     require_one_of("--precision", arguments.precision, {"auto", "double", "float"});
     options.precision = arguments.precision;
+    std::vector<std::string> schedules = schedule_names();
+    schedules.insert(schedules.begin(), "auto");
+    require_one_of("--schedule", arguments.schedule, schedules);
+    options.schedule = arguments.schedule;
     if (!arguments.threads.empty()) {
         options.threads = whole_numbers("--threads", arguments.threads, ',', 1)[0];
         if (options.threads < 1 || options.threads > most_threads)

@@ -21,7 +21,7 @@ struct Arguments {
     std::vector<std::string> overrides, cases;
     std::string threads, isa = "auto", strategy = "auto", precision = "auto";
     std::string integrator, step, size, spp, seed, layers, crop, pixel, lanes;
-    std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds;
+    std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
     std::string color = "auto";
     bool path = false, quick = false, full = false, quiet = false, verbose = false;
 };
@@ -31,6 +31,7 @@ void add_messages(CLI::App& verb, Arguments& arguments);
 void add_json(CLI::App& verb, Arguments& arguments);
 void add_scene(CLI::App& verb, Arguments& arguments);
 void add_machine(CLI::App& verb, Arguments& arguments);
+void add_schedule(CLI::App& verb, Arguments& arguments);
 
 /// Reads the scene, with -D and what is short for it. Throws InputError.
 SceneDescription scene_of(const Arguments& arguments, const Options& options);

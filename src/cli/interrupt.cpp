@@ -6,8 +6,8 @@ namespace kagero {
 
 namespace {
 
-// A signal handler can reach nothing else; it lives here and nowhere else.
-std::atomic<bool> interrupted{false};
+// Signal handlers can reach nothing else; they live here and nowhere else.
+std::atomic<bool> interrupted{false}, snapshot_wanted{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 void set(int signal, void (*handler)(int), int flags) {
@@ -32,6 +32,20 @@ InterruptGuard::~InterruptGuard() {
 
 const std::atomic<bool>* InterruptGuard::requested() {
     return &interrupted;
+}
+
+SnapshotGuard::SnapshotGuard() {
+    snapshot_wanted = false;
+    set(
+        SIGUSR1, [](int) { snapshot_wanted = true; }, SA_RESTART);
+}
+
+SnapshotGuard::~SnapshotGuard() {
+    set(SIGUSR1, SIG_DFL, 0);
+}
+
+std::atomic<bool>* SnapshotGuard::wanted() {
+    return &snapshot_wanted;
 }
 
 }  // namespace kagero

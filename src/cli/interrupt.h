@@ -1,4 +1,4 @@
-/// Ctrl-C, asked for politely.
+/// What other programs and Ctrl-C say to this one.
 #pragma once
 
 #include <atomic>
@@ -13,6 +13,16 @@ public:
     InterruptGuard(const InterruptGuard&) = delete;
     InterruptGuard& operator=(const InterruptGuard&) = delete;
     static const std::atomic<bool>* requested();
+};
+
+/// While it lives, SIGUSR1 sets `wanted`; whoever answers takes it back. Without it that signal ends the program.
+class SnapshotGuard {
+public:
+    SnapshotGuard();
+    ~SnapshotGuard();
+    SnapshotGuard(const SnapshotGuard&) = delete;
+    SnapshotGuard& operator=(const SnapshotGuard&) = delete;
+    static std::atomic<bool>* wanted();
 };
 
 }  // namespace kagero

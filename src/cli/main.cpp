@@ -13,12 +13,13 @@ namespace {
 using namespace kagero;
 
 // One row is one more verb.
-const Verb* const verbs[] = {&render_verb,  &trace_verb, &explain_verb,   &check_verb, &print_verb,
-                             &compare_verb, &error_verb, &stability_verb, &list_verb};
+const Verb* const verbs[] = {&render_verb,  &trace_verb, &explain_verb,   &check_verb,   &print_verb,
+                             &compare_verb, &error_verb, &stability_verb, &profile_verb, &list_verb};
 
 constexpr const char* exit_statuses =
     "`kagero VERB --help` shows the options of a verb.\n"
-    "Exit status: 0 done; 1 failed while running; 2 wrong command line, scene or data; 4 a stated bound or case failed; 130 interrupted (what was done is "
+    "Exit status: 0 done; 1 failed while running; 2 wrong command line, scene or data; 4 a stated bound or case failed; 130 "
+    "interrupted (what was done is "
     "written).";
 
 [[noreturn]] void refuse_verb(const std::string& word) {

@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <ostream>
 
 namespace kagero {
@@ -27,6 +28,9 @@ void declare(CLI::App& app, Arguments& arguments) {
     app.add_option("--pixel", arguments.pixel,
                    "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing")
         ->type_name("X,Y");
+    app.add_option("--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written")
+        ->type_name("SECONDS");
+    add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
     add_messages(app, arguments);
@@ -55,11 +59,35 @@ Film film_of(const Plan& plan) {
     return x1 > x0 ? Film(x1 - x0, y1 - y0, film.layers) : Film(film.width, film.height, film.layers);
 }
 
-RunReport render_watched(const Plan& plan, Film& film, const Terminal& terminal) {
+double time_limit_of(const Arguments& arguments) {
+    if (arguments.time_limit.empty()) return std::numeric_limits<double>::infinity();
+    const double seconds = finite_number("--time-limit", arguments.time_limit);
+    if (seconds <= 0) throw InputError("--time-limit: " + arguments.time_limit + " is not a positive number of seconds");
+    return seconds;
+}
+
+/// Answers SIGUSR1. A snapshot that cannot be written is no reason to end the work.
+void write_snapshot(const Plan& plan, const Film& film, const std::string& path, const Terminal& terminal) {
+    RunReport so_far;
+    so_far.interrupted = true;
+    try {
+        write_film(film, path, picture_metadata(plan, so_far));
+        terminal.note("a snapshot is in " + path);
+    } catch (const RunError& error) {
+        terminal.warning(error.what());
+    }
+}
+
+RunReport render_watched(const Plan& plan, Film& film, const std::string& output, double time_limit, const Terminal& terminal) {
     InterruptGuard guard;
     ProgressLine line(terminal);
-    return render(
-        plan, film, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
+    Watch watch;
+    watch.progress = [&](double done, double seconds) { line.show(done, seconds); };
+    watch.stop = guard.requested();
+    watch.time_limit = time_limit;
+    watch.snapshot_wanted = SnapshotGuard::wanted();
+    watch.snapshot = [&](const Film& so_far) { write_snapshot(plan, so_far, output, terminal); };
+    return render(plan, film, watch);
 }
 
 double write_timed(const Film& film, const std::string& path, const Metadata& metadata) {
@@ -80,12 +108,16 @@ void tell_plan(const Plan& plan, const Terminal& terminal) {
 
 void tell_result(const RunReport& report, const std::string& path, const Terminal& terminal) {
     const double rate = report.seconds > 0 ? static_cast<double>(report.rays) / report.seconds : 0;
-    terminal.note((report.interrupted ? "interrupted; what was done is in " : "the picture is in ") + path + " (" +
-                  rounded(static_cast<double>(report.rays)) + " rays in " + rounded(report.seconds) + " s, " + rounded(rate) +
-                  " rays/s)");
+    const char* ending = report.out_of_time   ? "the time is up; what was done is in "
+                         : report.interrupted ? "interrupted; what was done is in "
+                                              : "the picture is in ";
+    terminal.note(ending + path + " (" + rounded(static_cast<double>(report.rays)) + " rays in " + rounded(report.seconds) +
+                  " s, " + rounded(rate) + " rays/s)");
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
+    const SnapshotGuard snapshots;  // from here on: the signal may come while the scene is being loaded
+    const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
     options.energy_error = !arguments.json.empty();
     SceneDescription scene = scene_of(arguments, options);
@@ -100,12 +132,12 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
 
     Film film = film_of(*plan);
-    const RunReport report = render_watched(*plan, film, terminal);
+    const RunReport report = render_watched(*plan, film, output, time_limit, terminal);
     const double write_seconds = write_timed(film, output, picture_metadata(*plan, report));
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });
     tell_result(report, output, terminal);
-    return report.interrupted ? exit_interrupted : exit_done;
+    return report.interrupted && !report.out_of_time ? exit_interrupted : exit_done;
 }
 
 }  // namespace

@@ -27,8 +27,27 @@ constexpr Isa isas[] = {
     {"sse2", [] { return static_cast<bool>(__builtin_cpu_supports("sse2")); }},
 };
 
-/// Where modules lie, seen from the directory of the program: in a build tree, and installed.
-constexpr const char* places[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero"};
+/// Where modules lie, seen from the directory of the program or of the library: in a build tree, and installed.
+constexpr const char* places[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero", "kagero"};
+
+/// The directories of the program, and of the shared library where these lines are in one.
+std::vector<std::filesystem::path> homes() {
+    std::vector<std::filesystem::path> all{std::filesystem::read_symlink("/proc/self/exe").parent_path()};
+    Dl_info here{};
+    if (dladdr(reinterpret_cast<const void*>(&homes), &here) && here.dli_fname)
+        all.push_back(std::filesystem::weakly_canonical(here.dli_fname).parent_path());
+    return all;
+}
+
+/// Empty where there is none.
+std::filesystem::path module_of(const char* isa) {
+    for (const auto& home : homes())
+        for (const char* place : places) {
+            const auto path = (home / place / (std::string("kagero-kernels-") + isa + ".so")).lexically_normal();
+            if (std::filesystem::exists(path)) return path;
+        }
+    return {};
+}
 
 std::string names_of(const std::vector<IsaInfo>& found, bool supported_only) {
     std::string names;
@@ -50,8 +69,7 @@ const Module& open_module(const IsaInfo& isa) {
 const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& wanted) {
     for (const IsaInfo& isa : found) {
         if (wanted == "auto" ? !isa.supported : isa.name != wanted) continue;
-        if (!isa.supported)
-            throw InputError("--isa " + wanted + ": this CPU cannot run it; it can run " + names_of(found, true));
+        if (!isa.supported) throw InputError("--isa " + wanted + ": this CPU cannot run it; it can run " + names_of(found, true));
         return isa;
     }
     if (wanted == "auto") throw RunError("no kernel module for this CPU was found beside the program (lib/kagero)");
@@ -65,16 +83,9 @@ const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& want
 }  // namespace
 
 std::vector<IsaInfo> find_isas() {
-    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     std::vector<IsaInfo> found;
-    for (const Isa& isa : isas) {
-        for (const char* place : places) {
-            const auto path = (program / place / (std::string("kagero-kernels-") + isa.name + ".so")).lexically_normal();
-            if (!std::filesystem::exists(path)) continue;
-            found.push_back({isa.name, path.string(), isa.supported()});
-            break;
-        }
-    }
+    for (const Isa& isa : isas)
+        if (const auto path = module_of(isa.name); !path.empty()) found.push_back({isa.name, path.string(), isa.supported()});
     return found;
 }
 

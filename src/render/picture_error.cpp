@@ -22,7 +22,7 @@ std::unique_ptr<Plan> small_plan(const Plan& plan, std::uint32_t width) {
 Film picture(Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
     const PlanAs as(plan, variant);
     Film film(plan.scene.film.width, plan.scene.film.height, {"color"});
-    seconds = render(plan, film, {}, stop).seconds;
+    seconds = render(plan, film, {.stop = stop}).seconds;
     return film;
 }
 

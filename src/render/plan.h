@@ -15,6 +15,7 @@ struct Options {
     std::string isa = "auto";
     std::string strategy = "auto";     ///< auto | scalar | per-ray | packet
     std::string precision = "auto";    ///< auto | double | float
+    std::string schedule = "auto";     ///< auto | scanline | tiles | predicted
     unsigned threads = 0;              ///< 0: all
     std::array<std::uint32_t, 4> crop{0, 0, 0, 0};  ///< x0, y0, x1, y1, half-open; all zero: the whole film
     bool energy_error = false;         ///< watch H along every ray

@@ -1,9 +1,13 @@
 #include "render/render.h"
 
 #include "render/footprint.h"
+#include "render/predict.h"
 #include "render/run.h"
 #include "render/sampler.h"
 #include "render/shade.h"
+#include "render/snapshot.h"
+
+#include <chrono>
 
 #include <algorithm>
 
@@ -24,22 +28,6 @@ Tile traced_window(const Plan& plan) {
     w.x0 &= ~1u, w.y0 &= ~1u;
     w.x1 = std::min(w.x1 + (w.x1 & 1), plan.scene.film.width), w.y1 = std::min(w.y1 + (w.y1 & 1), plan.scene.film.height);
     return w;
-}
-
-/// The window cut at multiples of the tile's edge, so that a crop traces the same packets as the whole picture.
-std::vector<Tile> cut(const Tile& w, std::uint32_t edge) {
-    std::vector<Tile> tiles;
-    for (std::uint32_t y = w.y0 / edge * edge; y < w.y1; y += edge)
-        for (std::uint32_t x = w.x0 / edge * edge; x < w.x1; x += edge)
-            tiles.push_back({std::max(x, w.x0), std::max(y, w.y0), std::min(x + edge, w.x1), std::min(y + edge, w.y1)});
-    return tiles;
-}
-
-/// Pixels along a tile's edge: fewer where each has many rays, so that a tile's rays stay within some megabytes; an even number.
-std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
-    std::uint32_t edge = 32;
-    while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > 32768) edge /= 2;
-    return edge;
 }
 
 /// All rays of a tile, pixel by pixel.
@@ -106,15 +94,31 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
 
 }  // namespace
 
-RunReport render(const Plan& plan, Film& film, const Progress& progress, const std::atomic<bool>* stop) {
+RunReport render(const Plan& plan, Film& film, const Watch& watch) {
+    const auto begin = std::chrono::steady_clock::now();
     Job job = plan.job;
     if (film.has("energy_error")) job.outputs |= output_energy;
     TileRays rays;
     if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
+    Snapshots snapshots(watch, film);
     const auto done = [&, shown = window(plan)](const Tile& tile, const RayEnd* ends, const RayList& list) {
-        shade_tile(plan, tile, shown, ends, list, film);
+        snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, film); });
+        snapshots.take();
     };
-    return run_tiles(plan, job, cut(traced_window(plan), tile_edge(plan.scene.film.spp)), rays, done, progress, stop);
+    const Schedule schedule = schedule_of(plan);
+    WorkList work = cut(plan, traced_window(plan), schedule);
+    if (schedule == Schedule::predicted) {
+        predict_costs(plan, work, watch.stop);
+        put_costliest_first(work);
+    }
+    const double predict_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    Watch rest = watch;
+    rest.time_limit -= predict_seconds;
+    RunReport report = run_tiles(plan, job, work, rays, done, rest);
+    report.schedule = schedule;
+    report.predict_seconds = predict_seconds;
+    report.seconds += predict_seconds;
+    return report;
 }
 
 }  // namespace kagero

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "film/film.h"
-#include "render/plan.h"
+#include "render/recording.h"
+#include "render/schedule.h"
 
 #include <atomic>
 #include <functional>
+#include <limits>
 
 namespace kagero {
 
@@ -14,22 +16,43 @@ struct Percentiles {
     double p50 = 0, p99 = 0, max = 0;
 };
 
+/// How one thread spent a run, in seconds.
+struct ThreadTime {
+    double busy = 0;
+    double finished = 0;  ///< when its last tile was done, since the run began
+    std::uint64_t tiles = 0;
+};
+
 /// What a finished run says of itself.
 struct RunReport {
     std::uint64_t rays = 0;
-    double seconds = 0;  ///< tracing and shading
+    double seconds = 0;  ///< tracing and shading, prediction included
+    double predict_seconds = 0;
+    Schedule schedule = Schedule::tiles;
+    std::vector<ThreadTime> threads;
     Counters counters{};
     std::uint64_t status[status_count] = {};
     Percentiles energy_error;  ///< only with Options::energy_error
     std::uint64_t unrefined = 0;
-    bool interrupted = false;
+    bool interrupted = false;  ///< some pixels were never traced
+    bool out_of_time = false;  ///< … because the time was up
 };
 
 /// Called now and then, from one thread at a time, with the finished share in 0…1 and the seconds gone by.
 using Progress = std::function<void(double done, double seconds)>;
 
-/// Renders into a film of the crop's size. `stop` ends the work after the tiles now running; the rest of the film stays zero.
-RunReport render(const Plan& plan, Film& film, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+/// How a run is watched from outside, and what ends it early: after the tiles now running.
+struct Watch {
+    Progress progress = {};
+    const std::atomic<bool>* stop = nullptr;
+    double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of tracing and shading
+    Recording* recording = nullptr;                               ///< filled in, if wanted
+    std::atomic<bool>* snapshot_wanted = nullptr;    ///< set from outside; the thread that takes it back hands the film so far to
+    std::function<void(const Film&)> snapshot = {};  ///< … this, a copy, while the others go on
+};
+
+/// Renders into a film of the crop's size. Where the work is ended early the rest of the film stays as it is.
+RunReport render(const Plan& plan, Film& film, const Watch& watch = {});
 
 /// One ray as given to `trace`: start and direction dq/dλ in scene coordinates.
 struct RayInput {

@@ -1,25 +1,24 @@
 #include "render/run.h"
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
+#include "render/threads.h"
 
 #include <algorithm>
 #include <chrono>
 #include <mutex>
 
-#include <xmmintrin.h>
 #include <pmmintrin.h>
+#include <time.h>
+#include <x86intrin.h>
 
 namespace kagero {
 namespace {
 
-/// What one thread gathers.
-struct Share {
+/// What one thread gathers; on cache lines of its own.
+struct alignas(64) Share {
     RayList list;
     std::vector<RayEnd> ends;
     Counters counters{};
+    ThreadTime time;
     std::uint64_t rays = 0, unrefined = 0;
     std::uint64_t status[status_count] = {};
     std::vector<double> energy_errors;
@@ -47,28 +46,25 @@ void trace_list(const Plan& plan, Job job, Share& share) {
     plan.kernel->trace(&job, &all, share.ends.data(), &share.counters);
 }
 
-void trace_one(const Plan& plan, const Job& job, const Tile& tile, const TileRays& rays, Share& share, const TileDone& done) {
-    const FlushDenormals flush;
-    if (rays) {
-        rays(tile, share.list);
-        trace_list(plan, job, share);
-    } else {
-        share.ends.resize(std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0));
-        plan.kernel->trace(&job, &tile, share.ends.data(), &share.counters);
-    }
-    done(tile, share.ends.data(), share.list);
-    share.rays += share.ends.size();
-    for (const RayEnd& end : share.ends) {
-        ++share.status[static_cast<int>(end.status)];
-        share.unrefined += end.unrefined;
-        if (job.outputs & output_energy) share.energy_errors.push_back(end.energy_error);
-    }
+double processor_seconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
 Counters sum(Counters a, const Counters& b) {
     a.active_lane_steps += b.active_lane_steps, a.issued_lane_steps += b.issued_lane_steps;
     a.active_iterations += b.active_iterations, a.issued_iterations += b.issued_iterations;
     a.steps += b.steps, a.gradients += b.gradients, a.queries += b.queries;
+    a.query_ticks += b.query_ticks, a.landing_ticks += b.landing_ticks;
+    return a;
+}
+
+Counters difference(Counters a, const Counters& b) {
+    a.active_lane_steps -= b.active_lane_steps, a.issued_lane_steps -= b.issued_lane_steps;
+    a.active_iterations -= b.active_iterations, a.issued_iterations -= b.issued_iterations;
+    a.steps -= b.steps, a.gradients -= b.gradients, a.queries -= b.queries;
+    a.query_ticks -= b.query_ticks, a.landing_ticks -= b.landing_ticks;
     return a;
 }
 
@@ -82,12 +78,13 @@ Percentiles percentiles(std::vector<double>& values) {
     return {at(0.5), at(0.99), at(1.0)};
 }
 
-RunReport gather(tbb::enumerable_thread_specific<Share>& shares) {
+RunReport gather(std::vector<Share>& shares) {
     RunReport report;
     std::vector<double> energy_errors;
     for (Share& share : shares) {
         report.rays += share.rays, report.unrefined += share.unrefined;
         report.counters = sum(report.counters, share.counters);
+        report.threads.push_back(share.time);
         for (std::uint32_t i = 0; i < status_count; ++i) report.status[i] += share.status[i];
         energy_errors.insert(energy_errors.end(), share.energy_errors.begin(), share.energy_errors.end());
     }
@@ -95,30 +92,105 @@ RunReport gather(tbb::enumerable_thread_specific<Share>& shares) {
     return report;
 }
 
+/// A list of tiles being worked on.
+class Run {
+public:
+    Run(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done, const Watch& watch)
+        : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), watch_(watch) {
+        job_.timed = watch.recording != nullptr;
+        for (std::size_t i = 0; i < work.tiles.size(); ++i) all_ += cost(i);
+        if (watch.recording) watch.recording->tiles.assign(work.tiles.size(), TileRecord{});
+    }
+
+    /// Works on tiles, as thread number `thread`, until there are none.
+    void work(unsigned thread, Share& share) {
+        for (std::size_t i = next_++; i < work_.tiles.size() && !halted(); i = next_++) {
+            const double begin = seconds();
+            work_on(i, thread, share, begin);
+            share.time.finished = seconds();
+            share.time.busy += share.time.finished - begin;
+            ++share.time.tiles;
+            ++finished_;
+            report(cost(i));
+        }
+    }
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+    bool complete() const { return finished_ == work_.tiles.size(); }
+    bool out_of_time() const { return out_of_time_ && !complete(); }
+
+private:
+    double cost(std::size_t i) const { return work_.costs.empty() ? 1 : work_.costs[i]; }
+
+    bool halted() {
+        if (seconds() > watch_.time_limit) out_of_time_ = true;
+        return out_of_time_ || (watch_.stop && watch_.stop->load(std::memory_order_relaxed));
+    }
+    void work_on(std::size_t i, unsigned thread, Share& share, double begin) {
+        if (!watch_.recording) return trace(work_.tiles[i], share, nullptr);
+        TileRecord& record = watch_.recording->tiles[i];
+        const Counters before = share.counters;
+        const double processor = processor_seconds();
+        record.tile = work_.tiles[i], record.thread = thread, record.begin = begin, record.predicted = cost(i);
+        trace(work_.tiles[i], share, &record);
+        record.processor = processor_seconds() - processor;
+        record.counters = difference(share.counters, before);
+        record.end = seconds();
+    }
+    void trace(const Tile& tile, Share& share, TileRecord* record) const {
+        const FlushDenormals flush;
+        if (rays_) rays_(tile, share.list);
+        if (record) record->listed = rays_ ? seconds() : record->begin, record->ticks = __rdtsc();
+        if (rays_) {
+            trace_list(plan_, job_, share);
+        } else {
+            share.ends.resize(std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0));
+            plan_.kernel->trace(&job_, &tile, share.ends.data(), &share.counters);
+        }
+        if (record) record->traced = seconds(), record->ticks = __rdtsc() - record->ticks;
+        done_(tile, share.ends.data(), share.list);
+        count(share);
+    }
+    void count(Share& share) const {
+        share.rays += share.ends.size();
+        for (const RayEnd& end : share.ends) {
+            ++share.status[static_cast<int>(end.status)];
+            share.unrefined += end.unrefined;
+            if (job_.outputs & output_energy) share.energy_errors.push_back(end.energy_error);
+        }
+    }
+    void report(double cost) {
+        const double finished = worth_ += cost;
+        if (!watch_.progress) return;
+        if (const std::unique_lock lock(reporting_, std::try_to_lock); lock)
+            watch_.progress(std::min(finished / all_, 1.0), seconds());
+    }
+
+    const Plan& plan_;
+    Job job_;
+    const WorkList& work_;
+    const TileRays& rays_;
+    const TileDone& done_;
+    const Watch& watch_;
+    const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    double all_ = 0;                 ///< cost of all tiles
+    std::atomic<double> worth_ = 0;  ///< … and of those that are finished
+    std::atomic<std::size_t> next_ = 0, finished_ = 0;
+    std::atomic<bool> out_of_time_ = false;
+    std::mutex reporting_;
+};
+
 }  // namespace
 
-RunReport run_tiles(const Plan& plan, const Job& job, const std::vector<Tile>& tiles, const TileRays& rays, const TileDone& done,
-                    const Progress& progress, const std::atomic<bool>* stop) {
-    const auto begin = std::chrono::steady_clock::now();
-    const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
-    tbb::enumerable_thread_specific<Share> shares;
-    std::mutex reporting;
-    std::atomic<std::size_t> finished = 0;
-    const auto one = [&](std::size_t i) {
-        if (stop && stop->load(std::memory_order_relaxed)) return;
-        trace_one(plan, job, tiles[i], rays, shares.local(), done);
-        const std::size_t n = ++finished;
-        if (!progress) return;
-        if (const std::unique_lock lock(reporting, std::try_to_lock); lock) progress(double(n) / double(tiles.size()), seconds());
-    };
-    // More threads than cores only if asked for.
-    const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, std::max<std::size_t>(plan.threads, 1));
-    tbb::task_arena arena(static_cast<int>(plan.threads));
-    arena.execute([&] { tbb::parallel_for(std::size_t(0), tiles.size(), one, tbb::simple_partitioner{}); });
-    const double elapsed = seconds();
+RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
+                    const Watch& watch) {
+    std::vector<Share> shares(std::max(plan.threads, 1u));
+    Run run(plan, job, work, rays, done, watch);
+    on_threads(static_cast<unsigned>(shares.size()), [&](unsigned thread) { run.work(thread, shares[thread]); });
+    const double elapsed = run.seconds();
     RunReport report = gather(shares);
     report.seconds = elapsed;
-    report.interrupted = finished < tiles.size();
+    report.interrupted = !run.complete();
+    report.out_of_time = run.out_of_time();
     return report;
 }
 

@@ -19,8 +19,9 @@ using TileRays = std::function<void(const Tile&, RayList&)>;
 /// Takes the finished rays of one tile: one end per pixel, row by row, or one per ray of the list.
 using TileDone = std::function<void(const Tile&, const RayEnd*, const RayList&)>;
 
-/// Without `rays` a tile's rays are those of the job's camera or list.
-RunReport run_tiles(const Plan& plan, const Job& job, const std::vector<Tile>& tiles, const TileRays& rays, const TileDone& done,
-                    const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+/// Every thread takes the next tile of the list as soon as it has finished one. Without `rays` a tile's rays are those of the
+/// job's camera or list; without costs all tiles cost alike. Snapshots are not taken here.
+RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
+                    const Watch& watch = {});
 
 }  // namespace kagero

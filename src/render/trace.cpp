@@ -13,10 +13,10 @@ namespace {
 /// Rays of a list handed out at a time: a few packets of any width.
 constexpr std::uint32_t chunk = 256;
 
-std::vector<Tile> cut_list(std::size_t rays) {
-    std::vector<Tile> tiles;
-    for (std::uint32_t i = 0; i < rays; i += chunk) tiles.push_back({i, 0, std::min(i + chunk, static_cast<std::uint32_t>(rays)), 1});
-    return tiles;
+WorkList cut_list(std::size_t rays) {
+    WorkList work;
+    for (std::uint32_t i = 0; i < rays; i += chunk) work.tiles.push_back({i, 0, std::min(i + chunk, static_cast<std::uint32_t>(rays)), 1});
+    return work;
 }
 
 /// To the scene's coordinates and unit of length, which λ has too. `Point` is RayEnd or PathPoint.

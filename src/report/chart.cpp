@@ -171,6 +171,7 @@ std::string draw(const Series& series, const Scale& x, const Scale& y) {
         if (i < series.tips.size()) marks += "<title>" + html_text(series.tips[i]) + "</title>";
         marks += std::string(closing(series.mark)) + "\n";
     }
+    if (series.scattered) return marks;
     return "<path d=\"" + path + "\" style=\"fill:none;stroke:" + series.color +
            ";stroke-width:" + (series.strong ? "2.8" : "1.4") + ";stroke-linejoin:round" +
            (series.dashed   ? ";stroke-dasharray:5 4"

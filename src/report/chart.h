@@ -18,6 +18,7 @@ struct Series {
     bool strong = false;                        ///< drawn thicker, and above the others
     std::vector<std::array<double, 2>> points;  ///< those that an axis cannot show are left out
     std::vector<std::string> tips;              ///< shown over each point; may be empty
+    bool scattered = false;                     ///< marks alone
 };
 
 struct Axis {

@@ -14,15 +14,6 @@ namespace {
 using Cells = std::vector<std::string>;
 using Rows = std::vector<Cells>;
 
-std::string figure(const std::string& heading, const std::string& svg, const std::string& how_to_read) {
-    return "<section class=\"keep\"><h2>" + html_text(heading) + "</h2>\n<figure>" + svg + "<figcaption>" +
-           html_text(how_to_read) + "</figcaption></figure></section>\n";
-}
-
-std::string fact(const std::string& value, const std::string& what) {
-    return "<div><b>" + value + "</b><span>" + what + "</span></div>\n";
-}
-
 std::string fixed(double value, int digits) {
     char buffer[40];
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
@@ -49,17 +40,17 @@ std::string bound_text(const Cheapest& best) {
 std::string facts(const Plan& plan, const ErrorStudy& study) {
     const ReferenceStory& reference = study.reference;
     std::string text = "<div class=\"facts\">\n";
-    text += fact(html_number(double(study.sample.starts.size())) + " rays",
-                 "through a grid of " + std::to_string(study.sample.width) + " × " + std::to_string(study.sample.height) +
-                     " pixels of the film");
-    text += fact(html_text(plan.scene.space.hamiltonian),
-                 "bends the light; the scene's own method is " + html_text(plan.scene.integrator.method));
-    text += fact(html_number(reference.uncertainty.p99) + " units",
-                 "uncertainty of the reference: " + html_text(reference.method) + " against " +
-                     html_text(reference.confirmed_by) + ", 99 % of the rays");
-    text += fact(html_text(plan.module->isa) + ", " + std::to_string(study.options.threads) +
-                     (study.options.threads == 1 ? " thread" : " threads"),
-                 html_text(processor_name()) + "; kernels by compiler " + html_text(plan.module->compiler));
+    text += html_fact(html_number(double(study.sample.starts.size())) + " rays",
+                      "through a grid of " + std::to_string(study.sample.width) + " × " + std::to_string(study.sample.height) +
+                          " pixels of the film");
+    text += html_fact(html_text(plan.scene.space.hamiltonian),
+                      "bends the light; the scene's own method is " + html_text(plan.scene.integrator.method));
+    text += html_fact(html_number(reference.uncertainty.p99) + " units",
+                      "uncertainty of the reference: " + html_text(reference.method) + " against " +
+                          html_text(reference.confirmed_by) + ", 99 % of the rays");
+    text += html_fact(html_text(plan.module->isa) + ", " + std::to_string(study.options.threads) +
+                          (study.options.threads == 1 ? " thread" : " threads"),
+                      html_text(processor_name()) + "; kernels by compiler " + html_text(plan.module->compiler));
     return text + "</div>\n";
 }
 
@@ -97,8 +88,8 @@ std::string families_section(const Plan& plan, const ErrorStudy& study) {
     std::string text;
     for (const MethodFamily& family : method_families())
         if (const std::string svg = family_chart(plan, study, family.example); !svg.empty())
-            text += figure(std::string("Run time, family by family: ") + family.name, svg,
-                           "All methods of the family; dashed: single precision, dotted: loosely solved.");
+            text += html_figure(std::string("Run time, family by family: ") + family.name, svg,
+                                "All methods of the family; dashed: single precision, dotted: loosely solved.");
     return text;
 }
 
@@ -210,28 +201,31 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
         body += "<p>Every ray of this scene is a straight line: no integrator runs, and there is no error but rounding.</p>\n";
     body += facts(plan, study) + cheapest_section(study);
     body +=
-        figure(
+        html_figure(
             "Error against run time", work_precision_chart(plan, study, Work::nanoseconds),
             "Each mark is one step size; steps are halved from left to right. Lower is more exact, further left is quicker: the "
             "best method for an error is the "
             "leftmost line at its height. Dashed: single precision. Dotted: implicit equations solved to a hundredth of the "
             "step's own error instead of as the scene asks. Thick: the scene's own method and the recipe as printed.") +
         legend();
-    body += figure("Error against work", work_precision_chart(plan, study, Work::gradients),
-                   "The same errors over evaluations of the gradient of H, which do not depend on the machine. Where a method is "
-                   "further left here than above, it spends its "
-                   "time on something else: intersection, solving equations.");
+    body += html_figure(
+        "Error against work", work_precision_chart(plan, study, Work::gradients),
+        "The same errors over evaluations of the gradient of H, which do not depend on the machine. Where a method is "
+        "further left here than above, it spends its "
+        "time on something else: intersection, solving equations.");
     body += order_section(study);
     body += families_section(plan, study);
     if (!study.energy.empty())
-        body += figure("H along one ray", energy_chart(plan, study),
-                       "The most bent of the well-conditioned rays; each method at the step that needs about as many gradient "
-                       "evaluations as the scene's own. The exact ray keeps H. "
-                       "Relative to half the square of the momentum at the start plus |H₀|. A small error of H alone does not "
-                       "make a path right.");
-    body += figure("Packets against single rays", strategy_chart(plan, study),
-                   "Run time per ray of the scene's own method at its own step; the whisker spans the quickest and the slowest "
-                   "run. Factors are over one ray at a time in double precision.");
+        body +=
+            html_figure("H along one ray", energy_chart(plan, study),
+                        "The most bent of the well-conditioned rays; each method at the step that needs about as many gradient "
+                        "evaluations as the scene's own. The exact ray keeps H. "
+                        "Relative to half the square of the momentum at the start plus |H₀|. A small error of H alone does not "
+                        "make a path right.");
+    body +=
+        html_figure("Packets against single rays", strategy_chart(plan, study),
+                    "Run time per ray of the scene's own method at its own step; the whisker spans the quickest and the slowest "
+                    "run. Factors are over one ray at a time in double precision.");
     body += pictures_section(study) + reference_section(study) + data_section(study);
     return html_page("Error against run time: " + name,
                      plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);

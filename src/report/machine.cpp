@@ -1,5 +1,7 @@
 #include "report/machine.h"
 
+#include <sys/resource.h>
+
 #include <fstream>
 
 namespace kagero {
@@ -11,6 +13,12 @@ std::string processor_name() {
         if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
     }
     return "unknown processor";
+}
+
+std::uint64_t peak_memory() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return std::uint64_t(usage.ru_maxrss) * 1024;
 }
 
 }  // namespace kagero

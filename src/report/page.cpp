@@ -121,6 +121,15 @@ std::string html_table(const std::vector<std::string>& head, const std::vector<s
     return text + "</tbody></table></div>\n";
 }
 
+std::string html_figure(const std::string& heading, const std::string& svg, const std::string& how_to_read) {
+    return "<section class=\"keep\"><h2>" + html_text(heading) + "</h2>\n<figure>" + svg + "<figcaption>" +
+           html_text(how_to_read) + "</figcaption></figure></section>\n";
+}
+
+std::string html_fact(const std::string& value, const std::string& what) {
+    return "<div><b>" + value + "</b><span>" + what + "</span></div>\n";
+}
+
 std::string html_page(const std::string& title, const std::string& subtitle, const std::string& body) {
     return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
            "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +

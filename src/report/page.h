@@ -16,6 +16,12 @@ std::string html_number(double value);
 std::string html_table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows,
                        std::size_t text_columns);
 
+/// A picture under a heading, with a sentence on how to read it; `svg` is HTML already.
+std::string html_figure(const std::string& heading, const std::string& svg, const std::string& how_to_read);
+
+/// One tile of a `<div class="facts">`: a value and what it is; both are HTML already.
+std::string html_fact(const std::string& value, const std::string& what);
+
 /// `body` is HTML; the other two are plain text.
 std::string html_page(const std::string& title, const std::string& subtitle, const std::string& body);
 

@@ -52,6 +52,15 @@ Json energy_json(const Plan& plan, const RunReport& report) {
     return {{"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};
 }
 
+/// Shares of the time in which tiles were worked on: busy, and idle at the end because none were left.
+Json threads_json(const RunReport& report) {
+    const double seconds = report.seconds - report.predict_seconds;
+    Json threads = Json::array();
+    for (const ThreadTime& time : report.threads)
+        threads.push_back({{"tiles", time.tiles}, {"busy", per(time.busy, seconds)}, {"idle_at_end", per(seconds - time.finished, seconds)}});
+    return threads;
+}
+
 double nanoseconds_per_ray(const RunReport& run) {
     return per(1e9 * run.seconds, static_cast<double>(run.rays));
 }
@@ -95,6 +104,10 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["straight"] = plan.straight;
     json["unrefined"] = report.unrefined;
     json["interrupted"] = report.interrupted;
+    json["out_of_time"] = report.out_of_time;
+    json["schedule"] = name_of(report.schedule);
+    json["predict_s"] = report.predict_seconds;
+    json["thread_times"] = threads_json(report);
     return text_of(json);
 }
 
@@ -133,9 +146,9 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
         {"integrator", scene.integrator.method},
         {"step", shortest(scene.integrator.step)},
         {"seed", std::to_string(scene.film.seed)},
-        {"status", ends},
         {"credits", space.source},
     };
+    if (report.rays) metadata.emplace_back("status", ends);  // a snapshot has not counted
     // Only where the scene asks for it: a picture does not depend on whether a report was asked for beside it.
     const auto& layers = scene.film.layers;
     if (plan.options.energy_error && std::find(layers.begin(), layers.end(), "energy_error") != layers.end())

@@ -1,0 +1,104 @@
+// kagero profile: where the time of a render goes.
+#include "render/profile.h"
+
+#include "cli/interrupt.h"
+#include "cli/verb.h"
+#include "error.h"
+#include "film/partial_file.h"
+#include "report/profile_report.h"
+#include "report/run_json.h"
+
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <filesystem>
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t most_repeats = 1000;
+
+void declare(CLI::App& app, Arguments& arguments) {
+    add_scene(app, arguments);
+    app.add_option("-o,--output", arguments.output, "The directory of the report; default: SCENE-profile here")->type_name("DIR");
+    app.add_option("--repeat", arguments.repeat, "Runs of each kind, of which the quickest counts; default: 3")->type_name("N");
+    add_schedule(app, arguments);
+    add_json(app, arguments);
+    add_machine(app, arguments);
+    add_messages(app, arguments);
+}
+
+unsigned repeats_of(const Arguments& arguments) {
+    if (arguments.repeat.empty()) return 3;
+    const std::uint32_t repeats = whole_numbers("--repeat", arguments.repeat, ',', 1)[0];
+    if (repeats < 1 || repeats > most_repeats)
+        throw InputError("--repeat: " + arguments.repeat + " is not in 1 to " + std::to_string(most_repeats));
+    return repeats;
+}
+
+std::string path_in(const std::string& directory, const std::string& name) {
+    return (fs::path(directory) / name).string();
+}
+
+/// Makes the directory; it stays empty until the report is complete.
+std::string report_directory(const Arguments& arguments, const std::string& picture) {
+    const std::string directory =
+        arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-profile" : arguments.output;
+    std::error_code failure;
+    fs::create_directories(directory, failure);
+    if (failure || !fs::is_directory(directory))
+        throw InputError("cannot make the directory '" + directory + "'" +
+                         (failure ? ": " + failure.message() : "; a file bears its name"));
+    for (const std::string& name : {std::string("profile.json"), std::string("trace.json"), std::string("report.html"), picture})
+        check_output(path_in(directory, name));
+    return directory;
+}
+
+Profile profile_watched(Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
+    InterruptGuard guard;
+    ProgressLine line(terminal);
+    return profile(
+        plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
+}
+
+double write_picture(const Film& film, const std::string& path, const Metadata& metadata) {
+    const auto begin = std::chrono::steady_clock::now();
+    write_film(film, path, metadata);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    const unsigned repeats = repeats_of(arguments);
+    const Options options = options_of(arguments);
+    SceneDescription scene = scene_of(arguments, options);
+    check_output(arguments.json);
+    const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
+    const auto plan = make_plan(std::move(scene), options);
+    const std::string directory = report_directory(arguments, picture);
+
+    Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
+    const Profile profile = profile_watched(*plan, film, repeats, terminal);
+    if (profile.interrupted) {
+        terminal.note("interrupted before there was anything to report");
+        return exit_interrupted;
+    }
+    const double write_seconds = write_picture(film, path_in(directory, picture), picture_metadata(*plan, profile.report));
+    const std::string json = profile_json(*plan, profile, write_seconds);
+    write_text_file(path_in(directory, "profile.json"), json);
+    write_text_file(path_in(directory, "trace.json"), profile_trace(*plan, profile, write_seconds));
+    write_text_file(path_in(directory, "report.html"), profile_page(*plan, profile, write_seconds));
+    if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << json; });
+    if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << profile_text(profile); });
+    terminal.note("the report is in " + path_in(directory, "report.html"));
+    return exit_done;
+}
+
+}  // namespace
+
+const Verb profile_verb{"profile", "Show where the time of a render goes", declare, run};
+
+}  // namespace kagero

@@ -1,0 +1,158 @@
+#include "render/profile.h"
+
+#include "render/peak.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace kagero {
+namespace {
+
+/// One way of rendering the same picture, and the quickest run so far.
+struct Way {
+    unsigned threads;
+    Schedule schedule;
+    bool recorded = false;
+    RunReport best{};
+    Recording recording{};
+    double seconds() const { return best.seconds; }
+};
+
+/// 1 … N, or its powers of two and N where that is many.
+std::vector<unsigned> thread_counts(unsigned most) {
+    std::vector<unsigned> counts;
+    for (unsigned n = 1; n<most; n = most> 8 ? 2 * n : n + 1) counts.push_back(n);
+    counts.push_back(most);
+    return counts;
+}
+
+/// Every schedule on all threads, the plan's own on fewer, and once more with a recording.
+std::vector<Way> ways_of(unsigned threads, Schedule own) {
+    std::vector<Way> ways;
+    for (const Schedule schedule : {Schedule::scanline, Schedule::tiles, Schedule::predicted})
+        ways.push_back({threads, schedule});
+    for (const unsigned n : thread_counts(threads))
+        if (n < threads) ways.push_back({n, own});
+    ways.push_back({threads, own, true});
+    return ways;
+}
+
+/// A tile costs the least that it took in any run: what else the machine did is not its cost. Every run hands out the same tiles.
+void keep_least(const Recording& before, Recording& now) {
+    for (std::size_t i = 0; i < before.tiles.size(); ++i)
+        now.tiles[i].processor = std::min(now.tiles[i].processor, before.tiles[i].processor);
+}
+
+bool run(Plan& plan, Film& film, Way& way, const std::atomic<bool>* stop) {
+    plan.threads = way.threads;
+    plan.options.schedule = name_of(way.schedule);
+    Recording recording;
+    Watch watch;
+    watch.stop = stop;
+    if (way.recorded) watch.recording = &recording;
+    const RunReport report = render(plan, film, watch);
+    if (report.interrupted) return false;
+    const bool quicker = !way.best.rays || report.seconds < way.best.seconds;
+    keep_least(quicker ? way.recording : recording, quicker ? recording : way.recording);
+    if (!quicker) return true;
+    way.best = report;
+    way.recording = std::move(recording);
+    return true;
+}
+
+double idle_at_end(const RunReport& report) {
+    double first = std::numeric_limits<double>::infinity();
+    for (const ThreadTime& time : report.threads) first = std::min(first, time.finished);
+    return 1 - (first + report.predict_seconds) / report.seconds;
+}
+
+StageTimes stages_of(const RunReport& report, const Recording& recording) {
+    StageTimes stages;
+    stages.predict = report.predict_seconds * double(report.threads.size());
+    for (const TileRecord& tile : recording.tiles) {
+        const double tracing = tile.traced - tile.listed, per_tick = tile.ticks ? tracing / double(tile.ticks) : 0;
+        const double query = per_tick * double(tile.counters.query_ticks),
+                     refine = per_tick * double(tile.counters.landing_ticks);
+        stages.list += tile.listed - tile.begin;
+        stages.query += query, stages.refine += refine, stages.integrate += tracing - query - refine;
+        stages.shade += tile.end - tile.traced;
+    }
+    return stages;
+}
+
+std::optional<double> correlation_of(const Recording& recording) {
+    std::vector<double> predicted, measured;
+    for (const TileRecord& tile : recording.tiles) predicted.push_back(tile.predicted), measured.push_back(tile.processor);
+    return correlation(predicted, measured);
+}
+
+void count_operations(const Plan& plan, Profile& profile) {
+    if (plan.straight) return;
+    const Job& job = plan.job;
+    profile.operations = plan.module->operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
+    const Counters& counters = profile.report.counters;
+    profile.all_operations = profile.operations.per_gradient * double(counters.gradients) +
+                             profile.operations.per_step * double(counters.active_lane_steps);
+}
+
+void summarize(const std::vector<Way>& ways, Schedule own, Profile& profile) {
+    for (const Way& way : ways) {
+        if (way.recorded) {
+            profile.report = way.best, profile.recording = way.recording, profile.recorded_seconds = way.seconds();
+            profile.stages = stages_of(way.best, way.recording);
+            if (way.schedule == Schedule::predicted) profile.correlation = correlation_of(way.recording);
+        } else if (way.threads == ways.front().threads) {
+            profile.schedules.push_back({way.schedule, way.seconds(), idle_at_end(way.best)});
+            if (way.schedule == own) profile.plain_seconds = way.seconds();
+        } else {
+            profile.scaling.push_back({way.threads, way.seconds()});
+        }
+    }
+    profile.scaling.push_back({ways.front().threads, profile.plain_seconds});
+}
+
+}  // namespace
+
+std::optional<double> correlation(const std::vector<double>& a, const std::vector<double>& b) {
+    const double n = double(a.size());
+    double mean_a = 0, mean_b = 0, aa = 0, bb = 0, ab = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) mean_a += a[i] / n, mean_b += b[i] / n;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const double x = a[i] - mean_a, y = b[i] - mean_b;
+        aa += x * x, bb += y * y, ab += x * y;
+    }
+    const double size = std::sqrt(aa) * std::sqrt(bb);
+    if (!(size > 0)) return std::nullopt;
+    return std::clamp(ab / size, -1.0, 1.0);
+}
+
+Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progress, const std::atomic<bool>* stop) {
+    const auto begin = std::chrono::steady_clock::now();
+    const unsigned threads = plan.threads;
+    const std::string asked = plan.options.schedule;
+    const Schedule own = schedule_of(plan);
+    std::vector<Way> ways = ways_of(threads, own);
+
+    Profile result;
+    result.repeats = repeats;
+    // Interleaved, so that a slow minute of the machine is nobody's alone.
+    for (unsigned r = 0; r < repeats && !result.interrupted; ++r)
+        for (std::size_t i = 0; i < ways.size() && !result.interrupted; ++i) {
+            result.interrupted = !run(plan, film, ways[i], stop);
+            const double done = double(r * ways.size() + i + 1) / double(repeats * ways.size());
+            if (progress) progress(done, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+        }
+    plan.threads = threads;
+    plan.options.schedule = asked;
+    if (result.interrupted) return result;
+
+    summarize(ways, own, result);
+    count_operations(plan, result);
+    result.peak_of_one = peak_operations(*plan.module, plan.kernel->precision, 1);
+    result.peak_of_all = threads > 1 ? peak_operations(*plan.module, plan.kernel->precision, threads) : result.peak_of_one;
+    return result;
+}
+
+}  // namespace kagero

@@ -1,0 +1,73 @@
+#include "render/schedule.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kagero {
+namespace {
+
+/// Rays that a thread holds at a time: some megabytes.
+constexpr std::uint64_t most_rays = 32768;
+/// No packet is higher, nor wider.
+constexpr std::uint32_t packet_edge = 8;
+
+/// Pixels along a square tile's edge: fewer where each has many rays; an even number, because sky footprints want blocks of 2
+/// × 2.
+std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
+    std::uint32_t edge = 32;
+    while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > most_rays) edge /= 2;
+    return edge;
+}
+
+struct Piece {
+    std::uint32_t width, height;
+};
+
+Piece piece_of(const Plan& plan, Schedule schedule) {
+    const std::uint32_t spp = plan.scene.film.spp, edge = tile_edge(spp);
+    if (schedule != Schedule::scanline) return {edge, edge};
+    const std::uint32_t height = std::min(edge, packet_edge);
+    const std::uint64_t width = most_rays / (std::uint64_t{height} * spp) / edge * edge;
+    return {static_cast<std::uint32_t>(std::max<std::uint64_t>(width, edge)), height};
+}
+
+}  // namespace
+
+const std::vector<std::string>& schedule_names() {
+    static const std::vector<std::string> names{"scanline", "tiles", "predicted"};
+    return names;
+}
+
+const char* name_of(Schedule schedule) {
+    return schedule_names()[static_cast<std::size_t>(schedule)].c_str();
+}
+
+Schedule schedule_of(const Plan& plan) {
+    const auto& names = schedule_names();
+    const auto found = std::find(names.begin(), names.end(), plan.options.schedule);
+    if (found != names.end()) return static_cast<Schedule>(found - names.begin());
+    return plan.straight ? Schedule::tiles : Schedule::predicted;
+}
+
+WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {
+    const auto [width, height] = piece_of(plan, schedule);
+    WorkList work;
+    for (std::uint32_t y = w.y0 / height * height; y < w.y1; y += height)
+        for (std::uint32_t x = w.x0 / width * width; x < w.x1; x += width) {
+            const Tile& t = work.tiles.emplace_back(
+                Tile{std::max(x, w.x0), std::max(y, w.y0), std::min(x + width, w.x1), std::min(y + height, w.y1)});
+            work.costs.push_back(double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan.scene.film.spp);
+        }
+    return work;
+}
+
+void put_costliest_first(WorkList& work) {
+    std::vector<std::size_t> order(work.tiles.size());
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work.costs[a] > work.costs[b]; });
+    WorkList sorted;
+    for (const std::size_t i : order) sorted.tiles.push_back(work.tiles[i]), sorted.costs.push_back(work.costs[i]);
+    work = std::move(sorted);
+}
+
+}  // namespace kagero

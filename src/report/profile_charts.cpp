@@ -1,0 +1,165 @@
+#include "report/profile_charts.h"
+
+#include "report/chart.h"
+#include "report/numbers.h"
+#include "report/profile_numbers.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace kagero {
+namespace {
+
+constexpr const char* blue = "#2f6fb0";
+constexpr const char* green = "#3a8f5c";
+constexpr const char* orange = "#c9741f";
+constexpr const char* purple = "#8457a6";
+constexpr const char* grey = "#8a94a3";
+constexpr const char* red = "#b5403a";
+
+std::string fixed(double value, int digits = 1) {
+    char buffer[40];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
+}
+
+std::string rectangle(double x, double y, double w, double h, const std::string& style, const std::string& tip = "") {
+    return "<rect x=\"" + fixed(x, 2) + "\" y=\"" + fixed(y, 2) + "\" width=\"" + fixed(w, 2) + "\" height=\"" + fixed(h, 2) +
+           "\" style=\"" + style + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
+}
+
+std::string words(double x, double y, const std::string& anchor, const std::string& text) {
+    return "<text x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" text-anchor=\"" + anchor + "\">" + text + "</text>\n";
+}
+
+std::string svg(double width, double height, const std::string& title, const std::string& body) {
+    return "<svg viewBox=\"0 0 " + fixed(width, 0) + " " + fixed(height, 0) + "\" role=\"img\" aria-label=\"" + title +
+           "\" xmlns=\"http://www.w3.org/2000/svg\">\n" + body + "</svg>\n";
+}
+
+std::string time_text(double seconds) {
+    return seconds >= 1 ? rounded(seconds) + " s" : rounded(1e3 * seconds) + " ms";
+}
+
+/// The film's tiles at (left, top), as wide as `width`; `share` of each is 0 … 1.
+template <class Share>
+std::string film_of_tiles(const Profile& profile, double left, double top, double width, const Share& share) {
+    const auto& tiles = profile.recording.tiles;
+    std::uint32_t x0 = ~0u, y0 = ~0u, x1 = 0;
+    for (const TileRecord& t : tiles) x0 = std::min(x0, t.tile.x0), y0 = std::min(y0, t.tile.y0), x1 = std::max(x1, t.tile.x1);
+    const double scale = width / double(x1 - x0);
+    std::string body;
+    for (const TileRecord& t : tiles)
+        body += rectangle(
+            left + scale * (t.tile.x0 - x0), top + scale * (t.tile.y0 - y0), scale * (t.tile.x1 - t.tile.x0),
+            scale * (t.tile.y1 - t.tile.y0), "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + time_text(t.processor));
+    return body;
+}
+
+}  // namespace
+
+std::string stages_chart(const Profile& profile, double write_seconds) {
+    const StageTimes& s = profile.stages;
+    double all = 0;
+    const std::vector<std::pair<std::string, double>> stages{
+        {"predict", s.predict}, {"list rays", s.list}, {"integrate", s.integrate}, {"query", s.query},
+        {"refine", s.refine},   {"shade", s.shade},    {"write", write_seconds}};
+    for (const auto& stage : stages) all += stage.second;
+    BarChart chart{"Seconds of all threads, stage by stage", "s", {}};
+    for (const auto& [name, seconds] : stages)
+        chart.bars.push_back({name, name == "integrate" ? blue : grey,
+                              time_text(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
+    return svg_of(chart);
+}
+
+std::string threads_chart(const Profile& profile) {
+    constexpr double left = 72, width = 850, row = 26;
+    const RunReport& report = profile.report;
+    const double scale = width / report.seconds, shift = report.predict_seconds;
+    std::string body;
+    for (std::size_t i = 0; i < report.threads.size(); ++i) {
+        body += words(left - 8, row * double(i) + 18, "end", "thread " + std::to_string(i));
+        body += rectangle(left, row * double(i) + 3, width, row - 6, "fill:var(--panel);stroke:var(--line)");
+        if (shift > 0)
+            body += rectangle(left, row * double(i) + 3, scale * shift, row - 6, "fill:" + std::string(orange), "predict");
+    }
+    for (const TileRecord& t : profile.recording.tiles) {
+        const double y = row * t.thread + 3, x = left + scale * (shift + t.begin);
+        const std::string tip =
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " + time_text(t.end - t.begin);
+        body += rectangle(x, y, scale * (t.traced - t.begin), row - 6,
+                          "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tip);
+        body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6, "fill:" + std::string(green),
+                          tip);
+    }
+    const double below = row * double(report.threads.size());
+    body += words(left, below + 16, "start", "0") + words(left + width, below + 16, "end", time_text(report.seconds));
+    return svg(940, below + 24, "What every thread did when", body);
+}
+
+std::string tiles_map(const Profile& profile) {
+    constexpr double width = 455;
+    const auto& tiles = profile.recording.tiles;
+    double predicted = 0, measured = 0;
+    std::uint32_t x0 = ~0u, y0 = ~0u, x1 = 0, y1 = 0;
+    for (const TileRecord& t : tiles) {
+        // By area: tiles at the film's edge are smaller.
+        const double area = double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0);
+        predicted = std::max(predicted, t.predicted / area), measured = std::max(measured, t.processor / area);
+        x0 = std::min(x0, t.tile.x0), y0 = std::min(y0, t.tile.y0), x1 = std::max(x1, t.tile.x1), y1 = std::max(y1, t.tile.y1);
+    }
+    const auto area = [](const TileRecord& t) { return double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0); };
+    std::string body = words(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
+                       words(485 + width / 2, 14, "middle", "measured");
+    body += film_of_tiles(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
+    body += film_of_tiles(profile, 485, 22, width, [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
+    return svg(940, 24 + width * double(y1 - y0) / double(x1 - x0), "Predicted and measured cost of tiles", body);
+}
+
+std::string prediction_chart(const Profile& profile) {
+    const double unit = seconds_per_predicted(profile);
+    Series tiles{"tiles", blue, Mark::circle, false, false, false, {}, {}, true};
+    double most = 0;
+    for (const TileRecord& t : profile.recording.tiles) {
+        tiles.points.push_back({1e3 * unit * t.predicted, 1e3 * t.processor});
+        tiles.tips.push_back("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0));
+        most = std::max({most, tiles.points.back()[0], tiles.points.back()[1]});
+    }
+    const Series ideal{"as predicted", grey, Mark::none, true, false, false, {{0, 0}, {most, most}}, {}};
+    return svg_of(LineChart{"Predicted against measured cost of tiles",
+                            {"predicted, milliseconds (scaled to the same sum)", false},
+                            {"measured, milliseconds of processor time", false},
+                            {ideal, tiles},
+                            {},
+                            0,
+                            "",
+                            0});
+}
+
+std::string scaling_chart(const Profile& profile) {
+    Series measured{"measured", blue, Mark::circle, false, false, true, {}, {}};
+    const double one = profile.scaling.front().seconds;
+    for (const ThreadsTime& time : profile.scaling) {
+        measured.points.push_back({double(time.threads), ratio(one, time.seconds)});
+        measured.tips.push_back(std::to_string(time.threads) + " threads: " + time_text(time.seconds));
+    }
+    const double most = double(profile.scaling.back().threads);
+    const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {most, most}}, {}};
+    return svg_of(LineChart{
+        "Speed over threads", {"threads", false}, {"times as fast as one thread", false}, {ideal, measured}, {}, 0, "", 0});
+}
+
+std::string roofline_chart(const Profile& profile) {
+    const double threads = double(profile.report.threads.size()), peak = profile.peak_of_all / threads;
+    const auto bar = [&](const std::string& label, const char* color, double rate) {
+        return Bar{label, color, rounded(1e-9 * rate) + " GFLOP/s, " + fixed(100 * ratio(rate, peak)) + " %", rate};
+    };
+    BarChart chart{"Floating-point operations per second of one thread", "", {}};
+    chart.bars.push_back(bar("multiply-adds alone", purple, peak));
+    chart.bars.push_back(bar("integrating", blue, ratio(profile.all_operations, profile.stages.integrate)));
+    chart.bars.push_back(bar("tracing", blue, ratio(profile.all_operations, tracing_seconds(profile))));
+    chart.bars.push_back(bar("the whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
+    return svg_of(chart);
+}
+
+}  // namespace kagero

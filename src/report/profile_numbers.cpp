@@ -1,0 +1,24 @@
+#include "report/profile_numbers.h"
+
+namespace kagero {
+
+double seconds_per_predicted(const Profile& profile) {
+    double measured = 0, predicted = 0;
+    for (const TileRecord& tile : profile.recording.tiles) measured += tile.processor, predicted += tile.predicted;
+    return ratio(measured, predicted);
+}
+
+double tracing_seconds(const Profile& profile) {
+    return profile.stages.integrate + profile.stages.query + profile.stages.refine;
+}
+
+double overhead(const Profile& profile) {
+    return ratio(profile.recorded_seconds, profile.plain_seconds) - 1;
+}
+
+ThreadShares shares_of(const RunReport& report, const ThreadTime& time) {
+    const double seconds = report.seconds - report.predict_seconds;
+    return {ratio(time.busy, seconds), ratio(seconds - time.finished, seconds)};
+}
+
+}  // namespace kagero

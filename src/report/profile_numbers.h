@@ -1,0 +1,27 @@
+/// What the reports of a profile have in common: ratios of what was measured.
+#pragma once
+
+#include "render/profile.h"
+
+namespace kagero {
+
+inline double ratio(double a, double b) {
+    return b > 0 ? a / b : 0;
+}
+
+/// Predicted and measured costs have units of their own; this many measured seconds are one predicted unit.
+double seconds_per_predicted(const Profile& profile);
+
+/// Seconds of all threads in the kernels.
+double tracing_seconds(const Profile& profile);
+
+/// How much slower a recorded run is than a plain one, as a share.
+double overhead(const Profile& profile);
+
+/// Where the threads were while tiles were worked on, as shares.
+struct ThreadShares {
+    double busy, idle_at_end;
+};
+ThreadShares shares_of(const RunReport& report, const ThreadTime& time);
+
+}  // namespace kagero

@@ -1,0 +1,144 @@
+// `kagero profile`: its numbers fit together, its files can be read by those they are for. How fast anything is, is not asked
+// here.
+#include "render/profile.h"
+#include "hole_scene.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <map>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+class ProfileVerb : public HoleTest {
+protected:
+    void profile(const std::string& more = "") {
+        const Outcome outcome =
+            run("profile hole.toml --size 75x70 -o report --threads 2 --repeat 1 --quiet --json all.json " + more);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+        all_ = json::parse(read("all.json"));
+    }
+    json all_;
+};
+
+TEST_F(ProfileVerb, WritesItsReport) {
+    profile();
+    EXPECT_EQ(read("all.json"), read("report/profile.json"));
+    for (const char* name : {"trace.json", "report.html", "hole.exr"}) EXPECT_TRUE(exists(std::string("report/") + name)) << name;
+    const std::string page = read("report/report.html");
+    EXPECT_EQ(page.find("<script src"), std::string::npos);
+    EXPECT_EQ(page.find("<link"), std::string::npos) << "the page needs nothing else";
+    EXPECT_NE(page.find("</html>"), std::string::npos);
+    EXPECT_EQ(page.find("nan"), std::string::npos);
+}
+
+TEST_F(ProfileVerb, TellsEveryNumber) {
+    profile();
+    for (const char* key : {"scene",
+                            "isa",
+                            "strategy",
+                            "precision",
+                            "lanes",
+                            "threads",
+                            "schedule",
+                            "rays",
+                            "seconds",
+                            "steps",
+                            "gradients",
+                            "queries",
+                            "lane_occupancy",
+                            "iteration_occupancy",
+                            "queries_per_lane_step",
+                            "stages",
+                            "thread_times",
+                            "roofline",
+                            "memory",
+                            "overhead",
+                            "schedules",
+                            "scaling",
+                            "tiles"})
+        EXPECT_TRUE(all_.contains(key)) << key;
+    for (const char* stage : {"predict", "list", "integrate", "query", "refine", "shade", "write"})
+        EXPECT_GE(all_["stages"][stage].get<double>(), 0) << stage;
+    EXPECT_EQ(all_["rays"], 75 * 70);
+    EXPECT_EQ(all_["schedules"].size(), 3u);
+    ASSERT_EQ(all_["scaling"].size(), 2u);
+    EXPECT_EQ(all_["scaling"][1]["threads"], 2);
+    EXPECT_EQ(all_["thread_times"].size(), 2u);
+    EXPECT_GT(all_["memory"]["peak_bytes"], 1 << 20);
+    const json& roof = all_["roofline"];
+    EXPECT_GT(roof["operations_per_gradient"], 10);
+    EXPECT_GT(roof["peak_gflops_one_thread"], 0);
+    EXPECT_GT(roof["share_of_peak"], 0);
+}
+
+TEST_F(ProfileVerb, TilesCoverTheFilmOnce) {
+    for (const char* schedule : {"scanline", "tiles", "predicted"}) {
+        profile(std::string("--schedule ") + schedule);
+        EXPECT_EQ(all_["schedule"], schedule);
+        std::vector<int> seen(75 * 70);
+        std::uint64_t gradients = 0;
+        for (const json& tile : all_["tiles"]["rows"]) {
+            for (int y = tile["y0"]; y < tile["y1"]; ++y)
+                for (int x = tile["x0"]; x < tile["x1"]; ++x) ++seen.at(std::size_t(75 * y + x));
+            EXPECT_LE(tile["begin"], tile["end"]);
+            EXPECT_LT(tile["thread"], 2);
+            gradients += tile["gradients"].get<std::uint64_t>();
+        }
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), 75 * 70) << schedule;
+        EXPECT_EQ(gradients, all_["gradients"]) << schedule;
+    }
+    const double correlation = all_["tiles"]["correlation"];
+    EXPECT_GE(correlation, -1);
+    EXPECT_LE(correlation, 1);
+}
+
+// What viewers ask of a trace: complete events with numbers, of which those on one thread lie inside or beside each other.
+TEST_F(ProfileVerb, TheTraceIsOne) {
+    profile();
+    const json trace = json::parse(read("report/trace.json"));
+    std::map<int, std::vector<std::pair<long long, long long>>> open;
+    std::size_t tiles = 0;
+    for (const json& event : trace["traceEvents"]) {
+        if (event["ph"] == "M") continue;
+        ASSERT_EQ(event["ph"], "X");
+        tiles += event["name"].get<std::string>().starts_with("tile ");
+        ASSERT_TRUE(event["ts"].is_number_integer() && event["dur"].is_number_integer());
+        const long long begin = event["ts"], end = begin + event["dur"].get<long long>();
+        EXPECT_GE(begin, 0);
+        EXPECT_GE(end, begin);
+        auto& outer = open[event["tid"]];
+        while (!outer.empty() && begin >= outer.back().second) outer.pop_back();
+        EXPECT_TRUE(outer.empty() || end <= outer.back().second) << event;
+        outer.emplace_back(begin, end);
+    }
+    EXPECT_EQ(tiles, all_["tiles"]["count"]);
+}
+
+TEST_F(ProfileVerb, StraightRaysHaveNoOperationsToCount) {
+    profile("-D space.rg=0");
+    EXPECT_EQ(all_["schedule"], "tiles");
+    EXPECT_TRUE(all_["tiles"]["correlation"].is_null());
+    EXPECT_EQ(all_["roofline"]["operations"], 0);
+}
+
+TEST_F(ProfileVerb, RefusesWhatItCannotDo) {
+    EXPECT_EQ(run("profile").status, 2);
+    EXPECT_EQ(run("profile hole.toml --repeat 0").status, 2);
+    EXPECT_EQ(run("profile hole.toml -o hole.toml").status, 2);
+}
+
+TEST(Correlation, IsPearsons) {
+    EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {2, 4, 6}), 1);
+    EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {3, 2, 1}), -1);
+    EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {1, 5, 1}), 0);
+    EXPECT_FALSE(correlation({1, 1, 1}, {1, 2, 3}));
+    EXPECT_FALSE(correlation({}, {}));
+}
+
+}  // namespace
+}  // namespace kagero::test

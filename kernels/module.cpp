@@ -123,7 +123,7 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
     if (hamiltonian == formula_index) {
         const formula::Programs& p = formula::programs_in(parameters);
         return operations_of(method, {formula::operations_of(p.derivatives), formula::operations_of(p.force),
-                                      formula::operations_of(p.velocity), formula::operations_of(p.energy)});
+                                      formula::operations_of(p.velocity), formula::operations_of(p.survey)});
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() {
         if constexpr (Rescalable<H>)

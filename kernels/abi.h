@@ -195,6 +195,7 @@ struct Job {
     const CameraRays* camera;  ///< either this
     bool scanlines;            ///< … in packets that are runs of a row, as the paper's, instead of blocks
     const RayStart* rays;      ///< or a list
+    bool refill;               ///< new rays into finished lanes
     void (*path_sink)(void* user, const PathPoint*);  ///< null: no paths
     void* path_user;
     bool timed;  ///< fill Counters::query_ticks and landing_ticks

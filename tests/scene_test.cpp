@@ -87,7 +87,7 @@ const Malformed malformed[] = {
      "expected a .obj, .ply, .gltf or .glb file"},
     // later versions
     {"step = 0.05", "tolerance = 1.5", "5:13", "integrator.tolerance"},
-    {"step = 0.05", "refill = \"on\"", "5:10", "this version cannot do that yet; it accepts: auto"},
+    {"step = 0.05", "refill = \"maybe\"", "5:10", "auto"},
     {"step = 0.05", "lanes = 0", "5:9", "integrator.lanes = 0 is out of range: legal is 1 <= value <= 1024"},
     {"step = 0.05", "lanes = \"many\"", "5:9", "known: auto"},
     {"step = 0.05", "max_pixel_error = 0.25", "5:19", "this version cannot do that yet; leave the key out"},
@@ -259,7 +259,7 @@ TEST_F(LoadScene, PrintingLosesNothing) {
                                              "sky.checker=true",
                                              "integrator.max_steps=4294967295",
                                              "integrator.hit=chord",
-                                             "integrator.cull=none",
+                                             "integrator.cull=none", "integrator.refill=on",
                                              "camera.type=orthographic",
                                              "camera.height=3.5",
                                              "film.spp=16",
@@ -277,6 +277,7 @@ TEST_F(LoadScene, PrintingLosesNothing) {
     EXPECT_EQ(again.integrator.step, scene.integrator.step);
     EXPECT_EQ(again.integrator.hit, scene.integrator.hit);
     EXPECT_EQ(again.integrator.cull, scene.integrator.cull);
+    EXPECT_EQ(again.integrator.refill, scene.integrator.refill);
     EXPECT_EQ(again.camera.position, scene.camera.position);
     EXPECT_EQ(again.camera.type, scene.camera.type);
     EXPECT_EQ(again.camera.height, 3.5);

@@ -23,10 +23,13 @@ public:
     std::uint64_t unrefined = 0;
     std::uint64_t lost = 0;    ///< lanes whose partial step has no solution, or never arrives: the step was far too long
 
+    /// Nobody waits any more.
+    void clear() { waiting = unrefined = lost = edge_ = 0; }
+
     /// A lane of `from` that meets `level` within fractions [lo, hi] of its step, probably at s.
     void wait(const Flow<V>& from, int lane, const Level<double>& level, double lo, double hi, double s) {
         if (!waiting) flow = from;  // every other lane holds something harmless
-        copy_lane(from, lane);
+        copy_lanes(flow, from, from_bits<V>(std::uint64_t(1) << lane));
         set_lane(level_, lane, level);
         set_lane(lo_, lane, S(lo)), set_lane(hi_, lane, S(hi)), set_lane(s_, lane, S(s));
         waiting |= std::uint64_t(1) << lane;
@@ -55,17 +58,6 @@ public:
     }
 
 private:
-    void copy_lane(const Flow<V>& from, int lane) {
-        const auto copy = [lane](V& to, const V& v) { set_lane(to, lane, get_lane(v, lane)); };
-        for (int k = 0; k < 7; ++k) copy(flow.start.y[k], from.start.y[k]), copy(flow.end.y[k], from.end.y[k]);
-        for (int k = 0; k < 6; ++k) copy(flow.carry[k], from.carry[k]);
-        const auto copy3 = [&](Vec3<V>& to, const Vec3<V>& v) { copy(to.x, v.x), copy(to.y, v.y), copy(to.z, v.z); };
-        copy3(flow.start_velocity, from.start_velocity), copy3(flow.end_velocity, from.end_velocity);
-        copy(flow.h, from.h), copy(flow.start_parameter, from.start_parameter), copy(flow.end_parameter, from.end_parameter);
-        copy(flow.gradients, from.gradients), copy(flow.energy_error, from.energy_error);
-        copy(flow.start_domain, from.start_domain), copy(flow.domain, from.domain);
-    }
-
     /// Newton on the Hermite curve, kept inside the piece that was hit.
     void refine_on_curve(const MaskOf<V>& mask) {
         const Curve<V> curve = Curve<V>::of_step(flow);

@@ -9,6 +9,8 @@
 #include "kernels/tracing/ray_source.h"
 #include "kernels/tracing/task.h"
 
+#include <optional>
+
 namespace kagero {
 
 /// Finite exactly where state and velocity are (short of sums that overflow, which nothing survives either).
@@ -19,7 +21,7 @@ V sum_of_sizes(const State<V>& s, const Vec3<V>& v) {
     return size;
 }
 
-/// One packet of rays from start to end.
+/// Rays from start to end, as many at a time as the packet has lanes.
 template <class V>
 class PacketTracer {
     using S = ScalarOf<V>;
@@ -28,27 +30,31 @@ class PacketTracer {
 public:
     PacketTracer(const Task<V>& task, Counters& counters) : task_(task), job_(task.job), counters_(counters) {}
 
-    /// Traces starts[i] for the lanes of `lanes` into *ends[i]; `first_ray` numbers the rays for the path sink.
-    void trace(const RayStart (&starts)[W], std::uint64_t lanes, RayEnd* const (&ends)[W], const std::uint64_t (&numbers)[W]) {
-        ends_ = ends, numbers_ = numbers;
-        fill(starts, lanes);
+    /// Traces a packet's worth of rays from the queue; all of it where finished lanes are refilled.
+    void trace(RayQueue<W>& queue) {
         Landing<V> landing;
-        if (job_.geometry) {
-            Encounter<V> encounter(job_);
-            encounter.begin(active_);
-            while (active_) advance_once(landing, &encounter);
-            counters_.queries += encounter.queries, counters_.query_ticks += encounter.ticks;
-        } else {
-            while (active_) advance_once(landing, nullptr);
+        std::optional<Encounter<V>> encounter;
+        if (job_.geometry) encounter.emplace(job_);
+        Encounter<V>* const geometry = encounter ? &*encounter : nullptr;
+        if (!fill(queue)) return;
+        if (geometry) geometry->begin(active_);
+        constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
+        while (active_) {
+            advance_once(landing, geometry);
+            while (job_.refill && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing, geometry);
         }
         land(landing);
+        if (geometry) counters_.queries += geometry->queries, counters_.query_ticks += geometry->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
         for (int i = 0; i < W; ++i) counters_.active_iterations += static_cast<std::uint64_t>(get_lane(flow_.open_iterations, i));
     }
 
 private:
-    void fill(const RayStart (&starts)[W], std::uint64_t lanes);
-    void retire_at_start(const RayStart (&starts)[W], std::uint64_t lanes);
+    std::uint64_t take(RayQueue<W>& queue, std::uint64_t free, RayStart (&starts)[W]);
+    bool fill(RayQueue<W>& queue);
+    void refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<V>* encounter);
+    static void put(const RayStart (&starts)[W], std::uint64_t lanes, Flow<V>& flow);
+    void enter(const RayStart (&starts)[W], std::uint64_t lanes);
     void advance_once(Landing<V>& landing, Encounter<V>* encounter);
     std::uint64_t leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving);
     std::uint64_t crosses_crease(std::uint64_t moving) const;
@@ -83,8 +89,10 @@ private:
     std::uint8_t rejections_[W] = {};
     std::uint32_t surface_[W], primitive_[W];
     std::uint64_t fell_on_surface_ = 0;
-    RayEnd* const* ends_ = nullptr;
-    const std::uint64_t* numbers_ = nullptr;
+    RayEnd* ends_[W];
+    std::uint64_t numbers_[W];
+
+    static constexpr std::uint64_t all_lanes = W == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << W) - 1;
 
     /// How often a step without solution is halved before its ray fails.
     static constexpr int max_halvings = 24;
@@ -94,34 +102,6 @@ private:
     static constexpr int max_rejections = 60;
 };
 
-template <class V>
-void PacketTracer<V>::fill(const RayStart (&starts)[W], std::uint64_t lanes) {
-    for (int i = 0; i < W; ++i) {
-        const bool given = (lanes >> i) & 1;
-        if (given && starts[i].failure == Failure::none && !starts[i].captured && !starts[i].escaped) active_ |= std::uint64_t(1) << i;
-        const RayStart& r = starts[given ? i : __builtin_ctzll(lanes)];
-        for (int k = 0; k < 3; ++k) set_lane(flow_.start.y[k], i, S(r.q[k])), set_lane(flow_.start.y[3 + k], i, S(r.p[k]));
-        set_lane(flow_.start.y[6], i, S(r.pt));
-    }
-    flow_.want_energy = !task_.straight && (job_.outputs & output_energy) != 0;
-    flow_.want_path = job_.path_sink;
-    flow_.test_energy = !task_.straight;
-    flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
-    flow_.solver_tolerance = S(job_.solver_tolerance);
-    flow_.tolerance = S(job_.tolerance);
-    flow_.start_parameter = flow_.end_parameter = V(S(0));
-    flow_.gradients = flow_.open_iterations = steps_ = V(S(0));
-    flow_.energy_error = flow_.energy = V(S(0));
-    tried_h_ = tried_side_ = V(S(0));
-    task_.begin(flow_);
-    worst_energy_ = flow_.energy_error;
-    flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
-    retire_at_start(starts, lanes);
-    nominal_ = pick(from_bits<V>(active_), V(S(job_.step)), V(S(0)));
-    flow_.h = step_length();
-    report_path(flow_, active_, true);
-}
-
 /// Whether rays at q that move along v are beyond the escape sphere, moving outward; in a wormhole's other universe outward is inward.
 template <class V>
 MaskOf<V> PacketTracer<V>::leaves_space(const Vec3<V>& q, const Vec3<V>& v) const {
@@ -129,68 +109,6 @@ MaskOf<V> PacketTracer<V>::leaves_space(const Vec3<V>& q, const Vec3<V>& v) cons
     const MaskOf<V> here = (square >= V(S(job_.escape_radius) * S(job_.escape_radius))) & (outward > V(S(0)));
     if (!(job_.inner_escape_radius > 0)) return here;
     return here | ((square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius))) & (outward < V(S(0))));
-}
-
-/// Rays that end where they start: unusable and captured ones, and those that start outside the medium, or beyond the escape sphere
-/// moving outward.
-template <class V>
-void PacketTracer<V>::retire_at_start(const RayStart (&starts)[W], std::uint64_t lanes) {
-    const std::uint64_t usable = active_ & to_bits(is_finite(sum_of_sizes(flow_.start, flow_.start_velocity)));
-    const std::uint64_t away =
-        usable & to_bits(leaves_space(flow_.start.q(), flow_.start_velocity) | (flow_.start_domain <= V(S(0))));
-    const std::uint64_t captured = usable & ~away & to_bits(flow_.captured <= V(S(0)));
-    report_path(flow_, away | captured, true);
-    for (std::uint64_t rest = lanes & ~usable; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const Failure failure = starts[i].failure;
-        if (starts[i].captured) retire(flow_, i, Status::captured, Failure::none);
-        else if (starts[i].escaped) retire_far_out(starts[i], i);
-        else retire(flow_, i, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
-    }
-    for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
-    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
-    active_ = usable & ~away & ~captured;
-    make_harmless(~usable);
-}
-
-/// Lanes without a usable state follow a neighbour that has one, with steps of length zero.
-template <class V>
-void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
-    if (!active_) return;
-    const int donor = __builtin_ctzll(active_);
-    for (int i = 0; i < W; ++i) {
-        if (!((lanes >> i) & 1)) continue;
-        const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
-        for (V& y : flow_.start.y) copy(y);
-        for (V& c : flow_.carry) copy(c);
-        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain), copy(flow_.start_side);
-        copy(flow_.start_scale), copy(flow_.start_energy_terms);
-        for (auto& stage : flow_.stage)
-            for (V& g : stage) copy(g);
-    }
-}
-
-/// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
-template <class V>
-V PacketTracer<V>::step_length() const {
-    V h = nominal_;
-    if (task_.straight) {
-        const Vec3<V> q = flow_.start.q(), v = flow_.start_velocity;
-        const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));
-        // Twice the distance where a ray still comes in from outside; every straight ray ends within two such steps.
-        const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
-        h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
-    }
-    if (task_.kernel.scaled && !task_.straight) {
-        const V speed = sqrt(dot(flow_.start_velocity, flow_.start_velocity));
-        h = pick(h * speed > flow_.start_scale, flow_.start_scale / speed, h);
-    }
-    if (std::isfinite(job_.parameter_limit)) {
-        // The last step ends at the limit, without a sliver of another one behind it.
-        const V left = V(S(job_.parameter_limit)) - flow_.start_parameter;
-        h = pick(left <= h * V(S(1 + 1e-6)), pick(h > V(S(0)), left, h), h);
-    }
-    return h;
 }
 
 template <class V>
@@ -247,81 +165,6 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounte
     return moving & ~(staying & ~limited);
 }
 
-/// Lanes that have stepped across the surface where H is not smooth: they are to end on it. A step that starts on it has not crossed it.
-template <class V>
-std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
-    const V on(S(16) * machine_epsilon<S>);
-    return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
-}
-
-/// The step that ends on the crease, by the secant through the last two tries, of which the first is the start.
-template <class V>
-V PacketTracer<V>::length_to_crease(std::uint64_t lanes) {
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if (rejections_[i] == 0) set_lane(tried_h_, i, S(0)), set_lane(tried_side_, i, get_lane(flow_.start_side, i));
-    }
-    const V next = flow_.h - flow_.side * (flow_.h - tried_h_) / (flow_.side - tried_side_);
-    const MaskOf<V> here = from_bits<V>(lanes);
-    tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.side, tried_side_);
-    return max(min(next, V(S(0.98)) * flow_.h), V(S(0)));
-}
-
-/// Steps that are not accepted are taken again with another length.
-template <class V>
-void PacketTracer<V>::repeat(std::uint64_t lanes, const V& length) {
-    if (!lanes) return;
-    repeated_ |= lanes;
-    std::uint64_t failed = 0;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if (++rejections_[i] >= max_rejections) failed |= std::uint64_t(1) << i;
-    }
-    restart(lanes, length);
-    if (failed) fail(failed, failed, 0);
-}
-
-/// Lanes go back to the start of their step, without what the stepper remembers of it.
-template <class V>
-void PacketTracer<V>::restart(std::uint64_t lanes, const V& length) {
-    Flow<V> again = flow_;
-    task_.begin(again);
-    const MaskOf<V> mask = from_bits<V>(lanes);
-    for (int k = 0; k < max_stages; ++k)
-        for (int c = 0; c < 6; ++c) flow_.stage[k][c] = pick(mask, again.stage[k][c], flow_.stage[k][c]);
-    flow_.h = pick(mask, length, flow_.h);
-}
-
-/// Lanes whose step has no solution, lost H or left the numbers go back and try half of it; the last halving fails the ray.
-template <class V>
-void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy) {
-    repeated_ |= bad;
-    std::uint64_t failed = 0;
-    for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if (halvings_[i]++ >= max_halvings || all_halvings_[i]++ >= most_halvings) failed |= std::uint64_t(1) << i;
-    }
-    restart(bad, flow_.h * V(S(0.5)));
-    if (failed) fail(failed, unsolved, lossy);
-}
-
-/// Ends rays as `failed` where their last good step ended.
-template <class V>
-void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
-    Flow<V> last = flow_;
-    last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const auto in = [i](std::uint64_t set) { return (set >> i) & 1; };
-        retire(last, i, Status::failed, in(unsolved) ? Failure::not_converged : in(lossy) ? Failure::energy_lost : Failure::not_finite);
-    }
-    const MaskOf<V> gone = from_bits<V>(lanes);
-    flow_.h = pick(gone, V(S(0)), flow_.h);
-    nominal_ = pick(gone, V(S(0)), nominal_);
-    active_ &= ~lanes;
-    make_harmless(lanes);
-}
-
 /// The step of `lanes` becomes the start of the next for those that stay.
 template <class V>
 void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
@@ -344,79 +187,8 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     repeated_ &= ~staying;
 }
 
-/// Hits become waiting lanes, except those that lie beyond the escape sphere.
-template <class V>
-std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits) {
-    if (!hits) return 0;
-    const Curve<V> curve = Curve<V>::of_step(flow_);
-    const auto lane_of = [](const Vec3<V>& v, int i) {
-        return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
-    };
-    V from(S(0)), to(S(1));
-    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        set_lane(from, i, S(encounter.from[i])), set_lane(to, i, S(encounter.to[i]));
-    }
-    const Vec3<V> a = curve.at(from), b = curve.at(to);
-    std::uint64_t accepted = 0;
-    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const Vec3<double> a1 = lane_of(a, i), b1 = lane_of(b, i), hit = a1 + encounter.t[i] * (b1 - a1);
-        const double square = dot(hit, hit), inner = job_.inner_escape_radius;
-        if (square > job_.escape_radius * job_.escape_radius || square < inner * inner) continue;
-        const Level<double> level = level_of(job_.geometry->surfaces[encounter.surface[i]], encounter.primitive[i]);
-        const double lo = encounter.from[i], hi = encounter.to[i];
-        landing.wait(flow_, i, level, lo, hi, lo + (hi - lo) * chord_fraction(level, a1, b1, encounter.t[i]));
-        surface_[i] = encounter.surface[i], primitive_[i] = encounter.primitive[i];
-        accepted |= std::uint64_t(1) << i;
-    }
-    fell_on_surface_ |= accepted;
-    return accepted;
-}
-
-template <class V>
-void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) {
-    const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const auto lane_of = [i](const Vec3<V>& v) {
-            return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
-        };
-        const Vec3<double> from = lane_of(a), to = lane_of(b);
-        const Level<double> sphere = sphere_level({0, 0, 0}, dot(to, to) < dot(from, from) ? job_.inner_escape_radius : job_.escape_radius);
-        landing.wait(flow_, i, sphere, 0, 1, chord_fraction(sphere, from, to, 1));
-    }
-}
-
-template <class V>
-void PacketTracer<V>::land(Landing<V>& landing) {
-    if (!landing.waiting) return;
-    const Stopwatch watch(job_.timed, counters_.landing_ticks);
-    landing.land([this](Flow<V>& f) { task_.begin(f); }, [this](Flow<V>& f) { task_.step(f); }, job_.hit == HitModel::chord);
-    if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
-    for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if ((landing.lost >> i) & 1) {
-            retire(landing.flow, i, Status::failed, Failure::not_converged);
-            continue;
-        }
-        const bool hit = (fell_on_surface_ >> i) & 1;
-        retire(landing.flow, i, hit ? Status::hit : Status::escaped, Failure::none);
-        if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
-        ends_[i]->unrefined = (landing.unrefined >> i) & 1;
-    }
-}
-
-/// Ends a ray that starts so far out that its numbers may not fit the packet's.
-template <class V>
-void PacketTracer<V>::retire_far_out(const RayStart& start, int lane) {
-    retire(flow_, lane, Status::escaped, Failure::none);
-    RayEnd& e = *ends_[lane];
-    const double inverse = 1 / norm(Vec3<double>{start.p[0], start.p[1], start.p[2]});
-    for (int k = 0; k < 3; ++k) e.q[k] = start.q[k], e.p[k] = start.p[k], e.v[k] = start.p[k] * inverse;
-    e.pt = start.pt, e.parameter = e.energy_error = 0;
-}
-
 }  // namespace kagero
 
 #include "kernels/tracing/ray_ends.h"
+#include "kernels/tracing/ray_starts.h"
+#include "kernels/tracing/retries.h"

@@ -1,9 +1,82 @@
-/// The rest of the tracing loop: what is written of a ray when it ends, and after each of its steps.
+/// The end of the tracing loop: lanes that wait to be delivered, and what is written of a ray when it ends and after each of its steps.
 #pragma once
 
 #include "kernels/tracing/loop.h"
 
 namespace kagero {
+
+/// Hits become waiting lanes, except those that lie beyond the escape sphere.
+template <class V>
+std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits) {
+    if (!hits) return 0;
+    const Curve<V> curve = Curve<V>::of_step(flow_);
+    const auto lane_of = [](const Vec3<V>& v, int i) {
+        return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
+    };
+    V from(S(0)), to(S(1));
+    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        set_lane(from, i, S(encounter.from[i])), set_lane(to, i, S(encounter.to[i]));
+    }
+    const Vec3<V> a = curve.at(from), b = curve.at(to);
+    std::uint64_t accepted = 0;
+    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const Vec3<double> a1 = lane_of(a, i), b1 = lane_of(b, i), hit = a1 + encounter.t[i] * (b1 - a1);
+        const double square = dot(hit, hit), inner = job_.inner_escape_radius;
+        if (square > job_.escape_radius * job_.escape_radius || square < inner * inner) continue;
+        const Level<double> level = level_of(job_.geometry->surfaces[encounter.surface[i]], encounter.primitive[i]);
+        const double lo = encounter.from[i], hi = encounter.to[i];
+        landing.wait(flow_, i, level, lo, hi, lo + (hi - lo) * chord_fraction(level, a1, b1, encounter.t[i]));
+        surface_[i] = encounter.surface[i], primitive_[i] = encounter.primitive[i];
+        accepted |= std::uint64_t(1) << i;
+    }
+    fell_on_surface_ |= accepted;
+    return accepted;
+}
+
+template <class V>
+void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) {
+    const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const auto lane_of = [i](const Vec3<V>& v) {
+            return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
+        };
+        const Vec3<double> from = lane_of(a), to = lane_of(b);
+        const Level<double> sphere = sphere_level({0, 0, 0}, dot(to, to) < dot(from, from) ? job_.inner_escape_radius : job_.escape_radius);
+        landing.wait(flow_, i, sphere, 0, 1, chord_fraction(sphere, from, to, 1));
+    }
+}
+
+template <class V>
+void PacketTracer<V>::land(Landing<V>& landing) {
+    if (!landing.waiting) return;
+    const Stopwatch watch(job_.timed, counters_.landing_ticks);
+    landing.land([this](Flow<V>& f) { task_.begin(f); }, [this](Flow<V>& f) { task_.step(f); }, job_.hit == HitModel::chord);
+    if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
+    for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if ((landing.lost >> i) & 1) {
+            retire(landing.flow, i, Status::failed, Failure::not_converged);
+            continue;
+        }
+        const bool hit = (fell_on_surface_ >> i) & 1;
+        retire(landing.flow, i, hit ? Status::hit : Status::escaped, Failure::none);
+        if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
+        ends_[i]->unrefined = (landing.unrefined >> i) & 1;
+    }
+}
+
+/// Ends a ray that starts so far out that its numbers may not fit the packet's.
+template <class V>
+void PacketTracer<V>::retire_far_out(const RayStart& start, int lane) {
+    retire(flow_, lane, Status::escaped, Failure::none);
+    RayEnd& e = *ends_[lane];
+    const double inverse = 1 / norm(Vec3<double>{start.p[0], start.p[1], start.p[2]});
+    for (int k = 0; k < 3; ++k) e.q[k] = start.q[k], e.p[k] = start.p[k], e.v[k] = start.p[k] * inverse;
+    e.pt = start.pt, e.parameter = e.energy_error = 0;
+}
 
 /// Writes the end of a ray from the end of the step in `f`.
 template <class V>

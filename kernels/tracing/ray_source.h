@@ -27,4 +27,37 @@ inline RayStart camera_ray(const CameraRays& c, std::uint32_t x, std::uint32_t y
     return start_from_map(c.start, c.position, d[0], d[1], d[2]);
 }
 
+/// The rays of a tile one after the other, by slots: every W of them are a packet, a block of pixels aligned to the picture's grid (so
+/// that tiles and crops change no packet), a run of a row, or a run of a list. Slots may lie outside of the tile.
+template <int W>
+class RayQueue {
+public:
+    RayQueue(const Job& job, const Tile& tile, RayEnd* ends)
+        : job_(job), tile_(tile), ends_(ends), width_(job.camera && !job.scanlines ? block_width : W), height_(W / width_),
+          x_(tile.x0 / width_ * width_), y_(tile.y0 / height_ * height_) {}
+
+    bool empty() const { return y_ >= tile_.y1; }
+    /// The ray of the next slot, where its end goes, and its number; false where the slot lies outside of the tile.
+    bool take(RayStart& start, RayEnd*& end, std::uint64_t& number) {
+        const std::uint32_t x = x_ + slot_ % width_, y = y_ + slot_ / width_;
+        if (++slot_ == W) {
+            slot_ = 0, x_ += width_;
+            if (x_ >= tile_.x1) x_ = tile_.x0 / width_ * width_, y_ += height_;
+        }
+        if (x < tile_.x0 || x >= tile_.x1 || y < tile_.y0 || y >= tile_.y1) return false;
+        start = job_.camera ? camera_ray(*job_.camera, x, y) : job_.rays[x];
+        end = ends_ + std::size_t(y - tile_.y0) * (tile_.x1 - tile_.x0) + (x - tile_.x0);
+        number = job_.camera ? std::uint64_t(y) * job_.camera->width + x : x;
+        return true;
+    }
+
+private:
+    static constexpr std::uint32_t block_width = W >= 64 ? 8 : W >= 8 ? 4 : W >= 4 ? 2 : W;
+
+    const Job& job_;
+    const Tile& tile_;
+    RayEnd* ends_;
+    std::uint32_t width_, height_, x_, y_, slot_ = 0;
+};
+
 }  // namespace kagero

@@ -69,6 +69,7 @@ void fill_job(Plan& plan, bool with_camera) {
     job.chord_tolerance = chord_tolerance(plan, with_camera);
     job.outputs = plan.options.energy_error ? output_energy : 0u;
     job.geometry = plan.geometry->kernel_view();
+    job.refill = scene.integrator.refill == "on";
 }
 
 }  // namespace

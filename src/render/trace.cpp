@@ -29,6 +29,7 @@ void to_scene(const Plan& plan, Point& point) {
 RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     job.camera = nullptr;
     job.rays = starts.data();
+    job.refill = plan.scene.integrator.refill != "off";  // unlike neighbouring pixels, rays of a list may end at any time
     job.parameter_limit /= plan.unit;
     job.outputs |= output_parameter;
     ends.resize(starts.size());

@@ -47,6 +47,7 @@ struct IntegratorDescription {
     double escape_radius = 50;
     HitModel hit = HitModel::hermite;
     bool cull = true;
+    std::string refill = "auto";       ///< "auto" | "on" | "off"
     std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine
     std::string rescale = "auto";      ///< "auto" | "none" | an expression, for formula spaces
 };

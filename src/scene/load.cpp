@@ -94,7 +94,6 @@ std::uint32_t to_lanes(const Value& lanes) {
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
-    not_yet(section, "refill", {"auto"});
     not_yet(section, "symmetry", {"auto", "none"});
     not_yet(section, "max_pixel_error");
     // Built-in spaces have a rescaling of their own, chosen with their equations.
@@ -120,6 +119,10 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     }
     if (const Value* cull = find(section, "cull")) integrator.cull = to_choice(*cull, "integrator.cull", {"auto", "none"}) == 0;
     if (const Value* lanes = find(section, "lanes")) integrator.lanes = to_lanes(*lanes);
+    if (const Value* refill = find(section, "refill")) {
+        static const std::vector<std::string> known{"auto", "on", "off"};
+        integrator.refill = known[to_choice(*refill, "integrator.refill", known)];
+    }
     if (const Value* rescale = find(section, "rescale")) {
         integrator.rescale = to_text(*rescale, "integrator.rescale");
         if (space.formula) load_rescaling(*rescale, *space.formula);

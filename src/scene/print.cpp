@@ -136,6 +136,7 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     line("escape_radius", integrator.escape_radius);
     line("hit", std::string(integrator.hit == HitModel::chord ? "chord" : "hermite"));
     line("cull", std::string(integrator.cull ? "auto" : "none"));
+    line("refill", integrator.refill);
     if (integrator.lanes) line("lanes", integrator.lanes);
     else line("lanes", std::string("auto"));
     line("rescale", integrator.rescale);

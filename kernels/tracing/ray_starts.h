@@ -1,0 +1,154 @@
+/// The beginning of the tracing loop: rays into lanes, at first and where lanes have fallen free.
+#pragma once
+
+#include "kernels/tracing/loop.h"
+
+namespace kagero {
+
+/// Takes rays from the queue for the lanes of `free`; returns those that got one.
+template <class V>
+std::uint64_t PacketTracer<V>::take(RayQueue<W>& queue, std::uint64_t free, RayStart (&starts)[W]) {
+    std::uint64_t taken = 0;
+    for (; free && !queue.empty(); free &= free - 1) {
+        const int i = __builtin_ctzll(free);
+        if (queue.take(starts[i], ends_[i], numbers_[i])) taken |= std::uint64_t(1) << i;
+    }
+    return taken;
+}
+
+/// A packet's first rays; false where there are none. Lanes without one follow another.
+template <class V>
+bool PacketTracer<V>::fill(RayQueue<W>& queue) {
+    RayStart starts[W];
+    const std::uint64_t lanes = take(queue, all_lanes, starts);
+    if (!lanes) return false;
+    flow_.want_energy = !task_.straight && (job_.outputs & output_energy) != 0;
+    flow_.want_path = job_.path_sink;
+    flow_.test_energy = !task_.straight;
+    flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
+    flow_.solver_tolerance = S(job_.solver_tolerance);
+    flow_.tolerance = S(job_.tolerance);
+    flow_.open_iterations = steps_ = nominal_ = flow_.h = V(S(0));
+    tried_h_ = tried_side_ = V(S(0));
+    for (int i = 0; i < W; ++i)
+        if (!((lanes >> i) & 1)) starts[i] = starts[__builtin_ctzll(lanes)];
+    put(starts, all_lanes, flow_);
+    task_.begin(flow_);
+    flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
+    worst_energy_ = flow_.energy_error;
+    enter(starts, lanes);
+    return true;
+}
+
+/// Rays into lanes whose own have ended.
+template <class V>
+void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<V>* encounter) {
+    land(landing);
+    landing.clear();
+    RayStart starts[W];
+    const std::uint64_t lanes = take(queue, ~active_ & all_lanes, starts);
+    if (!lanes) return;
+    Flow<V> fresh = flow_;
+    put(starts, lanes, fresh);
+    task_.begin(fresh);
+    fresh.end = fresh.start, fresh.end_velocity = fresh.start_velocity;
+    const MaskOf<V> here = from_bits<V>(lanes);
+    copy_lanes(flow_, fresh, here);
+    steps_ = pick(here, V(S(0)), steps_);
+    worst_energy_ = pick(here, flow_.energy_error, worst_energy_);
+    repeated_ &= ~lanes, fell_on_surface_ &= ~lanes;
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        halvings_[i] = rejections_[i] = 0, all_halvings_[i] = 0;
+    }
+    enter(starts, lanes);
+    if (encounter) encounter->begin(active_ & lanes);
+}
+
+/// Puts the start of rays into lanes of a flow.
+template <class V>
+void PacketTracer<V>::put(const RayStart (&starts)[W], std::uint64_t lanes, Flow<V>& flow) {
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const RayStart& r = starts[i];
+        for (int k = 0; k < 3; ++k) set_lane(flow.start.y[k], i, S(r.q[k])), set_lane(flow.start.y[3 + k], i, S(r.p[k]));
+        set_lane(flow.start.y[6], i, S(r.pt));
+    }
+    const MaskOf<V> here = from_bits<V>(lanes);
+    const auto clear = [&](V& v) { v = pick(here, V(S(0)), v); };
+    clear(flow.start_parameter), clear(flow.end_parameter), clear(flow.gradients), clear(flow.energy_error), clear(flow.energy);
+    for (int k = 0; k < 6; ++k) clear(flow.carry[k]), clear(flow.next_carry[k]);
+}
+
+/// New rays of `lanes` become active, except those that end where they start: unusable and captured ones, and those that start outside
+/// the medium, or beyond the escape sphere moving outward.
+template <class V>
+void PacketTracer<V>::enter(const RayStart (&starts)[W], std::uint64_t lanes) {
+    std::uint64_t usable = lanes & to_bits(is_finite(sum_of_sizes(flow_.start, flow_.start_velocity)));
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (starts[i].failure != Failure::none || starts[i].captured || starts[i].escaped) usable &= ~(std::uint64_t(1) << i);
+    }
+    const std::uint64_t away =
+        usable & to_bits(leaves_space(flow_.start.q(), flow_.start_velocity) | (flow_.start_domain <= V(S(0))));
+    const std::uint64_t captured = usable & ~away & to_bits(flow_.captured <= V(S(0)));
+    report_path(flow_, away | captured, true);
+    for (std::uint64_t rest = lanes & ~usable; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const Failure failure = starts[i].failure;
+        if (starts[i].captured) retire(flow_, i, Status::captured, Failure::none);
+        else if (starts[i].escaped) retire_far_out(starts[i], i);
+        else retire(flow_, i, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
+    }
+    for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
+    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
+    const std::uint64_t entered = usable & ~away & ~captured;
+    const MaskOf<V> here = from_bits<V>(lanes);
+    nominal_ = pick(here, pick(from_bits<V>(entered), V(S(job_.step)), V(S(0))), nominal_);
+    active_ |= entered;
+    make_harmless(all_lanes & ~active_ & ~usable);
+    flow_.h = pick(here, step_length(), flow_.h);
+    report_path(flow_, entered, true);
+}
+
+/// Lanes without a usable state follow a neighbour that has one, with steps of length zero.
+template <class V>
+void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
+    if (!active_) return;
+    const int donor = __builtin_ctzll(active_);
+    for (int i = 0; i < W; ++i) {
+        if (!((lanes >> i) & 1)) continue;
+        const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
+        for (V& y : flow_.start.y) copy(y);
+        for (V& c : flow_.carry) copy(c);
+        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain), copy(flow_.start_side);
+        copy(flow_.start_scale), copy(flow_.start_energy_terms);
+        for (auto& stage : flow_.stage)
+            for (V& g : stage) copy(g);
+    }
+}
+
+/// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
+template <class V>
+V PacketTracer<V>::step_length() const {
+    V h = nominal_;
+    if (task_.straight) {
+        const Vec3<V> q = flow_.start.q(), v = flow_.start_velocity;
+        const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));
+        // Twice the distance where a ray still comes in from outside; every straight ray ends within two such steps.
+        const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
+        h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
+    }
+    if (task_.kernel.scaled && !task_.straight) {
+        const V speed = sqrt(dot(flow_.start_velocity, flow_.start_velocity));
+        h = pick(h * speed > flow_.start_scale, flow_.start_scale / speed, h);
+    }
+    if (std::isfinite(job_.parameter_limit)) {
+        // The last step ends at the limit, without a sliver of another one behind it.
+        const V left = V(S(job_.parameter_limit)) - flow_.start_parameter;
+        h = pick(left <= h * V(S(1 + 1e-6)), pick(h > V(S(0)), left, h), h);
+    }
+    return h;
+}
+
+}  // namespace kagero

@@ -1,0 +1,83 @@
+/// Steps of the tracing loop that are taken again, with another length.
+#pragma once
+
+#include "kernels/tracing/loop.h"
+
+namespace kagero {
+
+/// Lanes that have stepped across the surface where H is not smooth: they are to end on it. A step that starts on it has not crossed it.
+template <class V>
+std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
+    const V on(S(16) * machine_epsilon<S>);
+    return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
+}
+
+/// The step that ends on the crease, by the secant through the last two tries, of which the first is the start.
+template <class V>
+V PacketTracer<V>::length_to_crease(std::uint64_t lanes) {
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (rejections_[i] == 0) set_lane(tried_h_, i, S(0)), set_lane(tried_side_, i, get_lane(flow_.start_side, i));
+    }
+    const V next = flow_.h - flow_.side * (flow_.h - tried_h_) / (flow_.side - tried_side_);
+    const MaskOf<V> here = from_bits<V>(lanes);
+    tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.side, tried_side_);
+    return max(min(next, V(S(0.98)) * flow_.h), V(S(0)));
+}
+
+/// Steps that are not accepted are taken again with another length.
+template <class V>
+void PacketTracer<V>::repeat(std::uint64_t lanes, const V& length) {
+    if (!lanes) return;
+    repeated_ |= lanes;
+    std::uint64_t failed = 0;
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (++rejections_[i] >= max_rejections) failed |= std::uint64_t(1) << i;
+    }
+    restart(lanes, length);
+    if (failed) fail(failed, failed, 0);
+}
+
+/// Lanes go back to the start of their step, without what the stepper remembers of it.
+template <class V>
+void PacketTracer<V>::restart(std::uint64_t lanes, const V& length) {
+    Flow<V> again = flow_;
+    task_.begin(again);
+    const MaskOf<V> mask = from_bits<V>(lanes);
+    for (int k = 0; k < max_stages; ++k)
+        for (int c = 0; c < 6; ++c) flow_.stage[k][c] = pick(mask, again.stage[k][c], flow_.stage[k][c]);
+    flow_.h = pick(mask, length, flow_.h);
+}
+
+/// Lanes whose step has no solution, lost H or left the numbers go back and try half of it; the last halving fails the ray.
+template <class V>
+void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy) {
+    repeated_ |= bad;
+    std::uint64_t failed = 0;
+    for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        if (halvings_[i]++ >= max_halvings || all_halvings_[i]++ >= most_halvings) failed |= std::uint64_t(1) << i;
+    }
+    restart(bad, flow_.h * V(S(0.5)));
+    if (failed) fail(failed, unsolved, lossy);
+}
+
+/// Ends rays as `failed` where their last good step ended.
+template <class V>
+void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
+    Flow<V> last = flow_;
+    last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        const auto in = [i](std::uint64_t set) { return (set >> i) & 1; };
+        retire(last, i, Status::failed, in(unsolved) ? Failure::not_converged : in(lossy) ? Failure::energy_lost : Failure::not_finite);
+    }
+    const MaskOf<V> gone = from_bits<V>(lanes);
+    flow_.h = pick(gone, V(S(0)), flow_.h);
+    nominal_ = pick(gone, V(S(0)), nominal_);
+    active_ &= ~lanes;
+    make_harmless(lanes);
+}
+
+}  // namespace kagero

@@ -63,9 +63,9 @@ struct HamiltonianInfo {
     double level;            ///< H0, the level set rays are started on
     const char* method;      ///< default integrator
     double step;             ///< its default step
-    bool bounded, captures;  ///< rays may end at the edge of the medium, or captured
-    bool creased, scaled;    ///< H is not smooth somewhere; it bounds the length of steps
-    bool separable;          ///< H = |p|²/2 + V(q), known by its derivatives
+    bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
+    bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
+    bool separable = false;                  ///< H = |p|²/2 + V(q), known by its derivatives
 };
 
 /// One integrator.

@@ -90,7 +90,7 @@ const Malformed malformed[] = {
     {"step = 0.05", "refill = \"maybe\"", "5:10", "auto"},
     {"step = 0.05", "lanes = 0", "5:9", "integrator.lanes = 0 is out of range: legal is 1 <= value <= 1024"},
     {"step = 0.05", "lanes = \"many\"", "5:9", "known: auto"},
-    {"step = 0.05", "max_pixel_error = 0.25", "5:19", "this version cannot do that yet; leave the key out"},
+    {"step = 0.05", "max_pixel_error = 0", "5:19", "legal is 0 < value"},
     {"step = 0.05", "rescale = \"r^1.5\"", "5:11", "this version cannot do that yet; it accepts: auto, none"},
     {"fov = 60", "type = \"ortographic\"", "10:8", "did you mean \"orthographic\"? known: perspective, equirectangular"},
     {"fov = 60", "height = 2", "10:1", "unknown key camera.height"},
@@ -259,7 +259,7 @@ TEST_F(LoadScene, PrintingLosesNothing) {
                                              "sky.checker=true",
                                              "integrator.max_steps=4294967295",
                                              "integrator.hit=chord",
-                                             "integrator.cull=none", "integrator.refill=on",
+                                             "integrator.cull=none", "integrator.refill=on", "integrator.max_pixel_error=0.25",
                                              "camera.type=orthographic",
                                              "camera.height=3.5",
                                              "film.spp=16",
@@ -278,6 +278,7 @@ TEST_F(LoadScene, PrintingLosesNothing) {
     EXPECT_EQ(again.integrator.hit, scene.integrator.hit);
     EXPECT_EQ(again.integrator.cull, scene.integrator.cull);
     EXPECT_EQ(again.integrator.refill, scene.integrator.refill);
+    EXPECT_EQ(again.integrator.max_pixel_error, scene.integrator.max_pixel_error);
     EXPECT_EQ(again.camera.position, scene.camera.position);
     EXPECT_EQ(again.camera.type, scene.camera.type);
     EXPECT_EQ(again.camera.height, 3.5);

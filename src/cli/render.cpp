@@ -1,4 +1,5 @@
 // kagero render: a scene to a picture.
+#include "render/pilot.h"
 #include "render/render.h"
 
 #include "cli/interrupt.h"
@@ -103,6 +104,9 @@ void tell_plan(const Plan& plan, const Terminal& terminal) {
     if (plan.kernel)
         text += std::string(", ") + name_of(plan.kernel->strategy) + ", " + name_of(plan.kernel->precision) + ", " +
                 std::to_string(plan.kernel->lanes) + " lanes";
+    if (plan.pilot && !plan.pilot->met)
+        terminal.warning("integrator.max_pixel_error = " + rounded(plan.pilot->bound) + ": no method that was tried meets it; rendered with " +
+                         plan.scene.integrator.method + " at its own step");
     terminal.detail(text + ", " + std::to_string(plan.threads) + " threads; loaded in " + rounded(plan.load_seconds) + " s");
 }
 
@@ -128,6 +132,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
 
     const auto plan = make_plan(std::move(scene), options);
+    if (plan->scene.integrator.max_pixel_error > 0) fit_to_error(*plan);
     tell_plan(*plan, terminal);
     if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
 
@@ -137,7 +142,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });
     tell_result(report, output, terminal);
-    return report.interrupted && !report.out_of_time ? exit_interrupted : exit_done;
+    if (report.interrupted && !report.out_of_time) return exit_interrupted;
+    return plan->pilot && !plan->pilot->met ? exit_bound : exit_done;
 }
 
 }  // namespace

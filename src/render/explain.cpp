@@ -53,6 +53,12 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     const IntegratorInfo& method = plan.module->integrators[plan.job.integrator];
     const bool bent = !plan.straight;
     const std::string straight = "these parameters leave every ray straight";
+    if (const auto& pilot = plan.pilot)
+        parts.add(pilot->met, "a pilot of " + std::to_string(pilot->rays) + " rays: 99 % of them within " + number(pilot->estimate) +
+                                  " pixels, of " + number(pilot->bound) + " allowed",
+                  "no method that it tried keeps 99 % of its " + std::to_string(pilot->rays) + " rays within " + number(pilot->bound) + " pixels");
+    else
+        parts.add(false, "a pilot that chooses method, step and precision", "the scene states them, or takes the space's (integrator.max_pixel_error)");
     parts.add(bent, "integration by " + chosen.method + (method.adaptive ? ", tolerance " + number(chosen.tolerance)
                                                                          : ", step " + number(chosen.step)), straight);
     parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);

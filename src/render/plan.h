@@ -5,6 +5,7 @@
 #include "scene/geometry.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,13 @@ struct View {
     Double3 forward{}, right{}, down{};
 };
 
+/// How the method was chosen, where the scene states a bound on the error.
+struct Pilot {
+    std::uint64_t rays = 0;
+    double bound = 0, estimate = 0;  ///< pixels; of the error of 99 % of the rays
+    bool met = false;
+};
+
 /// Scene, geometry, kernel and job. Pointers in `job` point into this object: it is not copied.
 struct Plan {
     SceneDescription scene;
@@ -41,6 +49,7 @@ struct Plan {
     CameraRays camera{};
     bool each_direction = false;       ///< no map from directions to momenta serves the camera: each is solved for
     Job job{};
+    std::optional<Pilot> pilot;
     unsigned threads = 1;
     double load_seconds = 0;
 

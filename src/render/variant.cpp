@@ -50,12 +50,16 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
     return {};
 }
 
-PlanAs::PlanAs(Plan& plan, const Variant& variant) : plan_(plan), job_(plan.job), kernel_(plan.kernel), threads_(plan.threads) {
+void follow(Plan& plan, const Variant& variant) {
     plan.job.max_steps = allowed_steps(plan, variant);
     plan.job.integrator = variant.integrator, plan.job.rescaled = variant.rescaled;
     (info_of(plan, variant).adaptive ? plan.job.tolerance : plan.job.step) = variant.step;
     if (variant.solver_tolerance >= 0) plan.job.solver_tolerance = variant.solver_tolerance;
     plan.kernel = variant.kernel;
+}
+
+PlanAs::PlanAs(Plan& plan, const Variant& variant) : plan_(plan), job_(plan.job), kernel_(plan.kernel), threads_(plan.threads) {
+    follow(plan, variant);
 }
 
 PlanAs::~PlanAs() {

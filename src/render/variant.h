@@ -26,7 +26,10 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
 /// The same by one of the module's kernels, which may refuse it too.
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel, double step);
 
-/// Makes a plan follow a variant while it lives. A ray may take as many steps as cover the path that the scene allows.
+/// Makes a plan follow a variant. A ray may take as many steps as cover the path that the scene allows.
+void follow(Plan& plan, const Variant& variant);
+
+/// The same while it lives.
 class PlanAs {
 public:
     PlanAs(Plan& plan, const Variant& variant);

@@ -103,6 +103,10 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["compiler"] = plan.module->compiler;
     json["straight"] = plan.straight;
     json["unrefined"] = report.unrefined;
+    if (plan.pilot) {
+        json["max_pixel_error"] = plan.pilot->bound;
+        json["pixel_error_estimate"] = plan.pilot->met ? Json(plan.pilot->estimate) : Json();
+    }
     json["interrupted"] = report.interrupted;
     json["out_of_time"] = report.out_of_time;
     json["schedule"] = name_of(report.schedule);

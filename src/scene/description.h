@@ -48,6 +48,7 @@ struct IntegratorDescription {
     HitModel hit = HitModel::hermite;
     bool cull = true;
     std::string refill = "auto";       ///< "auto" | "on" | "off"
+    double max_pixel_error = 0;        ///< method, step and precision are chosen to meet it; 0: they are as stated
     std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine
     std::string rescale = "auto";      ///< "auto" | "none" | an expression, for formula spaces
 };

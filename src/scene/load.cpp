@@ -95,7 +95,6 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
     not_yet(section, "symmetry", {"auto", "none"});
-    not_yet(section, "max_pixel_error");
     // Built-in spaces have a rescaling of their own, chosen with their equations.
     if (!space.formula) not_yet(section, "rescale", {"auto", "none"});
 
@@ -111,6 +110,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     read(section, "tolerance", integrator.tolerance, {0, 1, true, true});
     read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});
     read(section, "escape_radius", integrator.escape_radius, positive_length);
+    read(section, "max_pixel_error", integrator.max_pixel_error, {0, 1e6, true});
     if (const Value* steps = find(section, "max_steps")) {
         integrator.max_steps = to_count(*steps, "integrator.max_steps", 1, std::numeric_limits<std::uint32_t>::max());
     }

@@ -1,0 +1,57 @@
+#include "render/pilot.h"
+
+#include "render/error_study.h"
+
+namespace kagero {
+namespace {
+
+/// Rays along an edge of the grid.
+constexpr std::uint32_t grid = 32;
+/// What a gradient costs in float, in units of one in double: lanes are twice as many.
+constexpr double float_cost = 0.5;
+
+bool allowed(const Plan& plan, const StudyCurve& curve) {
+    if (curve.strategy != plan.kernel->strategy) return false;
+    return plan.options.precision == "auto" || plan.options.precision == name_of(curve.precision);
+}
+
+/// The scene's own words for what the plan does now.
+void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
+    IntegratorDescription& text = plan.scene.integrator;
+    const bool length = !(plan.job.rescaled && plan.module->hamiltonians[plan.job.hamiltonian].spacetime);
+    text.method = curve.method;
+    if (curve.info->adaptive) text.tolerance = point.step;
+    else text.step = length ? point.step * plan.unit : point.step;
+    text.solver_tolerance = plan.job.solver_tolerance;
+}
+
+}  // namespace
+
+void fit_to_error(Plan& plan, const std::atomic<bool>* stop) {
+    const double bound = plan.scene.integrator.max_pixel_error;
+    StudyOptions options;
+    options.width = options.height = grid;
+    options.quick = options.errors_only = true;
+    options.threads = plan.threads;
+    const ErrorStudy study = study_error(plan, options, {}, stop);
+    const StudyCurve* curve = nullptr;
+    const StudyPoint* best = nullptr;
+    double least = 0;
+    for (const StudyCurve& candidate : study.curves) {
+        if (!allowed(plan, candidate)) continue;
+        for (const StudyPoint& point : candidate.points) {
+            const double cost = point.gradients * (candidate.precision == Precision::float32 ? float_cost : 1);
+            if (!is_within(point, bound, &RayErrors::pixels, study.reference) || (best && cost >= least)) continue;
+            curve = &candidate, best = &point, least = cost;
+        }
+    }
+    plan.pilot = {study.sample.starts.size(), bound, 0, best != nullptr};
+    if (!best) return;
+    plan.pilot->estimate = best->errors.pixels.p99;
+    auto variant = find_variant(plan, curve->method, curve->strategy, curve->precision, best->step);
+    if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
+    follow(plan, *variant);
+    tell_scene(plan, *curve, *best);
+}
+
+}  // namespace kagero

@@ -1,0 +1,16 @@
+/// A method and a step for the error that a scene allows, `integrator.max_pixel_error`.
+#pragma once
+
+#include "render/plan.h"
+
+#include <atomic>
+
+namespace kagero {
+
+/// What the plan keeps of it is Plan::pilot.
+/// Follows a sparse grid of the film's rays by a handful of methods, in double and (where the options leave it open) float, and makes
+/// the plan follow the one that keeps 99 % of them within the bound with the fewest evaluations of derivatives. Where none does, the
+/// plan stays as it was. The choice does not depend on how fast the machine is.
+void fit_to_error(Plan& plan, const std::atomic<bool>* stop = nullptr);
+
+}  // namespace kagero

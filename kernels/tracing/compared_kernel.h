@@ -48,7 +48,7 @@ struct NoSteps {
     template <Kind>
     constexpr auto operator()() const { return Chosen<void>{}; }
 };
-/// What a scene of the short list takes unasked, and what the paper's methods are made of.
+/// All that may turn out the cheapest: neither the printed recipe nor the exact split does.
 struct WidthSteps {
     template <Kind kind>
     constexpr auto operator()() const {
@@ -56,6 +56,7 @@ struct WidthSteps {
         else if constexpr (kind == Kind::gauss_of_4) return Chosen<Gauss<4>>{};
         else if constexpr (kind == Kind::nystroem) return Chosen<Nystroem>{};
         else if constexpr (kind == Kind::composition) return Chosen<Composition>{};
+        else if constexpr (kind == Kind::runge_kutta) return Chosen<RungeKutta>{};
         else return Chosen<void>{};
     }
 };

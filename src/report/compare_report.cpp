@@ -101,7 +101,8 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
         }
         text += line + "\n";
     }
-    text += "\n" + rounded(double(comparison.rays)) + " rays, " + std::to_string(options.threads) +
+    text += "\n";
+    text += rounded(double(comparison.rays)) + " rays, " + std::to_string(options.threads) +
             (options.threads == 1 ? " thread, " : " threads, ") + std::to_string(comparison.rounds) +
             " interleaved rounds: medians; speedup over scalar double of the same instruction set, median of ratios. " +
             (options.equal_error > 0

@@ -69,7 +69,7 @@ struct Space {
     }
 };
 
-/// Calls check(space, kernel) for every Hamiltonian × integrator that serves it × strategy and precision.
+/// Calls check(space, kernel) for every Hamiltonian × integrator that serves it × kernel that serves both.
 template <class Check>
 void for_everything(const Check& check) {
     const Module& m = module();
@@ -79,6 +79,8 @@ void for_everything(const Check& check) {
             if (!rescaled && m.refusal(h, i, false)) continue;
             const Space space{h, i, rescaled};
             for (std::uint32_t k = 0; k < m.kernel_count; ++k) {
+                const bool straight = m.straight(h, space.parameters.data());
+                if (m.kernels[k].refusal && m.kernels[k].refusal(h, i, rescaled, straight)) continue;
                 SCOPED_TRACE(space.name() + ", " + std::to_string(m.kernels[k].lanes) + " lanes of " +
                              (m.kernels[k].precision == Precision::float64 ? "double" : "float"));
                 check(space, m.kernels[k]);

@@ -106,7 +106,7 @@ public:
     void work(unsigned thread, Share& share) {
         for (std::size_t i = next_++; i < work_.tiles.size() && !halted(); i = next_++) {
             const double begin = seconds();
-            work_on(i, thread, share, begin);
+            work_on(i, thread, share);
             share.time.finished = seconds();
             share.time.busy += share.time.finished - begin;
             ++share.time.tiles;
@@ -125,16 +125,18 @@ private:
         if (seconds() > watch_.time_limit) out_of_time_ = true;
         return out_of_time_ || (watch_.stop && watch_.stop->load(std::memory_order_relaxed));
     }
-    void work_on(std::size_t i, unsigned thread, Share& share, double begin) {
+    void work_on(std::size_t i, unsigned thread, Share& share) {
         if (!watch_.recording) return trace(work_.tiles[i], share, nullptr);
         TileRecord& record = watch_.recording->tiles[i];
         const Counters before = share.counters;
         const double processor = processor_seconds();
-        record.tile = work_.tiles[i], record.thread = thread, record.begin = begin, record.predicted = cost(i);
+        record.tile = work_.tiles[i], record.thread = thread, record.predicted = cost(i);
+        // Asking for processor time enters the system, which may give the processor to another program: not between these two.
+        record.begin = seconds();
         trace(work_.tiles[i], share, &record);
+        record.end = seconds();
         record.processor = processor_seconds() - processor;
         record.counters = difference(share.counters, before);
-        record.end = seconds();
     }
     void trace(const Tile& tile, Share& share, TileRecord* record) const {
         const FlushDenormals flush;

@@ -65,37 +65,26 @@ private:
         y.y[6] = f.start.y[6];
     }
 
-    /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes. Packets
-    /// take each stage at once, which keeps its numbers near; one ray alone, whose operations would wait for each other, takes them all
-    /// at the end, and so does an interpreter, which likes many states at a time.
+    /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes.
     template <class System, class V, class S>
     KAGERO_INLINE static V iterate(const System& system, const Flow<V>& f, const GaussNumbers<S>& w, int s,
                                    const Convergence<V>& convergence, V (&g)[room][6]) {
+        State<V> y[room];
+        for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
         V change_q(S(0)), change_p(S(0));
         const auto take = [&](int i, const V (&fresh)[6]) __attribute__((always_inline)) {
             for (int k = 0; k < 3; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
             for (int k = 3; k < 6; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
             for (int k = 0; k < 6; ++k) g[i][k] = pick(convergence.open(), fresh[k], g[i][k]);
         };
-        const auto stage = [&](int i) __attribute__((always_inline)) {
-            State<V> y;
-            move(f, g, w.a[i], s, y);
-            return y;
-        };
-        if constexpr (requires(const State<V>* y) { system.derivatives_of(y, s, g); }) {
-            State<V> y[room];
+        if constexpr (requires { system.derivatives_of(y, s, g); }) {
             V fresh[room][6];
-            for (int i = 0; i < s; ++i) y[i] = stage(i);
-            system.derivatives_of(y, s, fresh);
-            for (int i = 0; i < s; ++i) take(i, fresh[i]);
-        } else if constexpr (lane_count<V> == 1) {
-            V fresh[room][6];
-            for (int i = 0; i < s; ++i) system.derivatives(stage(i), fresh[i]);
+            system.derivatives_of(y, s, fresh);  // an interpreter is quicker with all stages at once
             for (int i = 0; i < s; ++i) take(i, fresh[i]);
         } else {
             for (int i = 0; i < s; ++i) {
                 V fresh[6];
-                system.derivatives(stage(i), fresh);
+                system.derivatives(y[i], fresh);
                 take(i, fresh);
             }
         }

@@ -92,7 +92,7 @@ private:
             lost |= to_bits(open & !usable);
             open = open & usable & !last;
             if (!any(open)) break;
-            flow.start = flow.end, flow.start_parameter = flow.end_parameter;
+            go_on(mask);
             moving = open;
             flow.h = pick(open, (s - s_) * full, zero);
             last = abs(s - s_) <= close;
@@ -126,8 +126,16 @@ private:
             else s_ = pick(open, next, s_);
         }
         if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));
-        for (int k = 0; k < 6; ++k) flow.start.y[k] = pick(edge, flow.end.y[k], flow.start.y[k]);
-        flow.start_parameter = pick(edge, flow.end_parameter, flow.start_parameter);
+        go_on(edge);
+    }
+
+    /// The end of a step becomes the start of the next. What rounding cut off is forgotten: a step of length zero must change no bit.
+    void go_on(const MaskOf<V>& lanes) {
+        for (int k = 0; k < 6; ++k) {
+            flow.start.y[k] = pick(lanes, flow.end.y[k], flow.start.y[k]);
+            flow.carry[k] = pick(lanes, V(S(0)), flow.carry[k]);
+        }
+        flow.start_parameter = pick(lanes, flow.end_parameter, flow.start_parameter);
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.

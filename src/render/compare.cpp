@@ -192,7 +192,7 @@ void Comparer::add(Plan& plan, const Variant& variant, std::size_t& yardstick) {
 RunReport Comparer::draw(const Runner& runner, Film& film) const {
     const PlanAs as(*runner.plan, runner.variant);
     runner.plan->job.scanlines = runner.scanlines;
-    return render(*runner.plan, film, {}, stop_);
+    return render(*runner.plan, film, {.stop = stop_});
 }
 
 /// Also warms up caches and clocks.

@@ -1,0 +1,72 @@
+// integrator.max_pixel_error: what the pilot promises of its own rays holds for others.
+#include "hole_scene.h"
+#include "plan_fixture.h"
+
+#include "render/pilot.h"
+#include "render/reference.h"
+
+#include <nlohmann/json.hpp>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+class MaxPixelError : public HoleTest {};
+
+/// The error of 99 % of the rays of a grid that shares no ray with the pilot's, against what two unlike methods agree on.
+double error_of(Plan& plan, std::uint32_t grid) {
+    const SampleRays sample = sample_rays(plan, grid, grid);
+    ReferenceStory story;
+    const ReferenceRays reference = trace_reference(plan, sample, story);
+    std::vector<RayEnd> ends;
+    trace(plan, sample.starts, ends);
+    return compare_rays(plan, sample, reference, ends).pixels.p99;
+}
+
+TEST_F(MaxPixelError, IsMetByOtherRaysThanThePilots) {
+    for (const char* scene : {"room", "galaxy", "mirage", "kerr"}) {
+        for (const double bound : {0.25, 1e-3}) {
+            SCOPED_TRACE(scene);
+            const std::string path = std::string(KAGERO_SCENES) + "/" + scene + ".toml";
+            if (!std::filesystem::exists(path)) continue;
+            const auto plan = plan_of_file(path, {"integrator.max_pixel_error=" + std::to_string(bound)});
+            fit_to_error(*plan);
+            ASSERT_TRUE(plan->pilot && plan->pilot->met);
+            EXPECT_LE(plan->pilot->estimate, bound);
+            // A percentile of a thousand rays is that of a thousand others within a factor of two.
+            EXPECT_LE(error_of(*plan, 27), 2 * bound);
+        }
+    }
+}
+
+TEST_F(MaxPixelError, IsReported) {
+    const Outcome met = run("render hole.toml --size 32x16 -o a.exr --quiet --json -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(met.status, 0) << met.err;
+    EXPECT_LE(json::parse(met.out)["pixel_error_estimate"], 0.25);
+    EXPECT_EQ(json::parse(met.out)["max_pixel_error"], 0.25);
+    const Outcome missed = run("render hole.toml --size 32x16 -o b.exr --quiet --json -D integrator.max_pixel_error=1e-30");
+    EXPECT_EQ(missed.status, 4) << missed.err;
+    EXPECT_TRUE(json::parse(missed.out)["pixel_error_estimate"].is_null());
+    EXPECT_TRUE(exists("b.exr"));
+}
+
+TEST_F(MaxPixelError, LooserBoundsCostLess) {
+    const auto gradients = [&](const char* bound) {
+        const Outcome outcome = run(std::string("render hole.toml --size 64x32 -o a.exr --quiet --json -D integrator.max_pixel_error=") + bound);
+        return json::parse(outcome.out)["gradients"].get<double>();
+    };
+    EXPECT_LT(gradients("1"), gradients("1e-6"));
+}
+
+TEST_F(MaxPixelError, KeepsThePrecisionThatIsAskedFor) {
+    for (const char* precision : {"double", "float"}) {
+        const Outcome outcome =
+            run(std::string("explain hole.toml --json -D integrator.max_pixel_error=0.25 --precision ") + precision);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(json::parse(outcome.out)["precision"], precision);
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -1,0 +1,99 @@
+// New rays into finished lanes: which rays share a packet, and when, is nobody's business but the clock's.
+#include "plan_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+namespace kagero::test {
+namespace {
+
+constexpr const char* room = R"([space]
+hamiltonian = "schwarzschild"
+rg = 0.1
+[integrator]
+escape_radius = 4
+[camera]
+position = [0, -0.9, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [40, 30]
+[[object]]
+name = "room"
+shape = "room"
+min = [-1, -1, -1]
+max = [1, 1, 1]
+)";
+
+/// Rays that take very different numbers of steps side by side, a few of them unusable.
+std::vector<RayInput> rays() {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> inside(-0.9, 0.9), any(-1, 1);
+    std::vector<RayInput> all(501);
+    for (RayInput& ray : all) ray = {{inside(random), inside(random), inside(random)}, {any(random), any(random), any(random)}};
+    all[17].direction = {0, 0, 0};
+    all[300].position = {0, 0, 0};
+    return all;
+}
+
+struct Traced {
+    std::vector<RayEnd> ends;
+    RunReport report;
+};
+Traced traced(const std::string& refill, const std::string& method, const std::string& strategy) {
+    const auto plan = plan_of_text(room, {"integrator.refill=" + refill, "integrator.method=" + method}, with_strategy(strategy), false);
+    Traced result;
+    result.report = trace(*plan, start_rays(*plan, rays(), ""), result.ends);
+    return result;
+}
+
+void expect_same(const RayEnd& a, const RayEnd& b) {
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.failure, b.failure);
+    if (a.status == Status::failed) return;
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE(a.q[k] == b.q[k] && a.p[k] == b.p[k] && a.v[k] == b.v[k]);
+    EXPECT_EQ(a.parameter, b.parameter);
+    EXPECT_EQ(a.steps, b.steps);
+    EXPECT_EQ(a.gradients, b.gradients);
+    EXPECT_EQ(a.surface, b.surface);
+}
+
+TEST(Refill, ChangesNoRay) {
+    for (const char* strategy : {"packet", "scalar"})
+        for (const char* method : {"gauss8", "verlet", "rk4", "dp54"}) {
+            SCOPED_TRACE(std::string(strategy) + ", " + method);
+            const Traced on = traced("on", method, strategy), off = traced("off", method, strategy);
+            ASSERT_EQ(on.ends.size(), off.ends.size());
+            for (std::size_t i = 0; i < on.ends.size(); ++i) {
+                SCOPED_TRACE(i);
+                expect_same(on.ends[i], off.ends[i]);
+            }
+            for (std::uint32_t s = 0; s < status_count; ++s) EXPECT_EQ(on.report.status[s], off.report.status[s]);
+        }
+}
+
+TEST(Refill, KeepsLanesBusy) {
+    const auto occupancy = [](const Traced& run) {
+        return double(run.report.counters.active_lane_steps) / double(run.report.counters.issued_lane_steps);
+    };
+    const Traced on = traced("on", "gauss8", "packet"), off = traced("off", "gauss8", "packet");
+    EXPECT_GT(occupancy(on), occupancy(off));
+    EXPECT_EQ(on.report.counters.active_lane_steps, off.report.counters.active_lane_steps);
+}
+
+TEST(Refill, ChangesNoPicture) {
+    const auto picture = [](const char* refill) {
+        const auto plan = plan_of_text(room, {std::string("integrator.refill=") + refill}, with_strategy("packet"));
+        Film film(plan->scene.film.width, plan->scene.film.height, {"color", "steps", "status", "gradients"});
+        render(*plan, film);
+        return film;
+    };
+    const Film on = picture("on"), off = picture("off");
+    for (const char* layer : {"steps", "status", "gradients"})
+        EXPECT_TRUE(std::equal(on.plane(layer), on.plane(layer) + 40 * 30, off.plane(layer))) << layer;
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -74,7 +74,8 @@ private:
     }
 
     /// A partial step to where the surface should be, and from there Newton's corrections. Each squares the error, so that after one
-    /// shorter than the root of a rounding nothing is left to correct. A lane that has arrived takes steps of length zero.
+    /// shorter than the root of a rounding nothing is left to correct. A lane that has arrived stays there to the last bit, however
+    /// long others take.
     template <class Begin, class Step>
     void deliver(const Begin& begin, const Step& step, const MaskOf<V>& mask, const V& full) {
         const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0));
@@ -82,10 +83,10 @@ private:
         MaskOf<V> moving = mask & !edge, open = moving & !from_bits<V>(unrefined), last = !open;
         flow.h = pick(edge, zero, s_ * full);
         for (int i = 0; i < max_corrections; ++i) {
+            const Flow<V> arrived = flow;
             begin(flow);
-            const V before = flow.gradients;
             step(flow);
-            flow.gradients = pick(moving, flow.gradients, before);
+            copy_lanes(flow, arrived, !moving);
             const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end_velocity);
             const V s = max(min(s_ - rest / full, V(S(1.25))), V(S(-0.25)));
             const MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
@@ -129,11 +130,11 @@ private:
         go_on(edge);
     }
 
-    /// The end of a step becomes the start of the next. What rounding cut off is forgotten: a step of length zero must change no bit.
+    /// The end of a step becomes the start of the next.
     void go_on(const MaskOf<V>& lanes) {
         for (int k = 0; k < 6; ++k) {
             flow.start.y[k] = pick(lanes, flow.end.y[k], flow.start.y[k]);
-            flow.carry[k] = pick(lanes, V(S(0)), flow.carry[k]);
+            flow.carry[k] = pick(lanes, flow.next_carry[k], flow.carry[k]);
         }
         flow.start_parameter = pick(lanes, flow.end_parameter, flow.start_parameter);
     }

@@ -65,7 +65,6 @@ struct HamiltonianInfo {
     double step;             ///< its default step
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
     bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
-    bool separable = false;                  ///< H = |p|²/2 + V(q), known by its derivatives
 };
 
 /// One integrator.

@@ -16,14 +16,14 @@ template <class H>
 constexpr HamiltonianInfo info_of() {
     return {H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
             H::spacetime, Rescalable<H>, H::level, H::method, H::step,
-            Bounded<H>, Capturing<H>, Creased<H>, Scaled<H>, System<H, false, double>::separable};
+            Bounded<H>, Capturing<H>, Creased<H>, Scaled<H>};
 }
 constexpr HamiltonianInfo hamiltonian_infos[] = {
 #define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
     {"formula", "any Hamiltonian, written in the scene", "space.H = \"...\" in x y z px py pz pt", "docs/hamiltonians.md", "",
-     nullptr, 0, false, false, 0, "gauss8", 0.1, true, true, false, true, false},
+     nullptr, 0, false, false, 0, "gauss8", 0.1, true, true, false, true},
 };
 constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 
@@ -126,9 +126,7 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
                                       formula::operations_of(p.velocity), formula::operations_of(p.survey)});
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() {
-        if constexpr (Rescalable<H>)
-            if (rescaled) return operations_of(method, program_operations<H, true>());
-        return operations_of(method, program_operations<H, false>());
+        return operations_of(method, space_kernel<H, double>(rescaled && Rescalable<H>).operations);
     });
 }
 

@@ -9,23 +9,10 @@
 namespace kagero::test {
 namespace {
 
-constexpr const char* room = R"([space]
-hamiltonian = "schwarzschild"
-rg = 0.1
-[integrator]
-escape_radius = 4
-[camera]
-position = [0, -0.9, 0]
-look_at = [0, 0, 0]
-up = [0, 0, 1]
-[film]
-size = [40, 30]
-[[object]]
-name = "room"
-shape = "room"
-min = [-1, -1, -1]
-max = [1, 1, 1]
-)";
+std::unique_ptr<Plan> room(const std::string& refill, Overrides overrides, const std::string& strategy, bool with_camera) {
+    overrides.insert(overrides.end(), {"integrator.refill=" + refill, "film.size=[40, 30]"});
+    return plan_of_file(std::string(KAGERO_SCENES) + "/room.toml", overrides, with_strategy(strategy), with_camera);
+}
 
 /// Rays that take very different numbers of steps side by side, a few of them unusable.
 std::vector<RayInput> rays() {
@@ -43,7 +30,7 @@ struct Traced {
     RunReport report;
 };
 Traced traced(const std::string& refill, const std::string& method, const std::string& strategy) {
-    const auto plan = plan_of_text(room, {"integrator.refill=" + refill, "integrator.method=" + method}, with_strategy(strategy), false);
+    const auto plan = room(refill, {"integrator.method=" + method}, strategy, false);
     Traced result;
     result.report = trace(*plan, start_rays(*plan, rays(), ""), result.ends);
     return result;
@@ -85,7 +72,7 @@ TEST(Refill, KeepsLanesBusy) {
 
 TEST(Refill, ChangesNoPicture) {
     const auto picture = [](const char* refill) {
-        const auto plan = plan_of_text(room, {std::string("integrator.refill=") + refill}, with_strategy("packet"));
+        const auto plan = room(refill, {}, "packet", true);
         Film film(plan->scene.film.width, plan->scene.film.height, {"color", "steps", "status", "gradients"});
         render(*plan, film);
         return film;

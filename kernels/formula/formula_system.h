@@ -87,6 +87,7 @@ public:
     static constexpr bool rescaled = Rescaled, separable = is_separable;
     static constexpr bool force_needs_p = !separable, velocity_needs_q = !separable;
     static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;
+    static constexpr ProgramOperations operations{};  // known to its programs alone
 
     explicit System(const double* parameters) : p_(formula::programs_in(parameters)), a_(p_, 0), b_(p_, 1) {}
     const Parts& part_a() const { return a_; }

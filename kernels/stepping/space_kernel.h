@@ -22,6 +22,7 @@ struct SpaceKernel {
     bool scaled;
     /// Rays end where Flow::domain, or Flow::captured, is not positive.
     bool bounded, capturing;
+    ProgramOperations operations;
     /// Per kind: null where it serves this Hamiltonian, else why not.
     const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.

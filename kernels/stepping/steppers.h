@@ -83,6 +83,7 @@ constexpr SpaceKernel<V> kernel_without_steps() {
     SpaceKernel<V> kernel{};
     kernel.creased = System::creased, kernel.scaled = System::scaled;
     kernel.bounded = System::bounded, kernel.capturing = System::capturing;
+    kernel.operations = System::operations;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     kernel.begin_straight = begin<System, Straight, V>;
     kernel.step_straight = step<System, Straight, V>;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "kernels/numeric/dual.h"
+#include "kernels/numeric/operations.h"
 #include "kernels/numeric/program.h"
 #include "kernels/numeric/vec.h"
 
@@ -221,6 +222,9 @@ public:
     static constexpr bool separable = is_separable(force_, velocity_);
     /// What of a survey is more than the number 1.
     static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, creased = Creased<H>, scaled = Scaled<H>;
+
+    static constexpr ProgramOperations operations{
+        operations_of(derivatives_), operations_of(force_), operations_of(velocity_), operations_of(survey_program<H, Rescaled>)};
 
     explicit System(const double* parameters)
         : numbers_(parameters), parts_(parameters), derivatives_u_(parameters), force_u_(parameters), velocity_u_(parameters),

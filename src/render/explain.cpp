@@ -41,6 +41,13 @@ HamiltonianInfo space_of(const Plan& plan) {
     return info;
 }
 
+/// Whether what is integrated is |p|²/2 + V(q): Nyström methods take nothing else.
+bool is_separable(const Plan& plan) {
+    for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
+        if (plan.module->integrators[i].name == std::string("srkn6")) return !refusal_of(plan, i, plan.job.rescaled);
+    return false;
+}
+
 std::string why_not_rescaled(const Plan& plan, const HamiltonianInfo& space) {
     if (plan.straight) return "rays are straight";
     if (!space.rescales) return "the space declares none";
@@ -64,9 +71,9 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);
     parts.add(false, "the equation of motion of p_t", "p_t is a constant of the motion: H does not depend on time");
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
-    const bool implicit = bent && method.implicit && !space.separable;
+    const bool implicit = bent && method.implicit && !is_separable(plan);
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
-              : method.implicit ? "H is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");
+              : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");
     parts.add(bent && method.adaptive, "step control, lane by lane", bent ? "steps have a fixed length" : straight);
     parts.add(bent && space.scaled, "bound on the step from the space's length scale", bent ? "the space declares none" : straight);
     parts.add(bent && space.creased, "steps split where H is not smooth", bent ? "H is smooth" : straight);

@@ -116,7 +116,7 @@ Explanation explain(const Plan& plan) {
     Explanation text;
     const HamiltonianInfo space = space_of(plan);
     text.kernel = std::string(space.name) + (plan.job.rescaled ? " (rescaled)" : "") + ", " +
-                  (plan.straight ? "straight" : plan.scene.integrator.method) + ", " + plan.module->compiler;
+                  (plan.straight ? "straight" : plan.scene.integrator.method) + ", compiler " + plan.module->compiler;
     Parts parts(text);
     explain_motion(plan, space, parts);
     explain_ends(plan, space, parts);

@@ -1,5 +1,6 @@
 #include "render/profile.h"
 
+#include "render/operation_count.h"
 #include "render/peak.h"
 
 #include <algorithm>
@@ -92,9 +93,7 @@ void count_operations(const Plan& plan, Profile& profile) {
     if (plan.straight) return;
     const Job& job = plan.job;
     profile.operations = plan.module->operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
-    const Counters& counters = profile.report.counters;
-    profile.all_operations = profile.operations.per_gradient * double(counters.gradients) +
-                             profile.operations.per_step * double(counters.active_lane_steps);
+    profile.all_operations = operations_of(plan, profile.report.counters);
 }
 
 void summarize(const std::vector<Way>& ways, Schedule own, Profile& profile) {

@@ -1,6 +1,7 @@
 #include "report/run_json.h"
 
 #include "render/kernels.h"
+#include "render/operation_count.h"
 #include "report/numbers.h"
 
 #include <nlohmann/json.hpp>
@@ -94,6 +95,8 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["status"] = status_json(report);
     json["energy_error"] = energy_json(plan, report);
     json["iteration_occupancy"] = share(work.active_iterations, work.issued_iterations);
+    const auto ratio = vectorization_ratio(plan, report);
+    json["vectorization_ratio"] = ratio ? Json(*ratio) : Json();
     json["load_s"] = plan.load_seconds;
     json["write_s"] = write_seconds;
     json["hamiltonian"] = plan.scene.space.hamiltonian;

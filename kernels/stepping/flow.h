@@ -51,15 +51,14 @@ struct Flow {
     std::uint64_t issued_iterations = 0;
 };
 
-/// The lanes of `from` that `lanes` selects, to `to`: all that a lane has from step to step.
+/// The lanes of `from` that `lanes` selects, to `to`: all that a lane has from step to step but the stepper's memory, which `begin`
+/// makes anew.
 template <class V>
 void copy_lanes(Flow<V>& to, const Flow<V>& from, const MaskOf<V>& lanes) {
     const auto copy = [&lanes](V& a, const V& b) { a = pick(lanes, b, a); };
     const auto copy3 = [&](Vec3<V>& a, const Vec3<V>& b) { copy(a.x, b.x), copy(a.y, b.y), copy(a.z, b.z); };
     for (int k = 0; k < 7; ++k) copy(to.start.y[k], from.start.y[k]), copy(to.end.y[k], from.end.y[k]);
     for (int k = 0; k < 6; ++k) copy(to.carry[k], from.carry[k]), copy(to.next_carry[k], from.next_carry[k]);
-    for (int i = 0; i < max_stages; ++i)
-        for (int k = 0; k < 6; ++k) copy(to.stage[i][k], from.stage[i][k]);
     copy3(to.start_velocity, from.start_velocity), copy3(to.end_velocity, from.end_velocity);
     copy(to.h, from.h), copy(to.start_parameter, from.start_parameter), copy(to.end_parameter, from.end_parameter);
     copy(to.start_domain, from.start_domain), copy(to.start_side, from.start_side), copy(to.start_scale, from.start_scale);

@@ -26,10 +26,13 @@ public:
     /// Nobody waits any more.
     void clear() { waiting = unrefined = lost = edge_ = 0; }
 
-    /// A lane of `from` that meets `level` within fractions [lo, hi] of its step, probably at s.
-    void wait(const Flow<V>& from, int lane, const Level<double>& level, double lo, double hi, double s) {
-        if (!waiting) flow = from;  // every other lane holds something harmless
-        copy_lanes(flow, from, from_bits<V>(std::uint64_t(1) << lane));
+    /// The step of `from` for the lanes that have been told to wait since the last call.
+    void take(const Flow<V>& from, std::uint64_t lanes) {
+        if (waiting == lanes) flow = from;  // every other lane holds something harmless
+        else copy_lanes(flow, from, from_bits<V>(lanes));
+    }
+    /// A lane that meets `level` within fractions [lo, hi] of its step, probably at s.
+    void wait(int lane, const Level<double>& level, double lo, double hi, double s) {
         set_lane(level_, lane, level);
         set_lane(lo_, lane, S(lo)), set_lane(hi_, lane, S(hi)), set_lane(s_, lane, S(s));
         waiting |= std::uint64_t(1) << lane;
@@ -37,7 +40,7 @@ public:
     /// A lane of `from` that leaves the medium during its step: where the Hamiltonian's `domain` falls to zero.
     void wait_for_edge(const Flow<V>& from, int lane) {
         const double inside = double(get_lane(from.start_domain, lane)), outside = double(get_lane(from.domain, lane));
-        wait(from, lane, {}, 0, 1, inside / (inside - outside));
+        wait(lane, {}, 0, 1, inside / (inside - outside));
         edge_ |= std::uint64_t(1) << lane;
     }
 
@@ -80,13 +83,14 @@ private:
     void deliver(const Begin& begin, const Step& step, const MaskOf<V>& mask, const V& full) {
         const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_);
-        MaskOf<V> moving = mask & !edge, open = moving & !from_bits<V>(unrefined), last = !open;
+        const MaskOf<V> all = mask & !edge;
+        MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined), last = !open;
+        Flow<V> arrived = flow;
         flow.h = pick(edge, zero, s_ * full);
         for (int i = 0; i < max_corrections; ++i) {
-            const Flow<V> arrived = flow;
             begin(flow);
             step(flow);
-            copy_lanes(flow, arrived, !moving);
+            copy_lanes(arrived, flow, moving);
             const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end_velocity);
             const V s = max(min(s_ - rest / full, V(S(1.25))), V(S(-0.25)));
             const MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
@@ -100,6 +104,7 @@ private:
             s_ = pick(open, s, s_);
         }
         lost |= to_bits(open);
+        copy_lanes(flow, arrived, mask);
     }
 
     /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.

@@ -147,6 +147,7 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounte
     if (encounter) staying &= ~wait_for_surface(landing, *encounter, encounter->meet(flow_, moving));
     const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.domain <= V(S(0))) : 0;
     for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest));
+    if (beyond) landing.take(flow_, beyond);
     staying &= ~beyond;
     const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
     if (outside) wait_for_sphere(landing, outside);

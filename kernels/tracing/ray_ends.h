@@ -27,10 +27,11 @@ std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encou
         if (square > job_.escape_radius * job_.escape_radius || square < inner * inner) continue;
         const Level<double> level = level_of(job_.geometry->surfaces[encounter.surface[i]], encounter.primitive[i]);
         const double lo = encounter.from[i], hi = encounter.to[i];
-        landing.wait(flow_, i, level, lo, hi, lo + (hi - lo) * chord_fraction(level, a1, b1, encounter.t[i]));
+        landing.wait(i, level, lo, hi, lo + (hi - lo) * chord_fraction(level, a1, b1, encounter.t[i]));
         surface_[i] = encounter.surface[i], primitive_[i] = encounter.primitive[i];
         accepted |= std::uint64_t(1) << i;
     }
+    if (accepted) landing.take(flow_, accepted);
     fell_on_surface_ |= accepted;
     return accepted;
 }
@@ -45,8 +46,9 @@ void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) 
         };
         const Vec3<double> from = lane_of(a), to = lane_of(b);
         const Level<double> sphere = sphere_level({0, 0, 0}, dot(to, to) < dot(from, from) ? job_.inner_escape_radius : job_.escape_radius);
-        landing.wait(flow_, i, sphere, 0, 1, chord_fraction(sphere, from, to, 1));
+        landing.wait(i, sphere, 0, 1, chord_fraction(sphere, from, to, 1));
     }
+    landing.take(flow_, lanes);
 }
 
 template <class V>

@@ -54,6 +54,8 @@ void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<
     fresh.end = fresh.start, fresh.end_velocity = fresh.start_velocity;
     const MaskOf<V> here = from_bits<V>(lanes);
     copy_lanes(flow_, fresh, here);
+    for (int i = 0; i < max_stages; ++i)
+        for (int k = 0; k < 6; ++k) flow_.stage[i][k] = pick(here, fresh.stage[i][k], flow_.stage[i][k]);
     steps_ = pick(here, V(S(0)), steps_);
     worst_energy_ = pick(here, flow_.energy_error, worst_energy_);
     repeated_ &= ~lanes, fell_on_surface_ &= ~lanes;

@@ -31,6 +31,12 @@ struct Program {
         for (int k = 0; k < size; ++k) count += !nodes[k].uniform && (nodes[k].op == Op::sin || nodes[k].op == Op::cos);
         return count > 4;
     }
+    /// Its size, a called function counting as the many operations that it is.
+    constexpr int length() const {
+        int sum = size;
+        for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && nodes[k].op >= Op::exp && nodes[k].op <= Op::atan2 ? 40 : 0;
+        return sum;
+    }
     /// How many parameters it reads, counted to the last of them.
     constexpr int parameters() const {
         int count = 0;
@@ -289,12 +295,12 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
                    std::make_integer_sequence<int, static_cast<int>(P.outputs.size())>{});
 }
 
-/// Evaluates the nodes that depend on parameters alone.
-template <const auto& P, class S>
-void fill_uniforms(const S* parameters, S* uniforms) {
-    std::array<S, static_cast<std::size_t>(P.size) + 1> value{};
-    for (int i = 0; i < P.size; ++i) {
-        const Node& n = P.nodes[i];
+/// Evaluates the nodes of a program that depend on parameters alone into its table of uniforms.
+template <class S>
+void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parameters, S* uniforms) {
+    S value[Tape::capacity];
+    for (int i = 0; i < size; ++i) {
+        const Node& n = nodes[i];
         if (!n.uniform) continue;
         const S a = n.a >= 0 && n.op != Op::parameter ? value[n.a] : S(0), b = n.b >= 0 ? value[n.b] : S(0);
         switch (n.op) {
@@ -318,7 +324,7 @@ void fill_uniforms(const S* parameters, S* uniforms) {
             case Op::max: value[i] = max(a, b); break;
             default: break;  // steps and fused operations are never uniform
         }
-        if (P.slot[i] >= 0) uniforms[P.slot[i]] = value[i];
+        if (slot[i] >= 0) uniforms[slot[i]] = value[i];
     }
 }
 

@@ -1,5 +1,6 @@
 #include "report/chart.h"
 
+#include "report/numbers.h"
 #include "report/page.h"
 
 #include <algorithm>
@@ -14,11 +15,6 @@ namespace {
 constexpr double width = 940, height = 520, left = 72, right = 158, top = 14, bottom = 52;
 constexpr double plot_right = width - right, plot_bottom = height - bottom;
 constexpr double label_height = 13;
-
-std::string fixed(double value, int digits = 1) {
-    char buffer[40];
-    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
-}
 
 std::string general(double value) {
     char buffer[40];

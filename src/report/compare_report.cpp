@@ -1,17 +1,14 @@
 #include "report/compare_report.h"
 
 #include "render/kernels.h"
+#include "report/json.h"
 #include "report/numbers.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 namespace kagero {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json row_json(const CompareRow& row, unsigned threads) {
     const KernelInfo& kernel = *row.kernel;
@@ -81,7 +78,7 @@ std::string compare_json(const SceneDescription& scene, const CompareOptions& op
                     {"compiler", comparison.compiler},
                     {"left_out", left_out},
                     {"interrupted", comparison.interrupted}};
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return text_of(json);
 }
 
 std::string compare_text(const CompareOptions& options, const Comparison& comparison) {

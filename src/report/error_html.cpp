@@ -3,9 +3,9 @@
 #include "report/error_report.h"
 #include "report/machine.h"
 #include "report/method_style.h"
+#include "report/numbers.h"
 #include "report/page.h"
 
-#include <charconv>
 #include <filesystem>
 
 namespace kagero {
@@ -13,11 +13,6 @@ namespace {
 
 using Cells = std::vector<std::string>;
 using Rows = std::vector<Cells>;
-
-std::string fixed(double value, int digits) {
-    char buffer[40];
-    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
-}
 
 std::string percent(double share) {
     return html_number(100 * share) + " %";

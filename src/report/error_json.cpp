@@ -1,14 +1,11 @@
 #include "report/error_report.h"
+#include "report/json.h"
 #include "report/machine.h"
-
-#include <nlohmann/json.hpp>
 
 namespace kagero {
 namespace {
 
 // Keys keep the order they are given in; NaN and infinities, which JSON does not have, are written as null.
-using Json = nlohmann::ordered_json;
-
 Json json_of(const Spread& spread) {
     return {{"p50", spread.p50}, {"p90", spread.p90}, {"p99", spread.p99}, {"max", spread.max}};
 }
@@ -131,7 +128,7 @@ std::string error_json(const Plan& plan, const ErrorStudy& study) {
     json["repetitions"] = study.options.repeats;
     json["seconds"] = study.seconds;
     json["interrupted"] = study.interrupted;
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return text_of(json);
 }
 
 }  // namespace kagero

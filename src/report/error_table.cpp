@@ -41,7 +41,7 @@ std::string row_of(const StudyCurve& curve, const StudyPoint& point) {
     return row + '\n';
 }
 
-constexpr const char* header =
+constexpr const char* columns =
     "method,strategy,precision,step,ns_median,ns_min,ns_max,gradients,steps,"
     "position_p50,position_p90,position_p99,position_max,direction_p50,direction_p90,direction_p99,direction_max,"
     "pixels_p50,pixels_p90,pixels_p99,pixels_max,above_quarter_pixel,flips,drift_max,drift_first_tenth,drift_last_tenth,"
@@ -51,7 +51,7 @@ constexpr const char* header =
 }  // namespace
 
 std::string error_csv(const ErrorStudy& study) {
-    std::string text = header;
+    std::string text = columns;
     for (const StudyCurve& curve : study.curves)
         for (const StudyPoint& point : curve.points) text += row_of(curve, point);
     return text;

@@ -1,6 +1,6 @@
 #include "report/explanation.h"
 
-#include <nlohmann/json.hpp>
+#include "report/json.h"
 
 #include <algorithm>
 
@@ -20,9 +20,9 @@ std::string explanation_text(const Plan& plan, const Explanation& explanation) {
 }
 
 std::string explanation_json(const Plan& plan, const Explanation& explanation) {
-    nlohmann::ordered_json left_out = nlohmann::ordered_json::array();
+    Json left_out = Json::array();
     for (const LeftOut& part : explanation.left_out) left_out.push_back({{"what", part.what}, {"why", part.why}});
-    const nlohmann::ordered_json json{{"kernel", explanation.kernel},
+    const Json json{{"kernel", explanation.kernel},
                                       {"isa", plan.module->isa},
                                       {"strategy", name_of(plan.kernel->strategy)},
                                       {"precision", name_of(plan.kernel->precision)},
@@ -31,7 +31,7 @@ std::string explanation_json(const Plan& plan, const Explanation& explanation) {
                                       {"left_out", left_out},
                                       {"registers", plan.kernel->registers},
                                       {"threads", plan.threads}};
-    return json.dump(2) + "\n";
+    return text_of(json);
 }
 
 }  // namespace kagero

@@ -4,9 +4,8 @@
 #include "film/film.h"
 #include "modules/modules.h"
 #include "render/kernels.h"
+#include "report/json.h"
 #include "report/numbers.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +17,6 @@ namespace kagero {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
-
 // An item of a topic has a name and one line `what`; everything else it has is shown below that, in order.
 
 Json parameter_item(const ParameterInfo& info) {
@@ -202,7 +199,7 @@ const std::vector<std::string>& list_topics() {
 std::string listing_json(const std::vector<std::string>& topics, const std::string& isa, const std::string& scene_directory) {
     Json json;
     for (const std::string& topic : topics) json[topic] = items_of(topic, isa, scene_directory);
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return text_of(json);
 }
 
 std::string listing_text(const std::vector<std::string>& topics, const std::string& isa, const std::string& scene_directory) {

@@ -16,6 +16,11 @@ std::string shortest(double value) {
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
 }
 
+std::string fixed(double value, int digits) {
+    char buffer[400];  // the largest double has 309 digits before the point
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
+}
+
 std::string rounded(double value) {
     const char* suffix = "";
     for (const char* next : {" k", " M", " G"}) {

@@ -9,6 +9,8 @@ namespace kagero {
 void append_exact(std::string& text, double value);
 /// The shortest text that reads back as the same double.
 std::string shortest(double value);
+/// So many digits behind the point.
+std::string fixed(double value, int digits = 1);
 /// Three significant digits with a thousands suffix, for people: 2.71 M.
 std::string rounded(double value);
 

@@ -5,7 +5,6 @@
 #include "report/profile_numbers.h"
 
 #include <algorithm>
-#include <charconv>
 
 namespace kagero {
 namespace {
@@ -17,14 +16,9 @@ constexpr const char* purple = "#8457a6";
 constexpr const char* grey = "#8a94a3";
 constexpr const char* red = "#b5403a";
 
-std::string fixed(double value, int digits = 1) {
-    char buffer[40];
-    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
-}
-
-std::string rectangle(double x, double y, double w, double h, const std::string& style, const std::string& tip = "") {
+std::string rectangle(double x, double y, double w, double h, const std::string& css, const std::string& tip = "") {
     return "<rect x=\"" + fixed(x, 2) + "\" y=\"" + fixed(y, 2) + "\" width=\"" + fixed(w, 2) + "\" height=\"" + fixed(h, 2) +
-           "\" style=\"" + style + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
+           "\" style=\"" + css + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
 }
 
 std::string words(double x, double y, const std::string& anchor, const std::string& text) {

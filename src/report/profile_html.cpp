@@ -7,16 +7,10 @@
 #include "report/profile_report.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 
 namespace kagero {
 namespace {
-
-std::string fixed(double value, int digits) {
-    char buffer[40];
-    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, digits).ptr};
-}
 
 std::string percent(double share, int digits = 1) {
     return fixed(100 * share, digits) + " %";

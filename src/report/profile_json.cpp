@@ -1,26 +1,14 @@
+#include "report/json.h"
 #include "report/machine.h"
 #include "report/profile_numbers.h"
 #include "report/profile_report.h"
 
-#include <nlohmann/json.hpp>
-
 namespace kagero {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json stages_json(const StageTimes& stages, double write_seconds) {
     return {{"predict", stages.predict}, {"list", stages.list},   {"integrate", stages.integrate}, {"query", stages.query},
             {"refine", stages.refine},   {"shade", stages.shade}, {"write", write_seconds}};
-}
-
-Json threads_json(const RunReport& report) {
-    Json threads = Json::array();
-    for (const ThreadTime& time : report.threads) {
-        const ThreadShares shares = shares_of(report, time);
-        threads.push_back({{"tiles", time.tiles}, {"busy", shares.busy}, {"idle_at_end", shares.idle_at_end}});
-    }
-    return threads;
 }
 
 Json tiles_json(const Profile& profile) {
@@ -111,7 +99,7 @@ std::string profile_json(const Plan& plan, const Profile& profile, double write_
     json["scaling"] = scaling_json(profile);
     json["repeats"] = profile.repeats;
     json["tiles"] = tiles_json(profile);
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return text_of(json);
 }
 
 }  // namespace kagero

@@ -1,16 +1,13 @@
 // The format: "Trace Event Format", Google, 2016. Complete events ("X") with times in microseconds; inner ones lie inside outer
 // ones.
+#include "report/json.h"
 #include "report/profile_numbers.h"
 #include "report/profile_report.h"
-
-#include <nlohmann/json.hpp>
 
 #include <cmath>
 
 namespace kagero {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Whole microseconds, so that the end of an inner event is not, by a rounding, later than that of the outer one.
 long long microseconds(double seconds) {

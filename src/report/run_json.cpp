@@ -2,9 +2,8 @@
 
 #include "render/kernels.h"
 #include "render/operation_count.h"
+#include "report/json.h"
 #include "report/numbers.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 
@@ -13,8 +12,6 @@ namespace kagero {
 namespace {
 
 // Keys keep the order they are given in; NaN and infinities, which JSON does not have, are written as null.
-using Json = nlohmann::ordered_json;
-
 /// Null where nothing was issued: no lane had work to be idle at.
 Json share(std::uint64_t active, std::uint64_t issued) {
     return issued == 0 ? Json() : Json(static_cast<double>(active) / static_cast<double>(issued));
@@ -28,10 +25,6 @@ Json status_json(const RunReport& report) {
     Json counts;
     for (std::uint32_t s = 0; s < status_count; ++s) counts[name_of(static_cast<Status>(s))] = report.status[s];
     return counts;
-}
-
-std::string text_of(const Json& json) {
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::pair<std::uint32_t, std::uint32_t> picture_size(const Plan& plan) {
@@ -51,15 +44,6 @@ void add_kernel(Json& json, const Plan& plan) {
 Json energy_json(const Plan& plan, const RunReport& report) {
     if (!plan.options.energy_error) return {};
     return {{"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};
-}
-
-/// Shares of the time in which tiles were worked on: busy, and idle at the end because none were left.
-Json threads_json(const RunReport& report) {
-    const double seconds = report.seconds - report.predict_seconds;
-    Json threads = Json::array();
-    for (const ThreadTime& time : report.threads)
-        threads.push_back({{"tiles", time.tiles}, {"busy", per(time.busy, seconds)}, {"idle_at_end", per(seconds - time.finished, seconds)}});
-    return threads;
 }
 
 double nanoseconds_per_ray(const RunReport& run) {

@@ -1,14 +1,12 @@
 #include "report/stability_report.h"
 
-#include <nlohmann/json.hpp>
+#include "report/json.h"
 
 #include <algorithm>
 
 namespace kagero {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr const char* page_head = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -58,7 +56,7 @@ std::string stability_json(const std::vector<StabilityRow>& rows) {
     for (const StabilityRow& row : rows)
         cases.push_back(
             {{"name", row.name}, {"what", row.what}, {"expected", row.expected}, {"got", row.got}, {"pass", row.pass}});
-    return Json{{"cases", cases}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return text_of(Json{{"cases", cases}});
 }
 
 std::string stability_page(const std::vector<StabilityRow>& rows) {

@@ -12,19 +12,15 @@
 
 namespace kagero {
 
-namespace {
-
-struct Sky {
+struct LoadedSky {
     LoadedPaint paint;
     Double3 pole{};
     std::vector<Image> coarser;  ///< copies of the image, if it is one
 };
 
-}  // namespace
-
 struct SceneGeometry::Content {
     Double3 space_center{};
-    Sky sky, far_sky;
+    LoadedSky sky, far_sky;
     std::vector<ShadedObject> objects;  ///< surface i is object i
     std::vector<Surface> surfaces;
     std::unique_ptr<EmbreeScene> embree;
@@ -48,8 +44,8 @@ LoadedPaint load(const Paint& paint, Images& images) {
     return loaded;
 }
 
-Sky load(const SkyDescription& description, Images& images) {
-    Sky sky{load(description.paint, images), description.pole, {}};
+LoadedSky load(const SkyDescription& description, Images& images) {
+    LoadedSky sky{load(description.paint, images), description.pole, {}};
     if (sky.paint.image) sky.coarser = coarser_images(*sky.paint.image);
     return sky;
 }
@@ -185,7 +181,7 @@ Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primiti
 }
 
 Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
-    const Sky& sky = far ? content_->far_sky : content_->sky;
+    const LoadedSky& sky = far ? content_->far_sky : content_->sky;
     if (sky.paint.paint.kind == Paint::Kind::color) return paint_color(sky.paint, 0, 0);
     if (sky.paint.image) return sky_texture_color(*sky.paint.image, sky.coarser, direction, sky.pole, footprint);
     const auto [u, v] = sky_coordinates(direction, sky.pole);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/render.h"
+#include "scene/vector3.h"
 
 #include <map>
 #include <string>
@@ -66,9 +67,6 @@ std::string space_text(const std::string& hamiltonian, const std::string& parame
 std::string number(double value);
 
 // Vectors.
-inline double dot(const Double3& a, const Double3& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 double distance(const double (&a)[3], const Double3& b);
 
 }  // namespace kagero

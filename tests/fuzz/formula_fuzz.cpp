@@ -1,0 +1,40 @@
+// Formulas: any text parses, compiles to a kernel's programs and starts a ray, or is refused by an InputError.
+#include "modules/modules.h"
+#include "render/formula_space.h"
+#include "target.h"
+
+#include <string>
+
+const char* const fuzz_words =
+    "x y z px py pz pt pi sqrt( exp( log( sin( cos( tan( tanh( abs( atan2( min( max( ) ( , + - * / ^ ^2 ^0.5 ^-1 ^(1/3) 1e308 1e-308 0 "
+    "0.5 .5 1e 1e+ (px^2+py^2+pz^2) (x*x+y*y+z*z) -- ** x^x^x ((((";
+
+namespace {
+
+std::uint32_t formula_index(const kagero::Module& module) {
+    std::uint32_t i = 0;
+    while (i < module.hamiltonian_count && std::string(module.hamiltonians[i].name) != "formula") ++i;
+    return i;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace kagero;
+    static const Module& module = load_module("auto");
+    static const std::uint32_t space = formula_index(module);
+    try {
+        FormulaDescription formula;
+        formula.scope = formula_scope();
+        formula.energy.assign(reinterpret_cast<const char*>(data), size);
+        formula.parsed.energy = parse_formula(formula.scope, {formula.energy, "space.H", {}});
+        evaluate(formula.scope, formula.parsed.energy, {1, 2, 3, 0.5, -0.25, 1, -1});
+        const std::vector<double> programs = compile_formula(formula, module);
+        const double at[3] = {1, 2, 3}, along[3] = {0, 0.6, 0.8};
+        RayStart start{};
+        module.start(space, programs.data(), at, along, &start);
+        return 0;
+    } catch (const InputError&) {
+        return -1;
+    }
+}

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 4;
+inline constexpr std::uint32_t abi_version = 5;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -104,11 +104,12 @@ struct Geometry {
 };
 
 /// The momentum of a ray that an observer sees in the unit direction d of its rest frame: p_i = Σ_j matrix[i][j] d_j + offset[i]
-/// for i = x, y, z, t; then divided by p_t where `unit_pt`.
+/// for i = x, y, z, t; then divided by p_t where `unit_pt`. Directions have unit length where Σ_ij d_i metric[i][j] d_j = 1.
 struct StartMap {
     double matrix[4][3];
     double offset[4];
     bool unit_pt;
+    double metric[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };
 
 /// One ray given by its canonical state.

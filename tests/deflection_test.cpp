@@ -13,20 +13,6 @@ namespace {
 
 constexpr double start_radius = 20;
 
-constexpr const char* hole = R"([space]
-hamiltonian = "schwarzschild"
-rg = 1
-[integrator]
-escape_radius = 20
-max_steps = 1000000
-[camera]
-position = [0, -10, 0]
-look_at = [0, 0, 0]
-up = [0, 0, 1]
-[film]
-size = [8, 8]
-)";
-
 /// Orbital planes every way round: two along axes, the others at random, from a fixed seed.
 std::vector<OrbitPlane> planes() {
     std::vector<OrbitPlane> all{{{1, 0, 0}, {0, 1, 0}}, {{0, 0, -1}, {0, 1, 0}}};
@@ -105,8 +91,8 @@ class Deflection : public testing::TestWithParam<std::tuple<const char*, const c
 protected:
     static std::unique_ptr<Plan> plan(const std::string& method, double step, const Double3& center = {0, 0, 0}) {
         const auto [strategy, rescale] = GetParam();
-        return plan_of_text(hole,
-                            {"integrator.method=" + method, "integrator.step=" + std::to_string(step),
+        return plan_of_file(scene_file("hole.toml"),
+                            {"integrator.escape_radius=20", "integrator.method=" + method, "integrator.step=" + std::to_string(step),
                              std::string("integrator.rescale=") + rescale, center_text(center)},
                             with_strategy(strategy), false);
     }
@@ -223,7 +209,7 @@ double shadow_edge(const Plan& plan, double r) {
 
 // sin θ = b_c √(1 − r_g/r) / r (Synge 1966): 45° at 3 r_g.
 TEST(StaticObserver, SeesTheShadowOfSynge) {
-    const auto plan = plan_of_text(hole, {"integrator.method=gauss12", "integrator.step=0.1"}, with_strategy("packet"), false);
+    const auto plan = plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "integrator.method=gauss12", "integrator.step=0.1"}, with_strategy("packet"), false);
     for (const double r : {3.0, 10.0, 15.0}) {
         const double expected = std::asin(critical_impact * std::sqrt(1 - 1 / r) / r) * 180 / std::numbers::pi;
         EXPECT_NEAR(shadow_edge(*plan, r), expected, 1e-6) << "r = " << r;
@@ -233,7 +219,7 @@ TEST(StaticObserver, SeesTheShadowOfSynge) {
 
 // A pixel looks where start_rays would look from the same place in the same direction.
 TEST(StaticObserver, IsTheCameras) {
-    const auto plan = plan_of_text(hole, {"camera.fov=40"}, with_strategy("packet"));
+    const auto plan = plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "film.size=[8, 8]", "camera.fov=40"}, with_strategy("packet"));
     const double pixel = 2 * std::tan(20 * std::numbers::pi / 180) / 8;
     const RayStart seen = pixel_ray(*plan, 1, 6);  // 2½ pixels left of and below the middle
     const RayStart told = start_rays(*plan, {{{0, -10, 0}, {-2.5 * pixel, 1, -2.5 * pixel}}}, "static")[0];

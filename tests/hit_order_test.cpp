@@ -11,21 +11,6 @@ namespace {
 
 constexpr double start_radius = 20, ball_radius = 3;
 
-constexpr const char* hole = R"([space]
-hamiltonian = "schwarzschild"
-rg = 1
-[integrator]
-escape_radius = 25
-max_steps = 1000000
-[camera]
-position = [0, -10, 0]
-look_at = [0, 0, 0]
-up = [0, 0, 1]
-[film]
-size = [8, 8]
-[[object]]
-)";
-
 /// A ball around the hole, reached before rays turn back; and a plane through the centre, across the direction of the start.
 constexpr const char* ball = "name = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 3\n";
 constexpr const char* plane =
@@ -49,8 +34,8 @@ struct Errors {
 
 /// Root mean squares over impact parameters: one ray's error depends on where in its step it hits.
 Errors errors(const std::string& strategy, bool on_ball, const char* method, const char* hit, double step) {
-    const auto plan = plan_of_text(std::string(hole) + (on_ball ? ball : plane),
-                                   {std::string("integrator.method=") + method, std::string("integrator.hit=") + hit,
+    const auto plan = plan_of_text(scene_text("hole.toml") + "[[object]]\n" + (on_ball ? ball : plane),
+                                   {"integrator.escape_radius=25", std::string("integrator.method=") + method, std::string("integrator.hit=") + hit,
                                     "integrator.step=" + std::to_string(step)},
                                    with_strategy(strategy), false);
     const OrbitPlane tilted{{1, 0, 0}, {0, 0.8, 0.6}};

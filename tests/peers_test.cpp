@@ -10,19 +10,6 @@
 namespace kagero::test {
 namespace {
 
-constexpr const char* hole = R"([space]
-hamiltonian = "schwarzschild"
-rg = 1
-[integrator]
-escape_radius = 40
-[camera]
-position = [0, -10, 0]
-look_at = [0, 0, 0]
-up = [0, 0, 1]
-[film]
-size = [8, 8]
-)";
-
 constexpr double start_radius = 20, end_radius = 40;
 const OrbitPlane plane{{2 / 3.0, -1 / 3.0, 2 / 3.0}, {2 / 3.0, 2 / 3.0, -1 / 3.0}};
 
@@ -35,7 +22,7 @@ double direction_angle(double b) {
 
 /// Greatest error of direction, in radians, over impact parameters from `least`, `count` of them, `spacing` apart.
 double worst_direction(const char* method, double step, double least, double spacing, int count) {
-    const auto plan = plan_of_text(hole, {std::string("integrator.method=") + method, "integrator.step=" + std::to_string(step)},
+    const auto plan = plan_of_file(scene_file("hole.toml"), {std::string("integrator.method=") + method, "integrator.step=" + std::to_string(step)},
                                    with_strategy("packet"), false);
     std::vector<RayInput> rays;
     for (int k = 0; k < count; ++k) rays.push_back(ray_inward(plane, least + spacing * (k + 0.5), start_radius, {0, 0, 0}));

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,13 @@ using Overrides = std::vector<std::string>;
 inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides, const Options& options = {},
                                           bool with_camera = true) {
     return make_plan(load_scene(path, overrides, catalogue(options.isa)), options, with_camera);
+}
+
+/// A scene of the repository.
+inline std::string scene_file(const std::string& name) { return std::string(KAGERO_SCENES "/") + name; }
+inline std::string scene_text(const std::string& name) {
+    std::ifstream file(scene_file(name));
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 /// The text is a file only while it is read.

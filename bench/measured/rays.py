@@ -4,18 +4,8 @@ import io
 import math
 import random
 
-HOLE = """[space]
-hamiltonian = "schwarzschild"
-rg = 1
-[integrator]
-escape_radius = 40
-[camera]
-position = [0, -10, 0]
-look_at = [0, 0, 0]
-up = [0, 0, 1]
-[film]
-size = [8, 8]
-"""
+from .program import SCENES
+
 OUTWARD, ACROSS = (2 / 3, -1 / 3, 2 / 3), (2 / 3, 2 / 3, -1 / 3)
 START = 20
 
@@ -69,8 +59,7 @@ def cheapest(program, rays, bounds, solved):
     """For each bound on the greatest error of direction: (ns per ray, error, method and step), the quickest; and how well the reference,
     gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
     errors by. The least time decides, as the one that nothing disturbed."""
-    scene = program.directory / "hole.toml"
-    scene.write_text(HOLE)
+    scene = SCENES / "hole.toml"
     should = directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.1)
     doubt = worst_angle(directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.15), should)
     found = []

@@ -41,6 +41,39 @@ private:
     Slots<V, 1> slots_;
 };
 
+/// All derivatives at the stages of a step, several stages at a time, again and again: the constants are put in place once. Neither copied
+/// nor kept.
+template <class V>
+class Stages {
+public:
+    Stages(const Code& code, int count) : code_(code), groups_(count % 4 == 0 ? count / 4 : count % 3 == 0 ? count / 3 : count),
+                                          together_(count / groups_) {
+        for (int g = 0; g < groups_; ++g)
+            for (int i = 0; i < code.constants; ++i)
+                for (int n = 0; n < together_; ++n) place(g, Code::inputs + i)[n] = V(code.constant[i]);
+    }
+    Stages(const Stages&) = delete;
+    Stages& operator=(const Stages&) = delete;
+    KAGERO_INLINE V& input(int stage, int k) { return place(stage / together_, k)[stage % together_]; }
+    KAGERO_INLINE void read(int stage, V (&out)[6]) {
+        for (int k = 0; k < 6; ++k) out[k] = place(stage / together_, code_.output[k])[stage % together_];
+    }
+    void run() {
+        for (int g = 0; g < groups_; ++g) {
+            if (together_ == 4) interpret<V, 4>(code_, 0, code_.runs, place(g, 0));
+            else if (together_ == 3) interpret<V, 3>(code_, 0, code_.runs, place(g, 0));
+            else interpret<V, 1>(code_, 0, code_.runs, place(g, 0));
+        }
+    }
+
+private:
+    V* place(int group, int slot) { return reinterpret_cast<V*>(memory_) + (group * code_.slots + slot) * together_; }
+
+    const Code& code_;
+    int groups_, together_;
+    alignas(64) unsigned char memory_[sizeof(V) * max_stages * Code::greatest_slots];
+};
+
 /// One of the two parts H_A and H_B.
 class PartSystem {
 public:
@@ -96,19 +129,9 @@ public:
 
     template <class V>
     void derivatives(const State<V>& s, V* out) const { formula::evaluate(p_.derivatives, s.y, out); }
-    /// The same at n states, several of them at a time.
+    /// The same at the stages of a step.
     template <class V>
-    void derivatives_of(const State<V>* s, int n, V (*out)[6]) const {
-        constexpr int together = 4;
-        const formula::Code& code = p_.derivatives;
-        formula::Slots<V, together> slots;
-        slots.fill_constants(code);
-        for (int first = 0; first < n; first += together) {
-            for (int i = 0; i < together; ++i) slots.fill_inputs(s[std::min(first + i, n - 1)].y, i);
-            formula::interpret<V, together>(code, 0, code.runs, slots.data());
-            for (int i = first; i < std::min(first + together, n); ++i) slots.read(code, out[i], i - first);
-        }
-    }
+    formula::Stages<V> derivatives_at(int stages) const { return {p_.derivatives, stages}; }
     template <class V>
     Vec3<V> dq(const State<V>& s) const { return Parts::side(p_.force, s); }
     template <class V>

@@ -29,12 +29,13 @@ struct Gauss {
         const GaussNumbers<S>& w = coefficients.gauss->template numbers<S>();
         V g[room][6];  // ∂K/∂q, ∂K/∂p at the stages
         for (int i = 0; i < s; ++i) sum(f.stage, w.ahead[i], s, g[i]);
+        auto&& prepared = prepare<V>(system, s);
         Convergence<V> convergence(f);
         V iterations(S(0));
         for (int iteration = 0; iteration < Convergence<V>::max_iterations && any(convergence.open()); ++iteration) {
             iterations += pick(convergence.open(), V(S(1)), V(S(0)));
             ++f.issued_iterations;
-            convergence.update(iterate(system, f, w, s, convergence, g));
+            convergence.update(iterate(prepared, f, w, s, convergence, g));
         }
         f.solved = !convergence.open();
         f.gradients = mul_add(iterations, V(S(s)), f.gradients);
@@ -53,38 +54,55 @@ private:
         for (int j = 1; j < s; ++j)
             for (int k = 0; k < 6; ++k) total[k] = mul_add(V(weight[j]), g[j][k], total[k]);
     }
-    /// y = start + h Σ_j weight_j f_j: q moves along +∂K/∂p, p along −∂K/∂q.
-    template <class V, class S>
-    KAGERO_INLINE static void move(const Flow<V>& f, const V (*g)[6], const S* weight, int s, State<V>& y) {
+    /// y = start + h Σ_j weight_j f_j: q moves along +∂K/∂p, p along −∂K/∂q; `y(k)` is where component k belongs.
+    template <class V, class S, class Place>
+    KAGERO_INLINE static void move(const Flow<V>& f, const V (*g)[6], const S* weight, int s, const Place& y) {
         V total[6];
         sum(g, weight, s, total);
         for (int k = 0; k < 3; ++k) {
-            y.y[k] = mul_add(f.h, total[3 + k], f.start.y[k]);
-            y.y[3 + k] = neg_mul_add(f.h, total[k], f.start.y[3 + k]);
+            y(k) = mul_add(f.h, total[3 + k], f.start.y[k]);
+            y(3 + k) = neg_mul_add(f.h, total[k], f.start.y[3 + k]);
         }
-        y.y[6] = f.start.y[6];
+        y(6) = f.start.y[6];
+    }
+    template <class V, class S>
+    KAGERO_INLINE static void move(const Flow<V>& f, const V (*g)[6], const S* weight, int s, State<V>& y) {
+        move(f, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
+    }
+
+    /// A system that is interpreted has a way of its own to take all stages at once, which it prepares once for all iterations.
+    template <class System>
+    static constexpr bool at_once = requires(const System& system) { system.template derivatives_at<double>(1); };
+    template <class V, class System>
+    KAGERO_INLINE static decltype(auto) prepare(const System& system, int s) {
+        if constexpr (at_once<System>) return system.template derivatives_at<V>(s);
+        else return system;
     }
 
     /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes.
-    template <class System, class V, class S>
-    KAGERO_INLINE static V iterate(const System& system, const Flow<V>& f, const GaussNumbers<S>& w, int s,
+    template <class Prepared, class V, class S>
+    KAGERO_INLINE static V iterate(Prepared& prepared, const Flow<V>& f, const GaussNumbers<S>& w, int s,
                                    const Convergence<V>& convergence, V (&g)[room][6]) {
-        State<V> y[room];
-        for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
         V change_q(S(0)), change_p(S(0));
         const auto take = [&](int i, const V (&fresh)[6]) __attribute__((always_inline)) {
             for (int k = 0; k < 3; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
             for (int k = 3; k < 6; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
             for (int k = 0; k < 6; ++k) g[i][k] = pick(convergence.open(), fresh[k], g[i][k]);
         };
-        if constexpr (requires { system.derivatives_of(y, s, g); }) {
-            V fresh[room][6];
-            system.derivatives_of(y, s, fresh);  // an interpreter is quicker with all stages at once
-            for (int i = 0; i < s; ++i) take(i, fresh[i]);
-        } else {
+        if constexpr (requires { prepared.run(); }) {
+            for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, [&](int k) __attribute__((always_inline)) -> V& { return prepared.input(i, k); });
+            prepared.run();
             for (int i = 0; i < s; ++i) {
                 V fresh[6];
-                system.derivatives(y[i], fresh);
+                prepared.read(i, fresh);
+                take(i, fresh);
+            }
+        } else {
+            State<V> y[room];
+            for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
+            for (int i = 0; i < s; ++i) {
+                V fresh[6];
+                prepared.derivatives(y[i], fresh);
                 take(i, fresh);
             }
         }

@@ -21,6 +21,11 @@ V sum_of_sizes(const State<V>& s, const Vec3<V>& v) {
     return size;
 }
 
+template <class V>
+Vec3<double> lane_of(const Vec3<V>& v, int i) {
+    return {double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
+}
+
 /// Rays from start to end, as many at a time as the packet has lanes.
 template <class V>
 class PacketTracer {
@@ -32,24 +37,30 @@ public:
 
     /// Traces a packet's worth of rays from the queue; all of it where finished lanes are refilled.
     void trace(RayQueue<W>& queue) {
-        Landing<V> landing;
         std::optional<Encounter<V>> encounter;
         if (job_.geometry) encounter.emplace(job_);
         Encounter<V>* const geometry = encounter ? &*encounter : nullptr;
         if (!fill(queue)) return;
         if (geometry) geometry->begin(active_);
-        constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
-        while (active_) {
-            advance_once(landing, geometry);
-            while (job_.refill && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing, geometry);
-        }
-        land(landing);
+        if (task_.in_closed_form()) end_straight(geometry);
+        if (active_) step_to_ends(queue, geometry);
         if (geometry) counters_.queries += geometry->queries, counters_.query_ticks += geometry->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
         for (int i = 0; i < W; ++i) counters_.active_iterations += static_cast<std::uint64_t>(get_lane(flow_.open_iterations, i));
     }
 
 private:
+    void step_to_ends(RayQueue<W>& queue, Encounter<V>* encounter) {
+        Landing<V> landing;
+        constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
+        while (active_) {
+            advance_once(landing, encounter);
+            while (job_.refill && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing, encounter);
+        }
+        land(landing);
+    }
+    void end_straight(Encounter<V>* encounter);
+    void retire_straight(int lane, Status status, const Vec3<double>& q, double fraction);
     std::uint64_t take(RayQueue<W>& queue, std::uint64_t free, RayStart (&starts)[W]);
     bool fill(RayQueue<W>& queue);
     void refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<V>* encounter);
@@ -193,3 +204,4 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
 #include "kernels/tracing/ray_ends.h"
 #include "kernels/tracing/ray_starts.h"
 #include "kernels/tracing/retries.h"
+#include "kernels/tracing/straight_rays.h"

@@ -10,9 +10,6 @@ template <class V>
 std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits) {
     if (!hits) return 0;
     const Curve<V> curve = Curve<V>::of_step(flow_);
-    const auto lane_of = [](const Vec3<V>& v, int i) {
-        return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
-    };
     V from(S(0)), to(S(1));
     for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
@@ -41,10 +38,7 @@ void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) 
     const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
-        const auto lane_of = [i](const Vec3<V>& v) {
-            return Vec3<double>{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
-        };
-        const Vec3<double> from = lane_of(a), to = lane_of(b);
+        const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
         const Level<double> sphere = sphere_level({0, 0, 0}, dot(to, to) < dot(from, from) ? job_.inner_escape_radius : job_.escape_radius);
         landing.wait(i, sphere, 0, 1, chord_fraction(sphere, from, to, 1));
     }
@@ -86,8 +80,7 @@ void PacketTracer<V>::retire(const Flow<V>& f, int lane, Status status, Failure 
     RayEnd& e = *ends_[lane];
     e = {};
     for (int k = 0; k < 3; ++k) e.q[k] = double(get_lane(f.end.y[k], lane)), e.p[k] = double(get_lane(f.end.y[3 + k], lane));
-    const Vec3<double> v{double(get_lane(f.end_velocity.x, lane)), double(get_lane(f.end_velocity.y, lane)),
-                         double(get_lane(f.end_velocity.z, lane))};
+    const Vec3<double> v = lane_of(f.end_velocity, lane);
     const double speed = norm(v), inverse = speed > 0 && std::isfinite(speed) ? 1 / speed : 0;
     e.v[0] = v.x * inverse, e.v[1] = v.y * inverse, e.v[2] = v.z * inverse;
     e.pt = double(get_lane(f.start.y[6], lane));
@@ -111,7 +104,7 @@ void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at
         point.ray = numbers_[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(steps_, i));
         point.parameter = double(get_lane(at_start ? f.start_parameter : f.end_parameter, i));
         for (int k = 0; k < 3; ++k) point.q[k] = double(get_lane(state.y[k], i)), point.p[k] = double(get_lane(state.y[3 + k], i));
-        const Vec3<double> v{double(get_lane(velocity.x, i)), double(get_lane(velocity.y, i)), double(get_lane(velocity.z, i))};
+        const Vec3<double> v = lane_of(velocity, i);
         const double inverse = 1 / norm(v);
         point.v[0] = v.x * inverse, point.v[1] = v.y * inverse, point.v[2] = v.z * inverse;
         point.pt = double(get_lane(f.start.y[6], i)), point.energy = double(get_lane(f.energy, i));

@@ -9,7 +9,8 @@ namespace kagero {
 
 /// Canonical state seen by an observer in direction d of its rest frame (any length).
 inline RayStart start_from_map(const StartMap& map, const double (&q)[3], double dx, double dy, double dz) {
-    const double inverse = 1 / std::sqrt(dx * dx + dy * dy + dz * dz);
+    const auto row = [&](int i) { return map.metric[i][0] * dx + map.metric[i][1] * dy + map.metric[i][2] * dz; };
+    const double inverse = 1 / std::sqrt(dx * row(0) + dy * row(1) + dz * row(2));
     const double d[3] = {dx * inverse, dy * inverse, dz * inverse};
     double p[4];
     for (int i = 0; i < 4; ++i) p[i] = map.matrix[i][0] * d[0] + map.matrix[i][1] * d[1] + map.matrix[i][2] * d[2] + map.offset[i];

@@ -5,6 +5,8 @@
 #include "kernels/stepping/methods.h"
 #include "kernels/stepping/space_kernel.h"
 
+#include <cmath>
+
 namespace kagero {
 
 /// What all packets of a call share.
@@ -19,6 +21,10 @@ struct Task {
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
         : job(j), method(methods[j.integrator]), straight(is_straight), kernel(k) {
         kernel.construct(system, job.parameters);
+    }
+    /// Straight rays that nothing stops but surfaces and the escape sphere, and of which nothing is asked but where they end.
+    bool in_closed_form() const {
+        return straight && !kernel.bounded && !job.path_sink && !std::isfinite(job.parameter_limit) && !(job.inner_escape_radius > 0);
     }
     void begin(Flow<V>& f) const {
         (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f, method.coefficients);

@@ -10,14 +10,11 @@
 
 #include <CLI/CLI.hpp>
 
-#include <filesystem>
 #include <ostream>
 
 namespace kagero {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::uint32_t most_sampled = 4096;
 
@@ -48,20 +45,6 @@ StudyOptions study_options(const Arguments& arguments, const Options& options) {
     return study;
 }
 
-/// Makes the directory; it stays empty until the report is complete.
-std::string report_directory(const Arguments& arguments) {
-    const std::string directory =
-        arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-error" : arguments.output;
-    std::error_code failure;
-    fs::create_directories(directory, failure);
-    if (failure || !fs::is_directory(directory))
-        throw InputError("cannot make the directory '" + directory + "'" +
-                         (failure ? ": " + failure.message() : "; a file bears its name"));
-    for (const char* name : {"results.json", "results.csv", "plot.gp", "report.html"})
-        check_output((fs::path(directory) / name).string());
-    return directory;
-}
-
 ErrorStudy study_watched(Plan& plan, const StudyOptions& options, const Terminal& terminal) {
     InterruptGuard guard;
     ProgressLine line(terminal);
@@ -71,7 +54,7 @@ ErrorStudy study_watched(Plan& plan, const StudyOptions& options, const Terminal
 
 void write_report(const std::string& directory, const Plan& plan, const ErrorStudy& study) {
     const auto put = [&](const char* name, const std::string& text) {
-        write_text_file((fs::path(directory) / name).string(), text);
+        write_text_file(path_in(directory, name), text);
     };
     put("results.json", error_json(plan, study));
     put("results.csv", error_csv(study));
@@ -103,7 +86,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     check_output(arguments.json);
     const auto plan = make_plan(std::move(scene), Options{.isa = options.isa});
-    const std::string directory = report_directory(arguments);
+    const std::string directory = report_directory(arguments, "error");
+    make_report_directory(directory, {"results.json", "results.csv", "plot.gp", "report.html"});
     const ErrorStudy study = study_watched(*plan, wanted, terminal);
     write_report(directory, *plan, study);
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << error_json(*plan, study); });

@@ -2,10 +2,13 @@
 #include "error.h"
 #include "film/partial_file.h"
 
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
 namespace kagero {
+
+namespace fs = std::filesystem;
 
 void check_output(const std::string& path) {
     if (!path.empty() && path != "-") check_file_writable(path);
@@ -23,6 +26,23 @@ void write_output(const std::string& path, const std::function<void(std::ostream
     out.close();
     if (!out) throw RunError("cannot write '" + path + "': is the disk full?");
     file.complete();
+}
+
+std::string path_in(const std::string& directory, const std::string& file) {
+    return (fs::path(directory) / file).string();
+}
+
+std::string report_directory(const Arguments& arguments, const std::string& kind) {
+    return arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-" + kind : arguments.output;
+}
+
+void make_report_directory(const std::string& directory, const std::vector<std::string>& files) {
+    std::error_code failure;
+    fs::create_directories(directory, failure);
+    if (failure || !fs::is_directory(directory))
+        throw InputError("cannot make the directory '" + directory + "'" +
+                         (failure ? ": " + failure.message() : "; a file bears its name"));
+    for (const std::string& file : files) check_output(path_in(directory, file));
 }
 
 }  // namespace kagero

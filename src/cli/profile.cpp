@@ -40,24 +40,6 @@ unsigned repeats_of(const Arguments& arguments) {
     return repeats;
 }
 
-std::string path_in(const std::string& directory, const std::string& name) {
-    return (fs::path(directory) / name).string();
-}
-
-/// Makes the directory; it stays empty until the report is complete.
-std::string report_directory(const Arguments& arguments, const std::string& picture) {
-    const std::string directory =
-        arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-profile" : arguments.output;
-    std::error_code failure;
-    fs::create_directories(directory, failure);
-    if (failure || !fs::is_directory(directory))
-        throw InputError("cannot make the directory '" + directory + "'" +
-                         (failure ? ": " + failure.message() : "; a file bears its name"));
-    for (const std::string& name : {std::string("profile.json"), std::string("trace.json"), std::string("report.html"), picture})
-        check_output(path_in(directory, name));
-    return directory;
-}
-
 Profile profile_watched(Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
     InterruptGuard guard;
     ProgressLine line(terminal);
@@ -78,7 +60,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     check_output(arguments.json);
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
     const auto plan = make_plan(std::move(scene), options);
-    const std::string directory = report_directory(arguments, picture);
+    const std::string directory = report_directory(arguments, "profile");
+    make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture});
 
     Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
     const Profile profile = profile_watched(*plan, film, repeats, terminal);

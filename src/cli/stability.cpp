@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <filesystem>
 #include <ostream>
 
 namespace kagero {
@@ -41,20 +40,13 @@ void return_case_json_took(std::vector<std::string>& cases, std::string& json) {
     json = "-";
 }
 
-void make_directory(const std::string& directory) {
-    std::error_code error;
-    std::filesystem::create_directories(directory, error);
-    if (!std::filesystem::is_directory(directory)) throw InputError("-o: cannot make the directory '" + directory + "'");
-    for (const char* file : {"/stability.html", "/stability.json"}) check_output(directory + file);
-}
-
 int run(const Arguments& arguments, const Terminal& terminal) {
     std::vector<std::string> cases = arguments.cases;
     std::string json = arguments.json;
     return_case_json_took(cases, json);
     const StabilityRequest request = request_of(arguments);
     check_output(json);
-    if (!arguments.output.empty()) make_directory(arguments.output);
+    if (!arguments.output.empty()) make_report_directory(arguments.output, {"stability.html", "stability.json"});
 
     const bool table = json != "-";
     const auto rows = run_stability(cases, request, [&](const StabilityRow& row) {
@@ -63,9 +55,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (table) write_output("-", [&](std::ostream& out) { out << stability_summary(rows); });
     if (!json.empty()) write_output(json, [&](std::ostream& out) { out << stability_json(rows); });
     if (!arguments.output.empty()) {
-        write_output(arguments.output + "/stability.html", [&](std::ostream& out) { out << stability_page(rows); });
-        write_output(arguments.output + "/stability.json", [&](std::ostream& out) { out << stability_json(rows); });
-        terminal.note("the page is in " + arguments.output + "/stability.html");
+        write_output(path_in(arguments.output, "stability.html"), [&](std::ostream& out) { out << stability_page(rows); });
+        write_output(path_in(arguments.output, "stability.json"), [&](std::ostream& out) { out << stability_json(rows); });
+        terminal.note("the page is in " + path_in(arguments.output, "stability.html"));
     }
     return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass; }) ? exit_done : exit_bound;
 }

@@ -5,6 +5,8 @@
 #include "cli/terminal.h"
 
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace kagero {
 
@@ -25,5 +27,10 @@ inline constexpr int exit_done = 0, exit_failed = 1, exit_wrong_input = 2, exit_
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
 /// Throws InputError when that is bound to fail.
 void check_output(const std::string& path);
+/// Makes a directory into which all these files can be written; it stays empty until they are. Throws InputError.
+void make_report_directory(const std::string& directory, const std::vector<std::string>& files);
+/// The directory that -o names, or SCENE-kind here.
+std::string report_directory(const Arguments& arguments, const std::string& kind);
+std::string path_in(const std::string& directory, const std::string& file);
 
 }  // namespace kagero

@@ -39,6 +39,8 @@ const std::vector<LayerInfo>& all_layers() {
         {"depth", one, false, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
         {"redshift", one, false,
          "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},
+        {"footprint", one, false, "longest extent of the piece of sky that the pixel shows, radians; 0 where its first ray does not escape"},
+        {"magnification", one, false, "solid angle of the pixel over that of the sky it shows; 0 where its first ray does not escape"},
         {"object", one, false, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
     };
     return layers;

@@ -106,7 +106,8 @@ void place_camera(Plan& plan) {
 
 // The same sums in the same order as the kernels' own camera, so that both make the same rays to the last bit.
 CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d) {
-    const double inverse = 1 / std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const auto row = [&](int i) { return map.metric[i][0] * d[0] + map.metric[i][1] * d[1] + map.metric[i][2] * d[2]; };
+    const double inverse = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
     const double n[3] = {d[0] * inverse, d[1] * inverse, d[2] * inverse};
     double p[4];
     for (int i = 0; i < 4; ++i)
@@ -124,6 +125,19 @@ CameraRay camera_ray(const Plan& plan, double u, double v) {
     if (plan.scene.camera.type == "equirectangular") d = on_sphere(plan, u, v);
     if (plan.each_direction) return {formula_ray(plan, plan.view.observer, c.position, d), 1};
     return ray_in_frame(c.start, c.position, d);
+}
+
+double pixel_solid_angle(const Plan& plan, double u, double v) {
+    const std::string& type = plan.scene.camera.type;
+    if (type == "orthographic") return 0;
+    if (type == "equirectangular") {
+        const double size = std::numbers::pi / plan.scene.film.height, width = 2 * std::numbers::pi / plan.scene.film.width;
+        return width * size * std::sin(v * size);
+    }
+    const CameraRays& c = plan.camera;
+    Double3 d, right, down;
+    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k], right[k] = c.right[k], down[k] = c.down[k];
+    return std::abs(dot(d, cross(right, down))) / (dot(d, d) * length(d));
 }
 
 bool kernel_makes_rays(const Plan& plan) {

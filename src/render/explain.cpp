@@ -87,7 +87,7 @@ void explain_ends(const Plan& plan, const HamiltonianInfo& space, Parts& parts) 
     parts.add(space.captures, "test for capture", "nothing captures rays");
     parts.add(geometry, "Embree scene of " + std::to_string(geometry ? geometry->surface_count : 0) + " surfaces", nothing + ": no Embree device");
     parts.add(geometry && geometry->clearance, "clearance grid: steps far from every surface ask Embree nothing",
-              geometry ? "integrator.cull = \"none\"" : nothing);
+              !geometry ? nothing : plan.straight ? "rays are straight: each asks once" : "integrator.cull = \"none\"");
     parts.add(plan.job.hit == HitModel::hermite, "ends delivered by partial steps, in the order of the method", "integrator.hit = \"chord\"");
     parts.add(plan.job.refill, "new rays into lanes whose own have ended",
               plan.scene.integrator.refill == "off" ? "integrator.refill = \"off\""

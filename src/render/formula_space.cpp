@@ -1,25 +1,60 @@
 #include "render/formula_space.h"
 
+#include "render/camera.h"
+#include "scene/vector3.h"
+
 #include <cmath>
 
 namespace kagero {
 namespace {
 
-/// |p| where it is the same, and along the ray, for all directions looked at; else 0.
-double isotropic_momentum(const Plan& plan, ObserverKind kind) {
+/// H at p in a place.
+double energy(const FormulaDescription& formula, const double (&q)[3], const Double3& p) {
+    return evaluate(formula.scope, formula.parsed.energy, {q[0], q[1], q[2], p[0], p[1], p[2], formula.parsed.pt});
+}
+
+/// The map of an H quadratic in p, H = ½ p·G p + g·p + c: from ∂H/∂p = G p + g = μ d follows p = μ G⁻¹ d − G⁻¹ g, and from H = H0
+/// μ² d·G⁻¹ d = 2 (H0 − c) + g·G⁻¹ g. Of any other H it is nonsense.
+StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], double pt) {
+    const auto h = [&](const Double3& p) { return energy(formula, q, p); };
+    constexpr Double3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const double c = h({0, 0, 0});
+    Double3 slope{}, bend[3];
+    for (std::size_t i = 0; i < 3; ++i) slope[i] = 0.5 * (h(axes[i]) - h(scaled(axes[i], -1)));
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            bend[i][k] = i == k ? h(axes[i]) + h(scaled(axes[i], -1)) - 2 * c : h(add(axes[i], axes[k])) - h(axes[i]) - h(axes[k]) + c;
+    const Double3 columns[] = {cross(bend[1], bend[2]), cross(bend[2], bend[0]), cross(bend[0], bend[1])};
+    const double determinant = dot(bend[0], columns[0]);
+    StartMap map{};
+    const Double3 back{dot(slope, {columns[0][0], columns[1][0], columns[2][0]}) / determinant,
+                       dot(slope, {columns[0][1], columns[1][1], columns[2][1]}) / determinant,
+                       dot(slope, {columns[0][2], columns[1][2], columns[2][2]}) / determinant};
+    const double mu = std::sqrt(2 * (formula.level - c) + dot(slope, back));
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            map.metric[i][k] = columns[k][i] / determinant;
+            map.matrix[i][k] = mu * map.metric[i][k];
+        }
+        map.offset[i] = -back[i];
+    }
+    map.offset[3] = pt;
+    return map;
+}
+
+/// Whether the map gives the momenta that solving for them gives, in all directions looked at.
+bool serves(const StartMap& map, const Plan& plan, ObserverKind kind) {
     constexpr Double3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},   {0, 0, -1},
                                       {1, 1, 1}, {-1, 2, 3}, {3, -1, 2}, {-2, -3, -1}, {2, 1, -3}, {-3, -1, 1}};
     constexpr double rounding = 1e-12;
-    double size = 0;
     for (const Double3& d : directions) {
         const RayStart ray = formula_ray(plan, kind, plan.camera.position, d);
-        if (ray.failure != Failure::none) return 0;
-        const double length = std::hypot(d[0], d[1], d[2]);
-        if (size == 0) size = std::hypot(ray.p[0], ray.p[1], ray.p[2]);
-        for (std::size_t k = 0; k < 3; ++k)
-            if (!(std::abs(ray.p[k] - size * d[k] / length) <= rounding * size)) return 0;
+        if (ray.failure != Failure::none) return false;
+        const RayStart mapped = ray_in_frame(map, plan.camera.position, d).start;
+        const Double3 p{ray.p[0], ray.p[1], ray.p[2]}, other{mapped.p[0], mapped.p[1], mapped.p[2]};
+        if (!(length(subtract(p, other)) <= rounding * length(p))) return false;
     }
-    return size;
+    return true;
 }
 
 }  // namespace
@@ -44,12 +79,9 @@ Failure place_formula_camera(Plan& plan) {
     CameraRays& camera = plan.camera;
     const ObserverKind kind = plan.view.observer;
     const RayStart middle = formula_ray(plan, kind, camera.position, plan.view.forward);
-    camera.start = {};
-    camera.start.offset[3] = middle.pt;
-    const double size = isotropic_momentum(plan, kind);
-    plan.each_direction = !(size > 0);
+    camera.start = quadratic_map(*plan.scene.space.formula, camera.position, middle.pt);
+    plan.each_direction = !serves(camera.start, plan, kind);
     if (plan.each_direction) return middle.failure;
-    for (int i = 0; i < 3; ++i) camera.start.matrix[i][i] = size;
     return Failure::none;
 }
 

@@ -11,7 +11,7 @@ std::vector<double> compile_formula(const FormulaDescription& formula, const Mod
 /// The state of a ray that moves along d from q. Formulas know no observer but one at rest in the coordinates.
 RayStart formula_ray(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d);
 
-/// Gives the camera a map from directions to momenta if these have the same size in every direction; else Plan::each_direction is set.
+/// Gives the camera a map from directions to momenta if H is quadratic in p; else Plan::each_direction is set.
 Failure place_formula_camera(Plan& plan);
 
 }  // namespace kagero

@@ -53,7 +53,6 @@ void fill_job(Plan& plan, bool with_camera) {
     Job& job = plan.job;
     job.parameters = plan.parameters.data();
     const HamiltonianInfo& info = plan.module->hamiltonians[job.hamiltonian];
-    plan.straight = plan.module->straight(job.hamiltonian, job.parameters);
     job.rescaled = choose_rescaling(plan, info);
     // A spacetime's Ω is a length, which leaves its steps without one; every other step is one.
     job.step = job.rescaled && info.spacetime ? scene.integrator.step : scene.integrator.step / plan.unit;
@@ -96,7 +95,8 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     measure_in(plan->scene, m.hamiltonians[plan->job.hamiltonian], plan->unit);
     for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
     if (s.space.formula) plan->parameters = compile_formula(*s.space.formula, m);
-    plan->geometry = std::make_unique<SceneGeometry>(s);
+    plan->straight = m.straight(plan->job.hamiltonian, plan->parameters.data());
+    plan->geometry = std::make_unique<SceneGeometry>(s, !plan->straight);
     fill_job(*plan, with_camera);
     plan->kernel = &choose_kernel(*plan, wish_of(*plan));
     check_disks(s);

@@ -21,10 +21,14 @@ Tile window(const Plan& plan) {
     return {c[0], c[1], c[2], c[3]};
 }
 
+bool wants_footprints(const Plan& plan, const Film& film) {
+    return plan.geometry->has_sky_image() || film.has("footprint") || film.has("magnification");
+}
+
 /// The pixels to trace: where footprints are wanted, whole blocks of 2 × 2 pixels of the film's grid.
-Tile traced_window(const Plan& plan) {
+Tile traced_window(const Plan& plan, const Film& film) {
     Tile w = window(plan);
-    if (!plan.geometry->has_sky_image()) return w;
+    if (!wants_footprints(plan, film)) return w;
     w.x0 &= ~1u, w.y0 &= ~1u;
     w.x1 = std::min(w.x1 + (w.x1 & 1), plan.scene.film.width), w.y1 = std::min(w.y1 + (w.y1 & 1), plan.scene.film.height);
     return w;
@@ -48,7 +52,7 @@ struct Wanted {
     bool starts, footprints;
 
     Wanted(const Plan& plan, const Film& film)
-        : starts(film.has("depth") || film.has("redshift")), footprints(plan.geometry->has_sky_image()) {
+        : starts(film.has("depth") || film.has("redshift")), footprints(wants_footprints(plan, film)) {
         for (const ObjectDescription& object : plan.scene.objects) starts = starts || object.shape == Shape::disk;
     }
 };
@@ -72,6 +76,7 @@ void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const Ra
 /// Shades the pixels of a tile that lie in the window `film` shows, in blocks of 2 × 2.
 void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list, Film& film) {
     const Wanted wanted(plan, film);
+    const Shader shader(film);
     const std::uint32_t spp = plan.scene.film.spp, width = tile.x1 - tile.x0;
     Quad quad;
     for (std::uint32_t by = tile.y0 & ~1u; by < tile.y1; by += 2)
@@ -87,7 +92,7 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             for (std::uint32_t y = y0; y < y1; ++y)
                 for (std::uint32_t x = x0; x < x1; ++x, rays = rays.subspan(spp)) {
                     if (x < shown.x0 || x >= shown.x1 || y < shown.y0 || y >= shown.y1) continue;
-                    shade(plan, rays.first(spp), footprints, film, x - shown.x0, y - shown.y0);
+                    shader.shade({plan, rays.first(spp), footprints, x, y}, x - shown.x0, y - shown.y0);
                 }
         }
 }
@@ -106,7 +111,7 @@ RunReport render(const Plan& plan, Film& film, const Watch& watch) {
         snapshots.take();
     };
     const Schedule schedule = schedule_of(plan);
-    WorkList work = cut(plan, traced_window(plan), schedule);
+    WorkList work = cut(plan, traced_window(plan, film), schedule);
     if (schedule == Schedule::predicted) {
         predict_costs(plan, work, watch.stop);
         put_costliest_first(work);

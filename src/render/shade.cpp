@@ -2,6 +2,7 @@
 
 #include "render/far_sky.h"
 #include "render/redshift.h"
+#include "scene/vector3.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,42 +47,69 @@ float mean(std::span<const Sighting> rays, const Amount& amount) {
     return float(sum / double(rays.size()));
 }
 
-void write_color(const Plan& plan, std::span<const Sighting> rays, const SkyFootprints& footprints, float* pixel) {
+void paint_color_of(const Pixel& pixel, float* color) {
     double sum[3] = {0, 0, 0};
-    for (const Sighting& ray : rays) {
-        const Float3 c = color_of(plan, ray, footprints);
+    for (const Sighting& ray : pixel.rays) {
+        const Float3 c = color_of(pixel.plan, ray, pixel.footprints);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
     }
-    for (int k = 0; k < 3; ++k) pixel[k] = float(sum[k] / double(rays.size()));
+    for (int k = 0; k < 3; ++k) color[k] = float(sum[k] / double(pixel.rays.size()));
 }
 
-/// The value of a layer of one channel.
-float value_of(const Plan& plan, std::span<const Sighting> rays, const std::string& layer) {
-    const RayEnd& first = *rays.front().end;
-    if (layer == "status") return float(static_cast<int>(first.status));
-    if (layer == "steps") return mean(rays, [](const RayEnd& end) { return end.steps; });
-    if (layer == "gradients") return mean(rays, [](const RayEnd& end) { return end.gradients; });
-    if (layer == "energy_error") {
-        double greatest = first.energy_error;
-        for (const Sighting& ray : rays) greatest = std::max(greatest, ray.end->energy_error);
-        return float(greatest);
-    }
-    if (layer == "redshift") return float(redshift_of(plan, rays.front()));
-    if (layer == "depth") return float(depth_of(plan, rays.front()));
-    return first.status == Status::hit ? float(plan.geometry->object_of(first.surface) + 1) : 0.0f;
+/// The piece of sky that the pixel shows by its first ray; axes of length zero where that is not known.
+Footprint sky_of(const Pixel& pixel) {
+    const RayEnd& end = *pixel.rays.front().end;
+    if (end.status != Status::escaped) return {};
+    const Footprint& f = sky_view(pixel.plan, end).far ? pixel.footprints.far : pixel.footprints.near;
+    const double pixel_per_ray = std::sqrt(double(pixel.rays.size()));
+    return {scaled(f.major, pixel_per_ray), scaled(f.minor, pixel_per_ray)};
 }
+
+double magnification_of(const Pixel& pixel) {
+    const Footprint sky = sky_of(pixel);
+    const double solid_angle = length(sky.major) * length(sky.minor);
+    return solid_angle > 0 ? pixel_solid_angle(pixel.plan, pixel.x + 0.5, pixel.y + 0.5) / solid_angle : 0;
+}
+
+double energy_error_of(const Pixel& pixel) {
+    double greatest = 0;
+    for (const Sighting& ray : pixel.rays) greatest = std::max(greatest, ray.end->energy_error);
+    return greatest;
+}
+
+double object_of(const Pixel& pixel) {
+    const RayEnd& end = *pixel.rays.front().end;
+    return end.status == Status::hit ? pixel.plan.geometry->object_of(end.surface) + 1 : 0;
+}
+
+/// How each layer of film.cpp is made.
+struct Painter {
+    const char* layer;
+    void (*paint)(const Pixel&, float*);
+};
+constexpr Painter painters[] = {
+    {"color", paint_color_of},
+    {"status", [](const Pixel& p, float* out) { *out = float(static_cast<int>(p.rays.front().end->status)); }},
+    {"steps", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.steps; }); }},
+    {"gradients", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.gradients; }); }},
+    {"energy_error", [](const Pixel& p, float* out) { *out = float(energy_error_of(p)); }},
+    {"depth", [](const Pixel& p, float* out) { *out = float(depth_of(p.plan, p.rays.front())); }},
+    {"redshift", [](const Pixel& p, float* out) { *out = float(redshift_of(p.plan, p.rays.front())); }},
+    {"object", [](const Pixel& p, float* out) { *out = float(object_of(p)); }},
+    {"footprint", [](const Pixel& p, float* out) { *out = float(length(sky_of(p).major)); }},
+    {"magnification", [](const Pixel& p, float* out) { *out = float(magnification_of(p)); }},
+};
 
 }  // namespace
 
-void shade(const Plan& plan, std::span<const Sighting> rays, const SkyFootprints& footprints, Film& film, std::uint32_t x,
-           std::uint32_t y) {
-    for (const LayerInfo* layer : film.layers()) {
-        float* pixel = film.pixel(layer->name, x, y);
-        if (layer->name == "color")
-            write_color(plan, rays, footprints, pixel);
-        else
-            pixel[0] = value_of(plan, rays, layer->name);
-    }
+Shader::Shader(Film& film) : width_(film.width()) {
+    for (const LayerInfo* layer : film.layers())
+        for (const Painter& painter : painters)
+            if (painter.layer == layer->name) layers_.push_back({painter.paint, film.plane(layer->name), layer->channels.size()});
+}
+
+void Shader::shade(const Pixel& pixel, std::uint32_t x, std::uint32_t y) const {
+    for (const Layer& layer : layers_) layer.paint(pixel, layer.plane + (y * width_ + x) * layer.channels);
 }
 
 }  // namespace kagero

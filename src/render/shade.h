@@ -20,8 +20,29 @@ struct SkyFootprints {
     Footprint near, far;
 };
 
-/// Writes what the film's layers want of a pixel's rays, at least one, into pixel (x, y) of the film.
-void shade(const Plan& plan, std::span<const Sighting> rays, const SkyFootprints& footprints, Film& film, std::uint32_t x,
-           std::uint32_t y);
+/// All that a pixel is made from: its rays, at least one, and its place on the whole picture.
+struct Pixel {
+    const Plan& plan;
+    std::span<const Sighting> rays;
+    const SkyFootprints& footprints;
+    std::uint32_t x, y;
+};
+
+/// Writes what a film's layers want of pixels. The film outlives it.
+class Shader {
+public:
+    explicit Shader(Film& film);
+    /// Into pixel (x, y) of the film.
+    void shade(const Pixel& pixel, std::uint32_t x, std::uint32_t y) const;
+
+private:
+    struct Layer {
+        void (*paint)(const Pixel&, float*);
+        float* plane;
+        std::size_t channels;
+    };
+    std::vector<Layer> layers_;
+    std::size_t width_;
+};
 
 }  // namespace kagero

@@ -133,7 +133,7 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
 
 }  // namespace
 
-SceneGeometry::SceneGeometry(const SceneDescription& scene) : content_(std::make_unique<Content>()) {
+SceneGeometry::SceneGeometry(const SceneDescription& scene, bool clearance) : content_(std::make_unique<Content>()) {
     Content& content = *content_;
     Images images;
     content.space_center = scene.space.center;
@@ -159,7 +159,7 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene) : content_(std::make
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
-    if (!scene.integrator.cull) return;
+    if (!clearance || !scene.integrator.cull) return;
     content.clearance = build_clearance(geometry, bounds);
     geometry.clearance = &content.clearance.grid;
 }

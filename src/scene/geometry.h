@@ -19,7 +19,8 @@ struct Footprint {
 class SceneGeometry {
 public:
     /// Loads meshes and textures, builds everything. Throws InputError for data that cannot be used.
-    explicit SceneGeometry(const SceneDescription& scene);
+    /// With `clearance`, and unless the scene culls nothing, a grid of distances to the nearest surface too.
+    explicit SceneGeometry(const SceneDescription& scene, bool clearance = true);
     ~SceneGeometry();
     SceneGeometry(SceneGeometry&&) noexcept;
 

@@ -13,7 +13,7 @@ namespace {
 /// What a point of a surface looks like to the paint and the head light.
 struct Appearance {
     double u = 0, v = 0;
-    Double3 normal{0, 0, 1};
+    Double3 normal{0, 0, 1};  ///< of any length
 };
 
 Appearance on_sphere(const ShadedObject& object, const Double3& point) {
@@ -28,7 +28,7 @@ Appearance on_disk(const ShadedObject& disk, const Double3& point) {
     const Double3 from_center = subtract(point, disk.center);
     const double angle = std::atan2(dot(from_center, quarter), dot(from_center, zero)) / (2 * std::numbers::pi);
     const double across = (length(from_center) - disk.inner) / (disk.outer - disk.inner);
-    return {angle < 0 ? angle + 1 : angle, std::clamp(across, 0.0, 1.0), unit(disk.normal)};
+    return {angle < 0 ? angle + 1 : angle, std::clamp(across, 0.0, 1.0), disk.normal};
 }
 
 /// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).
@@ -59,7 +59,7 @@ Appearance on_triangle(const TriangleMesh& mesh, std::uint32_t primitive, const 
     const double c = dot(cross(ab, ap), area) / dot(area, area);
     const double weights[3] = {1 - b - c, b, c};  // barycentric coordinates of the point
 
-    Appearance appearance{0, 0, unit(area)};
+    Appearance appearance{0, 0, area};
     if (!mesh.uv.empty()) {
         for (std::size_t k = 0; k < 3; ++k) {
             appearance.u += weights[k] * mesh.uv[2 * std::size_t{index[k]}];
@@ -72,7 +72,7 @@ Appearance on_triangle(const TriangleMesh& mesh, std::uint32_t primitive, const 
             const double* n = &mesh.normals[3 * std::size_t{index[k]}];
             normal = add(normal, scaled({n[0], n[1], n[2]}, weights[k]));
         }
-        if (length(normal) > 0) appearance.normal = unit(normal);
+        if (dot(normal, normal) > 0) appearance.normal = normal;
     }
     return appearance;
 }
@@ -105,7 +105,7 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
     const bool is_disk = object.shape == Shape::disk;
     Float3 color = is_disk ? disk_color(object, seen, point, redshift) : paint_color(object.paints[face], seen.u, seen.v);
     if (object.shading == Shading::lambert) {
-        const auto light = static_cast<float>(std::abs(dot(seen.normal, toward)));
+        const auto light = static_cast<float>(std::abs(dot(unit(seen.normal), toward)));
         for (float& channel : color) channel *= light;
     }
     return color;

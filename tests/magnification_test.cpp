@@ -1,0 +1,70 @@
+// How much larger a pixel's piece of sky looks than it is: one where rays are straight, and around a hole what elliptic integrals say.
+#include "film/film.h"
+#include "plan_fixture.h"
+#include "schwarzschild_orbit.h"
+
+#include <gtest/gtest.h>
+
+namespace kagero::test {
+namespace {
+
+std::string scene(const std::string& space, const std::string& camera) {
+    return "[space]\n" + space + "[integrator]\nescape_radius = 1000\n[camera]\nposition = [-10, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n" + camera +
+           "[film]\nsize = [256, 128]\nlayers = [\"status\", \"footprint\", \"magnification\"]\n";
+}
+
+Film rendered(const Plan& plan) {
+    Film film(plan.scene.film.width, plan.scene.film.height, plan.scene.film.layers);
+    render(plan, film);
+    return film;
+}
+
+TEST(Magnification, IsOneWhereRaysAreStraight) {
+    for (const char* camera : {"fov = 20\n", "type = \"equirectangular\"\n"}) {
+        const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {});
+        Film film = rendered(*plan);
+        for (std::uint32_t y = 32; y < 96; y += 7)  // at the poles of a panorama a pixel is no small rectangle
+            for (std::uint32_t x = 0; x < 256; x += 7) ASSERT_NEAR(*film.pixel("magnification", x, y), 1, 0.02) << camera << x << "," << y;
+    }
+}
+
+TEST(Magnification, ParallelRaysHaveNone) {
+    const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", "type = \"orthographic\"\nheight = 4\n"), {});
+    Film film = rendered(*plan);
+    EXPECT_EQ(*film.pixel("magnification", 100, 50), 0);
+    EXPECT_NEAR(*film.pixel("footprint", 100, 50), 0, 1e-12);
+}
+
+constexpr double observer_radius = 10, far_radius = 1000;
+
+/// Angle on the sky from the point behind the hole, of light seen at an angle psi from the hole's centre by a static observer.
+double sky_angle(double psi) {
+    const double b = observer_radius * std::sin(psi) / std::sqrt(1 - 1 / observer_radius), u = 1 / far_radius;
+    const Orbit orbit(b);
+    const double swept = 0.5 * (orbit.swept_around(observer_radius) + orbit.swept_around(far_radius));
+    return swept + std::atan2(u, std::sqrt(1 / (b * b) - u * u * (1 - u))) - std::numbers::pi;
+}
+
+TEST(Magnification, AroundAHoleIsThatOfItsLens) {
+    const auto plan = plan_of_text(scene("hamiltonian = \"schwarzschild\"\nrg = 1\n", "fov = 30\n"), {});
+    Film film = rendered(*plan);
+    const double pixel = 2 * std::tan(std::numbers::pi / 12) / 128;
+    int compared = 0;
+    for (std::uint32_t y = 0; y < 128; y += 3)
+        for (std::uint32_t x = 0; x < 256; x += 5) {
+            // The footprint belongs to the middle of a block of 2 x 2 pixels.
+            const double u = ((x & ~1u) + 1.0 - 128) * pixel, v = ((y & ~1u) + 1.0 - 64) * pixel, psi = std::atan(std::hypot(u, v));
+            if (psi < 0.38 || *film.pixel("status", x, y) != 1) continue;
+            const double h = 1e-4, slope = (sky_angle(psi + h) - sky_angle(psi - h)) / (2 * h);
+            const double lens = std::sin(psi) / std::abs(std::sin(sky_angle(psi)) * slope);
+            if (lens > 8) continue;  // near the ring a block of pixels is no small piece of the sky
+            const double here = std::cos(std::atan(std::hypot((x + 0.5 - 128) * pixel, (y + 0.5 - 64) * pixel))), there = std::cos(psi);
+            const double seen = *film.pixel("magnification", x, y) * std::pow(there / here, 3);  // solid angle of the pixel itself
+            EXPECT_NEAR(seen / lens, 1, 0.02) << x << "," << y << " " << psi << " " << lens;
+            ++compared;
+        }
+    EXPECT_GT(compared, 200);
+}
+
+}  // namespace
+}  // namespace kagero::test

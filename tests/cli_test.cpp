@@ -216,5 +216,13 @@ TEST_F(Cli, SchedulesAreNamed) {
     }
 }
 
+TEST_F(Cli, MapsShowLayersWithAScale) {
+    ASSERT_EQ(run("render hole.toml --quiet --size 64x48 --layers color,steps,energy_error --maps -o seen.png").status, 0);
+    EXPECT_EQ(files(), (std::set<std::string>{"hole.toml", "seen.png", "seen-steps.png", "seen-energy_error.png"}));
+    const Outcome none = run("render hole.toml --quiet --layers color --maps -o seen.png");
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("no layer of numbers"), std::string::npos) << none.err;
+}
+
 }  // namespace
 }  // namespace kagero::test

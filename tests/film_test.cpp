@@ -47,7 +47,7 @@ Film numbered_film(const std::vector<std::string>& layers) {
             for (std::uint32_t x = 0; x < width; ++x)
                 for (std::size_t c = 0; c < layer->channels.size(); ++c) {
                     const float number = static_cast<float>((y * width + x) * layer->channels.size() + c);
-                    film.pixel(layer->name, x, y)[c] = layer->half ? number / 64 : 1000 + number;
+                    film.pixel(layer->name, x, y)[c] = layer->half() ? number / 64 : 1000 + number;
                 }
     return film;
 }
@@ -106,7 +106,7 @@ TEST_F(FilmOnDisk, ExrHoldsEveryLayerAndAttribute) {
         for (std::size_t c = 0; c < layer.channels.size(); ++c, ++channels) {
             const int where = spec.channelindex(layer.name + "." + layer.channels[c]);
             ASSERT_GE(where, 0) << layer.name << "." << layer.channels[c];
-            EXPECT_EQ(spec.channelformat(where), layer.half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) << layer.name;
+            EXPECT_EQ(spec.channelformat(where), layer.half() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) << layer.name;
             for (std::uint32_t i = 0; i < width * height; ++i)
                 EXPECT_EQ(pixels[i * spec.nchannels + where], film.pixel(layer.name, i % width, i / width)[c]) << layer.name;
         }

@@ -7,23 +7,6 @@ namespace {
 constexpr const char* too_large =
     "it is too large: with its derivatives it takes more than 600 operations, or keeps more than 256 numbers at a time";
 
-/// An operation on constants alone.
-double folded(FormulaOp op, double a, double b) {
-    switch (op) {
-        case FormulaOp::sqrt: return std::sqrt(a);
-        case FormulaOp::exp: return std::exp(a);
-        case FormulaOp::log: return std::log(a);
-        case FormulaOp::sin: return std::sin(a);
-        case FormulaOp::cos: return std::cos(a);
-        case FormulaOp::tan: return std::tan(a);
-        case FormulaOp::tanh: return std::tanh(a);
-        case FormulaOp::abs: return std::abs(a);
-        case FormulaOp::atan2: return std::atan2(a, b);
-        case FormulaOp::min: return a < b ? a : b;
-        default: return a > b ? a : b;
-    }
-}
-
 int record(Tape& t, FormulaOp op, int a, int b) {
     switch (op) {
         case FormulaOp::add: return t.add(a, b);
@@ -31,11 +14,6 @@ int record(Tape& t, FormulaOp op, int a, int b) {
         case FormulaOp::mul: return t.mul(a, b);
         case FormulaOp::div: return t.div(a, b);
         case FormulaOp::neg: return t.neg(a);
-        default: break;
-    }
-    const bool constant = t.nodes[a].op == Op::constant && (b < 0 || t.nodes[b].op == Op::constant);
-    if (constant) return t.constant(folded(op, t.nodes[a].value, b < 0 ? 0 : t.nodes[b].value));
-    switch (op) {
         case FormulaOp::sqrt: return t.sqrt(a);
         case FormulaOp::exp: return t.unary(Op::exp, a);
         case FormulaOp::log: return t.unary(Op::log, a);

@@ -23,7 +23,7 @@ struct Arguments {
     std::string integrator, step, size, spp, seed, layers, crop, pixel, lanes;
     std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
     std::string color = "auto";
-    bool path = false, quick = false, full = false, quiet = false, verbose = false;
+    bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
 };
 
 // Declare options of a verb. `add_scene` also takes those that are short for a key of the scene.

@@ -5,6 +5,7 @@
 #include "cli/interrupt.h"
 #include "cli/verb.h"
 #include "error.h"
+#include "film/map.h"
 #include "report/numbers.h"
 #include "report/rays_csv.h"
 #include "report/run_json.h"
@@ -31,6 +32,7 @@ void declare(CLI::App& app, Arguments& arguments) {
         ->type_name("X,Y");
     app.add_option("--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written")
         ->type_name("SECONDS");
+    app.add_flag("--maps", arguments.maps, "Beside the picture, PICTURE-LAYER.png of every layer of numbers, in false colours with a scale");
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
@@ -97,6 +99,20 @@ double write_timed(const Film& film, const std::string& path, const Metadata& me
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+std::vector<const LayerInfo*> mapped_layers(const Film& film) {
+    std::vector<const LayerInfo*> mapped;
+    for (const LayerInfo* layer : film.layers())
+        if (layer->scale != LayerInfo::Scale::colors) mapped.push_back(layer);
+    return mapped;
+}
+
+void write_maps(const Film& film, const std::string& output, const Terminal& terminal) {
+    for (const LayerInfo* layer : mapped_layers(film)) {
+        write_map(film, *layer, map_path(output, *layer));
+        terminal.note("a map of " + layer->name + " is in " + map_path(output, *layer));
+    }
+}
+
 void tell_plan(const Plan& plan, const Terminal& terminal) {
     for (const std::string& remark : plan.geometry ? plan.geometry->remarks() : std::vector<std::string>{})
         terminal.warning(remark);
@@ -137,8 +153,13 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
 
     Film film = film_of(*plan);
+    if (arguments.maps) {
+        if (mapped_layers(film).empty()) throw InputError("--maps: film.layers has no layer of numbers; see `kagero list layers`");
+        for (const LayerInfo* layer : mapped_layers(film)) check_writable(map_path(output, *layer));
+    }
     const RunReport report = render_watched(*plan, film, output, time_limit, terminal);
     const double write_seconds = write_timed(film, output, picture_metadata(*plan, report));
+    if (arguments.maps) write_maps(film, output, terminal);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });
     tell_result(report, output, terminal);

@@ -30,18 +30,19 @@ const LayerInfo& find_layer(const std::string& name) {
 // filled in where rays become pixels (src/render). A layer is `name.channel` in the file; only colours, which nobody counts with,
 // are HALF.
 const std::vector<LayerInfo>& all_layers() {
+    using Scale = LayerInfo::Scale;
     static const std::vector<LayerInfo> layers{
-        {"color", rgb, true, "what the rays meet, linear RGB; the mean of the pixel's rays"},
-        {"status", one, false, "how the pixel's first ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
-        {"steps", one, false, "integration steps taken; mean"},
-        {"gradients", one, false, "evaluations of the derivatives of H; mean"},
-        {"energy_error", one, false, "greatest |H - H0| / (|p . dH/dp| + |H0|) along any of the pixel's rays"},
-        {"depth", one, false, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
-        {"redshift", one, false,
+        {"color", rgb, Scale::colors, "what the rays meet, linear RGB; the mean of the pixel's rays"},
+        {"status", one, Scale::linear, "how the pixel's first ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
+        {"steps", one, Scale::linear, "integration steps taken; mean"},
+        {"gradients", one, Scale::linear, "evaluations of the derivatives of H; mean"},
+        {"energy_error", one, Scale::logarithmic, "greatest |H - H0| / (|p . dH/dp| + |H0|) along any of the pixel's rays"},
+        {"depth", one, Scale::linear, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
+        {"redshift", one, Scale::linear,
          "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},
-        {"footprint", one, false, "longest extent of the piece of sky that the pixel shows, radians; 0 where its first ray does not escape"},
-        {"magnification", one, false, "solid angle of the pixel over that of the sky it shows; 0 where its first ray does not escape"},
-        {"object", one, false, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
+        {"footprint", one, Scale::logarithmic, "longest extent of the piece of sky that the pixel shows, radians; 0 where its first ray does not escape"},
+        {"magnification", one, Scale::logarithmic, "solid angle of the pixel over that of the sky it shows; 0 where its first ray does not escape"},
+        {"object", one, Scale::linear, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
     };
     return layers;
 }

@@ -11,10 +11,14 @@ namespace kagero {
 
 /// One output layer; a new one is one row of the table in film.cpp.
 struct LayerInfo {
+    enum class Scale { colors, linear, logarithmic };
+
     std::string name;
     std::vector<std::string> channels;  ///< "R","G","B" or one channel
-    bool half;                          ///< HALF in EXR; counts, errors and lengths are FLOAT
+    Scale scale;                        ///< how it is mapped to false colours; colours are not, and HALF in EXR, all others FLOAT
     const char* what;
+
+    bool half() const { return scale == Scale::colors; }
 };
 const std::vector<LayerInfo>& all_layers();
 

@@ -86,7 +86,7 @@ std::vector<float> interleave(const Film& film, const OIIO::ImageSpec& spec) {
             for (std::size_t c = 0; c < channels; ++c) {
                 const float value = plane[i * channels + c];
                 // Beyond the range of HALF lies infinity, which no viewer shows as bright. NaN stays NaN.
-                all[i * stride + first + c] = layer->half ? std::clamp(value, -greatest_half, greatest_half) : value;
+                all[i * stride + first + c] = layer->half() ? std::clamp(value, -greatest_half, greatest_half) : value;
             }
         first += channels;
     }
@@ -99,7 +99,7 @@ void write_layers(const Film& film, const std::string& path, const Metadata& met
     for (const LayerInfo* layer : film.layers())
         for (const std::string& channel : layer->channels) {
             names.push_back(layer->name + "." + channel);
-            types.push_back(layer->half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+            types.push_back(layer->half() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
         }
     const int width = static_cast<int>(film.width()), height = static_cast<int>(film.height());
     OIIO::ImageSpec spec(width, height, static_cast<int>(names.size()), OIIO::TypeDesc::FLOAT);

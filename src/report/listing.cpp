@@ -123,7 +123,7 @@ Json layer_items() {
         Json channels = Json::array();
         for (const std::string& channel : info.channels) channels.push_back(info.name + "." + channel);
         items.push_back(
-            {{"name", info.name}, {"what", info.what}, {"channels", channels}, {"type", info.half ? "half" : "float"}});
+            {{"name", info.name}, {"what", info.what}, {"channels", channels}, {"type", info.half() ? "half" : "float"}});
     }
     return items;
 }

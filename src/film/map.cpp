@@ -1,0 +1,114 @@
+#include "film/map.h"
+
+#include "error.h"
+#include "film/partial_file.h"
+
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+namespace kagero {
+namespace {
+
+// Pixels.
+constexpr int gap = 8, bar = 14, glyph_width = 6, glyph_height = 7, label_width = 9 * glyph_width;
+
+/// The characters that numbers are made of, five columns by seven rows, a bit each from the left.
+constexpr const char* glyph_names = "0123456789.e-+";
+constexpr unsigned char glyphs[][glyph_height] = {
+    {14, 17, 19, 21, 25, 17, 14}, {4, 12, 4, 4, 4, 4, 14},     {14, 17, 1, 2, 4, 8, 31},     {31, 2, 4, 2, 1, 17, 14},
+    {2, 6, 10, 18, 31, 2, 2},     {31, 16, 30, 1, 1, 17, 14},  {6, 8, 16, 30, 17, 17, 14},   {31, 1, 2, 4, 8, 8, 8},
+    {14, 17, 17, 14, 17, 17, 14}, {14, 17, 17, 15, 1, 2, 12},  {0, 0, 0, 0, 0, 12, 12},      {0, 0, 14, 17, 31, 16, 14},
+    {0, 0, 0, 31, 0, 0, 0},       {0, 4, 4, 31, 4, 4, 0}};
+
+/// Values to [0, 1] and back.
+class Range {
+public:
+    Range(const float* values, std::size_t count, bool logarithmic) : logarithmic_(logarithmic) {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!std::isfinite(values[i])) continue;
+            greatest_ = std::max(greatest_, double(values[i]));
+            if (values[i] > 0) least_ = least_ > 0 ? std::min(least_, double(values[i])) : double(values[i]);
+        }
+        if (!logarithmic_) least_ = 0;
+        if (!(greatest_ > least_)) greatest_ = least_ > 0 ? 2 * least_ : 1;
+        if (logarithmic_ && !(least_ > 0)) least_ = 1e-3 * greatest_;
+    }
+    bool has(double value) const { return std::isfinite(value) && (!logarithmic_ || value > 0); }
+    double share(double value) const {
+        return logarithmic_ ? std::log(value / least_) / std::log(greatest_ / least_) : value / greatest_;
+    }
+    double value(double share) const { return logarithmic_ ? least_ * std::pow(greatest_ / least_, share) : share * greatest_; }
+
+private:
+    bool logarithmic_;
+    double least_ = 0, greatest_ = 0;
+};
+
+void write_number(OIIO::ImageBuf& image, int x, int y, double value) {
+    char text[32];
+    const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4).ptr;
+    const float black[] = {0, 0, 0};
+    for (const char* c = text; c != end; ++c, x += glyph_width) {
+        const char* const at = std::char_traits<char>::find(glyph_names, std::size(glyphs), *c);
+        if (!at) continue;
+        for (int row = 0; row < glyph_height; ++row)
+            for (int column = 0; column < 5; ++column)
+                if (glyphs[at - glyph_names][row] >> (4 - column) & 1) image.setpixel(x + column, y + row, black);
+    }
+}
+
+/// Shares of the range, of the picture and of the bar beside it, as one plane; below zero where there is no value.
+std::vector<float> shares(const Film& film, const float* values, const Range& range, int width) {
+    const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height());
+    std::vector<float> plane(std::size_t(width) * h, 0);
+    for (int y = 0; y < h; ++y) {
+        for (int x = 0; x < w; ++x) {
+            const double value = values[std::size_t(y) * w + x];
+            plane[std::size_t(y) * width + x] = range.has(value) ? float(range.share(value)) : -1.0f;
+        }
+        for (int x = w + gap; x < width; ++x) plane[std::size_t(y) * width + x] = h > 1 ? 1 - float(y) / float(h - 1) : 1;
+    }
+    return plane;
+}
+
+}  // namespace
+
+std::string map_path(const std::string& picture, const LayerInfo& layer) {
+    const std::filesystem::path path(picture);
+    return (path.parent_path() / (path.stem().string() + "-" + layer.name + ".png")).string();
+}
+
+void write_map(const Film& film, const LayerInfo& layer, const std::string& path) {
+    const float* const values = film.plane(layer.name);
+    const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height()), mapped = w + gap + bar;
+    const Range range(values, std::size_t(w) * h, layer.scale == LayerInfo::Scale::logarithmic);
+    std::vector<float> plane = shares(film, values, range, mapped);
+    const OIIO::ImageBuf gray(OIIO::ImageSpec(mapped, h, 1, OIIO::TypeDesc::FLOAT), plane.data());
+    const OIIO::ImageBuf colored = OIIO::ImageBufAlgo::color_map(gray, 0, "inferno");
+
+    OIIO::ImageBuf image(OIIO::ImageSpec(mapped + gap / 2 + label_width, h, 3, OIIO::TypeDesc::UINT8));
+    const float white[] = {1, 1, 1}, grey[] = {0.6f, 0.6f, 0.6f};
+    OIIO::ImageBufAlgo::fill(image, white);
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < mapped; ++x) {
+            if (x >= w && x < w + gap) continue;
+            float color[3];
+            colored.getpixel(x, y, color, 3);
+            image.setpixel(x, y, plane[std::size_t(y) * mapped + x] < 0 ? grey : color);
+        }
+    const int labels = std::clamp(h / 24, 2, 5);
+    for (int i = 0; i < labels && h >= glyph_height; ++i) {
+        const double share = double(i) / (labels - 1);
+        write_number(image, mapped + gap / 2, static_cast<int>(std::lround((1 - share) * (h - glyph_height))), range.value(share));
+    }
+    PartialFile file(path);
+    if (!image.write(file.temporary())) throw RunError("cannot write '" + path + "': " + image.geterror());
+    file.complete();
+}
+
+}  // namespace kagero

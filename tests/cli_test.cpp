@@ -167,7 +167,7 @@ TEST_F(Cli, AFullDiskIsAFailureWhileRunning) {
 TEST_F(Cli, InterruptedRenderingWritesWhatIsDone) {
     // Large enough to still run when the signal comes.
     const Outcome outcome = run("render hole.toml --size 512x512 -D integrator.step=0.0005 -o part.exr --json report.json",
-                                "timeout --preserve-status -s INT 1");
+                                "timeout --preserve-status -s INT 4");
     EXPECT_EQ(outcome.status, 130) << outcome.err;
     EXPECT_TRUE(exists("part.exr"));
     EXPECT_TRUE(json::parse(read("report.json"))["interrupted"].get<bool>());

@@ -91,7 +91,7 @@ void explain_ends(const Plan& plan, const HamiltonianInfo& space, Parts& parts) 
     parts.add(plan.job.hit == HitModel::hermite, "ends delivered by partial steps, in the order of the method", "integrator.hit = \"chord\"");
     parts.add(plan.job.refill, "new rays into lanes whose own have ended",
               plan.scene.integrator.refill == "off" ? "integrator.refill = \"off\""
-                                                    : "rays of neighbouring pixels end together; `trace` does it, whose rays may not");
+                                                    : "rays of neighbouring pixels end together; `trace` does it where a few packets of its rays say that it pays");
     parts.add(plan.straight && geometry, "one query for the whole way of a ray", geometry ? "rays are bent: each step is a segment" : nothing);
 }
 

@@ -1,7 +1,6 @@
 #include "render/camera.h"
 #include "render/formula_space.h"
 #include "render/run.h"
-#include "render/run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,12 +25,29 @@ void to_scene(const Plan& plan, Point& point) {
     point.parameter *= plan.unit;
 }
 
+/// Whether finished lanes are to get new rays: where a few packets of the list say that lanes stand empty, and for long enough to be worth
+/// the start of a packet. (Room, 36864 rays: pays at 28 steps per ray and an occupancy of 0.6, not at 6 steps, never at 0.9.)
+bool refill_pays(const Plan& plan, const Job& job, std::size_t rays) {
+    constexpr double full = 0.75, short_of_steps = 20;
+    const std::uint32_t probed = 4 * plan.kernel->lanes;
+    if (plan.kernel->lanes == 1 || rays < 32 * std::size_t{probed}) return false;
+    Counters counters{};
+    std::vector<RayEnd> ends(plan.kernel->lanes);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+        const auto first = static_cast<std::uint32_t>(i * (rays / 4));
+        const Tile tile{first, 0, first + plan.kernel->lanes, 1};
+        plan.kernel->trace(&job, &tile, ends.data(), &counters);
+    }
+    const double steps = double(counters.active_lane_steps) / probed;
+    return steps > short_of_steps && double(counters.active_lane_steps) < full * double(counters.issued_lane_steps);
+}
+
 RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     job.camera = nullptr;
     job.rays = starts.data();
-    job.refill = plan.scene.integrator.refill != "off";  // unlike neighbouring pixels, rays of a list may end at any time
     job.parameter_limit /= plan.unit;
     job.outputs |= output_parameter;
+    if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
     ends.resize(starts.size());
     return run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {
         std::copy(done, done + (tile.x1 - tile.x0), ends.begin() + tile.x0);

@@ -18,7 +18,8 @@ struct Pair {
     double origin[3];
 };
 
-/// H as in the header of each Hamiltonian.
+/// H as in the header of each Hamiltonian that can be written so: a formula knows no far side (wormhole), no surface on which steps end
+/// (luneburg) and no seed (shimmer).
 const Pair pairs[] = {
     {"flat", "[space]\nhamiltonian = \"flat\"\n", "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n", {-3, 0.5, 0.25}},
     {"schwarzschild", "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.5\n",
@@ -32,6 +33,14 @@ const Pair pairs[] = {
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (2/(1 + x^2 + y^2 + z^2))^2)\"\n", {-1, 0.1, 0}},
     {"fiber", "[space]\nhamiltonian = \"fiber\"\nn0 = 1.5\nalpha = 0.3\n",
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (1.5^2)*(1 - (0.3^2)*(x^2 + y^2)))\"\n", {0.3, 0.1, 0}},
+    {"gradient", "[space]\nhamiltonian = \"gradient\"\n",
+     "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (1 - 0.1*z))\"\n", {-3, 0.5, 0.25}},
+    {"layer", "[space]\nhamiltonian = \"layer\"\n",
+     "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (0.5*(1.5^2 + 1) + 0.5*(1 - 1.5^2)*tanh(z/0.1)))\"\n"
+     "length_scale = \"0.1*max(0.1, abs(z))\"\n", {-3, 0.5, -1}},
+    {"duct", "[space]\nhamiltonian = \"duct\"\n",
+     "[space]\nhamiltonian = \"formula\"\nH = \"0.5*n*(px^2 + py^2 + pz^2)\"\nH0 = 0.5\n"
+     "[space.let]\nn = \"0.85 + 0.3*z^2*abs(z) + 0.03*cos(3*pi*x)\"\n", {0, 0, 0}},
     {"kerr", "[space]\nhamiltonian = \"kerr\"\nmass = 0.25\nspin = 0.6\n",
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - pt^2) - 0.5*f*(pt + lx*px + ly*py + z/r*pz)^2\"\n"
      "[space.constants]\npt = 1\nM = 0.25\na = 0.15\n[space.let]\ns = \"x^2 + y^2 + z^2 - a^2\"\nr = \"sqrt(0.5*(s + sqrt(s^2 + 4*a^2*z^2)))\"\n"
@@ -51,8 +60,10 @@ std::vector<RayInput> fan(const double (&origin)[3]) {
     return rays;
 }
 
-std::vector<RayEnd> traced(const std::string& text, const Overrides& overrides, const std::string& strategy, const std::vector<RayInput>& rays) {
+std::vector<RayEnd> traced(const std::string& text, const Overrides& overrides, const std::string& strategy, const std::vector<RayInput>& rays,
+                           const std::string& isa = "auto") {
     Options options = with_strategy(strategy);
+    options.isa = isa;
     options.energy_error = true;
     const auto plan = plan_of_text(text + rest, overrides, options, false);
     std::vector<RayEnd> ends;
@@ -74,7 +85,9 @@ void expect_close(const double (&a)[3], const double (&b)[3], double tolerance) 
 }
 
 // Both take the same steps on the same H: what differs is the order of roundings, some hundred of them.
-TEST(FormulaSpace, HasTheRaysOfTheBuiltIn) {
+class FormulaOn : public testing::TestWithParam<std::string> {};
+
+TEST_P(FormulaOn, HasTheRaysOfTheBuiltIn) {
     for (const Pair& pair : pairs) {
         if (!is_built(pair.name)) continue;
         for (const char* method : {"verlet", "gauss8", "gauss4", "rk4", "suzuki4-nine"}) {
@@ -82,7 +95,8 @@ TEST(FormulaSpace, HasTheRaysOfTheBuiltIn) {
             for (const char* strategy : {"packet", "scalar"}) {
                 SCOPED_TRACE(std::string(pair.name) + ", " + method + ", " + strategy);
                 const auto rays = fan(pair.origin);
-                const auto a = traced(pair.built_in, same, strategy, rays), b = traced(pair.formula, same, strategy, rays);
+                const auto a = traced(pair.built_in, same, strategy, rays, GetParam());
+                const auto b = traced(pair.formula, same, strategy, rays, GetParam());
                 for (std::size_t i = 0; i < a.size(); ++i) {
                     if (a[i].status == Status::captured) continue;  // earlier than at the horizon
                     ASSERT_EQ(a[i].status, b[i].status) << i;
@@ -97,6 +111,26 @@ TEST(FormulaSpace, HasTheRaysOfTheBuiltIn) {
             }
         }
     }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryIsa, FormulaOn, testing::ValuesIn(supported_isas()), [](const auto& isa) { return isa.param; });
+
+// A formula quadratic in p gives the camera a map from directions to momenta: it is that of the built-in, in every direction.
+TEST(FormulaSpace, CamerasOfQuadraticFormsNeedNoSolve) {
+    const std::string camera = "[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\nobserver = \"coordinate\"\n[film]\nsize = [9, 7]\n";
+    const auto plan = plan_of_text(pairs[1].formula + camera, {});
+    EXPECT_FALSE(plan->each_direction);
+    for (std::uint32_t y = 0; y < 7; ++y)
+        for (std::uint32_t x = 0; x < 9; ++x) {
+            const RayStart seen = pixel_ray(*plan, x, y);
+            Double3 d;
+            for (std::size_t k = 0; k < 3; ++k) d[k] = plan->camera.corner[k] + (x + 0.5) * plan->camera.right[k] + (y + 0.5) * plan->camera.down[k];
+            RayStart solved{};
+            plan->module->start(plan->job.hamiltonian, plan->parameters.data(), plan->camera.position, d.data(), &solved);
+            expect_close(seen.p, solved.p, 1e-12);
+        }
+    const auto quartic = plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + 2*py^2 + pz^2)^2 - 1\"\n" + rest, {});
+    EXPECT_TRUE(quartic->each_direction);
 }
 
 TEST(FormulaSpace, RescalesAndSeparates) {

@@ -12,13 +12,6 @@
 namespace kagero::test {
 namespace {
 
-std::vector<std::string> supported_isas() {
-    std::vector<std::string> names;
-    for (const IsaInfo& isa : find_isas())
-        if (isa.supported) names.push_back(isa.name);
-    return names;
-}
-
 std::string without_spaces(std::string text) {
     while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
     return text;

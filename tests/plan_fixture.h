@@ -1,6 +1,7 @@
 /// From the text of a scene to a plan, as the program makes it.
 #pragma once
 
+#include "modules/modules.h"
 #include "render/plan.h"
 #include "render/render.h"
 
@@ -36,6 +37,14 @@ inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrid
     auto plan = plan_of_file(path.string(), overrides, options, with_camera);
     std::filesystem::remove(path);
     return plan;
+}
+
+/// Names of the instruction sets that were built and that this machine has.
+inline std::vector<std::string> supported_isas() {
+    std::vector<std::string> names;
+    for (const IsaInfo& isa : find_isas())
+        if (isa.supported) names.push_back(isa.name);
+    return names;
 }
 
 /// Options with a strategy: "scalar" or "packet".

@@ -137,4 +137,34 @@ def straight(program, tables):
                   [row["mrays_per_s"]], seconds(row))]
 
 
-ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, shuffled, frames, straight)
+# The room's space as a formula: (16) of the paper, in the coordinates of kernels/hamiltonians/schwarzschild.h.
+FORMULA_ROOM = '''[space]
+hamiltonian = "formula"
+H = "0.5*(px^2 + py^2 + pz^2 - pt^2) - 0.5*(rg/r)*u^2"
+capture = "r - rg"
+[space.constants]
+rg = 0.08
+pt = 1
+[space.let]
+r = "sqrt(x^2 + y^2 + z^2)"
+u = "pt + (x*px + y*py + z*pz)/r"
+'''
+
+
+def formulas(program, _):
+    """The same space, built in and as a formula of the scene, by the method and step that are the built-in's defaults."""
+    text = (SCENES / ROOM).read_text()
+    scene = program.directory / "formula-room.toml"
+    scene.write_text(FORMULA_ROOM + text[text.index("[integrator]"):])
+    pairs = ((ROOM, scene, ["--integrator", "gauss8", "--step", 0.5, "-D", "integrator.rescale=r"]), ("mirage.toml", SCENES / "formula-mirage.toml", []))
+    claim = Claim("formula", "formula ÷ built-in, room and mirage, by the built-in's default method", [0.4, 0.4], [0.6, 0.6], [], "")
+    for built_in, formula, options in pairs:
+        def run(path, more=()):
+            return program.render(path, "--threads", 1, *more)[0]["seconds"]
+        ratio = program.ratio(lambda: run(built_in), lambda: run(formula, options))
+        claim.measured.append(ratio.median)
+        claim.spread += f"{ratio.least:.2f} to {ratio.greatest:.2f}; "
+    return [claim]
+
+
+ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, shuffled, frames, straight, formulas)

@@ -55,6 +55,21 @@ std::string why_not_rescaled(const Plan& plan, const HamiltonianInfo& space) {
     return plan.scene.integrator.method + " does not serve the rescaled Hamiltonian";
 }
 
+/// What the expression says of itself: which variables it has, and so what is conserved.
+void explain_formula(const Plan& plan, Parts& parts) {
+    const FormulaDescription& formula = *plan.scene.space.formula;
+    const std::uint8_t occurring = formula.scope.variables[static_cast<std::size_t>(formula.parsed.energy)];
+    const auto occurs = [&](std::size_t i) { return (occurring >> i & 1) != 0; };
+    std::string variables;
+    for (std::size_t i = 0; i < formula_variables.size(); ++i)
+        if (occurs(i)) variables += std::string(variables.empty() ? "" : ", ") + formula_variables[i];
+    parts.always("H of " + variables + (is_separable(plan) ? "; what is integrated is |p|\u00b2/2 + V(q)" : ""));
+    for (std::size_t i = 0; i < 3; ++i)
+        if (!occurs(i))
+            parts.add(false, std::string("the equation of motion of ") + formula_variables[i + 3],
+                      std::string(formula_variables[i]) + " does not occur in H: " + formula_variables[i + 3] + " is a constant of the motion");
+}
+
 void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts) {
     const IntegratorDescription& chosen = plan.scene.integrator;
     const IntegratorInfo& method = plan.module->integrators[plan.job.integrator];
@@ -71,6 +86,7 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);
     parts.add(false, "the equation of motion of p_t", "p_t is a constant of the motion: H does not depend on time");
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
+    if (plan.scene.space.formula) explain_formula(plan, parts);
     const bool implicit = bent && method.implicit && !is_separable(plan);
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
               : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");

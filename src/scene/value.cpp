@@ -15,6 +15,7 @@ const Value* find(const Value& table, const std::string& key) {
 std::string written(double number) {
     if (std::isnan(number)) return "nan";
     if (std::isinf(number)) return number < 0 ? "-inf" : "inf";
+    if (number == 0 && std::signbit(number)) return "-0.0";  // TOML reads -0 as the integer 0
     char buffer[40];
     // Whole numbers are written out (100000, not 1e+05) as far as all their digits mean something.
     const bool whole = number == std::floor(number) && std::abs(number) < 1e15;

@@ -70,6 +70,25 @@ TEST(Refill, KeepsLanesBusy) {
     EXPECT_EQ(on.report.counters.active_lane_steps, off.report.counters.active_lane_steps);
 }
 
+/// Lane occupancy of a list of rays that a finished lane may or may not be refilled from.
+double occupancy(const std::vector<RayInput>& list, const std::string& refill, const std::string& step) {
+    const auto plan = room(refill, {"integrator.method=verlet", "integrator.step=" + step}, "packet", false);
+    std::vector<RayEnd> ends;
+    const RunReport report = trace(*plan, start_rays(*plan, list, ""), ends);
+    return double(report.counters.active_lane_steps) / double(report.counters.issued_lane_steps);
+}
+
+// A list whose quarters do not begin with a packet.
+TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
+    const std::vector<RayInput> some = rays();
+    std::vector<RayInput> mixed, alike;
+    for (int n = 0; n < 19; ++n)
+        for (const RayInput& ray : some) mixed.push_back(ray), alike.push_back(some[1]);
+    EXPECT_EQ(occupancy(mixed, "auto", "0.05"), occupancy(mixed, "on", "0.05"));
+    EXPECT_EQ(occupancy(mixed, "auto", "1"), occupancy(mixed, "off", "1"));
+    EXPECT_EQ(occupancy(alike, "auto", "0.05"), occupancy(alike, "off", "0.05"));
+}
+
 TEST(Refill, ChangesNoPicture) {
     const auto picture = [](const char* refill) {
         const auto plan = room(refill, {}, "packet", true);

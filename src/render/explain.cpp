@@ -58,14 +58,15 @@ std::string why_not_rescaled(const Plan& plan, const HamiltonianInfo& space) {
 /// What the expression says of itself: which variables it has, and so what is conserved.
 void explain_formula(const Plan& plan, Parts& parts) {
     const FormulaDescription& formula = *plan.scene.space.formula;
-    const std::uint8_t occurring = formula.scope.variables[static_cast<std::size_t>(formula.parsed.energy)];
+    const auto variables_of = [&](std::int32_t node) { return node < 0 ? 0 : formula.scope.variables[static_cast<std::size_t>(node)]; };
+    const int occurring = variables_of(formula.parsed.energy), rescaling = variables_of(formula.parsed.rescale);
     const auto occurs = [&](std::size_t i) { return (occurring >> i & 1) != 0; };
     std::string variables;
     for (std::size_t i = 0; i < formula_variables.size(); ++i)
         if (occurs(i)) variables += std::string(variables.empty() ? "" : ", ") + formula_variables[i];
     parts.always("H of " + variables + (is_separable(plan) ? "; what is integrated is |p|\u00b2/2 + V(q)" : ""));
     for (std::size_t i = 0; i < 3; ++i)
-        if (!occurs(i))
+        if (!occurs(i) && !(rescaling >> i & 1))
             parts.add(false, std::string("the equation of motion of ") + formula_variables[i + 3],
                       std::string(formula_variables[i]) + " does not occur in H: " + formula_variables[i + 3] + " is a constant of the motion");
 }

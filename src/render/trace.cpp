@@ -29,13 +29,13 @@ void to_scene(const Plan& plan, Point& point) {
 /// the start of a packet. (Room, 36864 rays: pays at 28 steps per ray and an occupancy of 0.6, not at 6 steps, never at 0.9.)
 bool refill_pays(const Plan& plan, const Job& job, std::size_t rays) {
     constexpr double full = 0.75, short_of_steps = 20;
-    const std::uint32_t probed = 4 * plan.kernel->lanes;
-    if (plan.kernel->lanes == 1 || rays < 32 * std::size_t{probed}) return false;
+    const std::uint32_t lanes = plan.kernel->lanes, probed = 4 * lanes;
+    if (lanes == 1 || rays < 32 * std::size_t{probed}) return false;
     Counters counters{};
-    std::vector<RayEnd> ends(plan.kernel->lanes);
+    std::vector<RayEnd> ends(lanes);
     for (std::uint32_t i = 0; i < 4; ++i) {
-        const auto first = static_cast<std::uint32_t>(i * (rays / 4));
-        const Tile tile{first, 0, first + plan.kernel->lanes, 1};
+        const auto first = static_cast<std::uint32_t>(i * (rays / 4)) / lanes * lanes;  // a packet begins there
+        const Tile tile{first, 0, first + lanes, 1};
         plan.kernel->trace(&job, &tile, ends.data(), &counters);
     }
     const double steps = double(counters.active_lane_steps) / probed;

@@ -81,12 +81,14 @@ double occupancy(const std::vector<RayInput>& list, const std::string& refill, c
 // A list whose quarters do not begin with a packet.
 TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
     const std::vector<RayInput> some = rays();
-    std::vector<RayInput> mixed, alike;
-    for (int n = 0; n < 19; ++n)
-        for (const RayInput& ray : some) mixed.push_back(ray), alike.push_back(some[1]);
+    std::vector<RayInput> mixed, coherent;
+    for (int n = 0; n < 19; ++n) mixed.insert(mixed.end(), some.begin(), some.end());
+    const double count = double(mixed.size());
+    for (double k = 0; k < count; ++k) coherent.push_back({{-0.9, 0.3, 0.1}, {1, 1.8 * k / count - 0.9, 0.2}});
+    for (const auto* list : {&mixed, &coherent}) EXPECT_NE(occupancy(*list, "on", "0.05"), occupancy(*list, "off", "0.05"));
     EXPECT_EQ(occupancy(mixed, "auto", "0.05"), occupancy(mixed, "on", "0.05"));
     EXPECT_EQ(occupancy(mixed, "auto", "1"), occupancy(mixed, "off", "1"));
-    EXPECT_EQ(occupancy(alike, "auto", "0.05"), occupancy(alike, "off", "0.05"));
+    EXPECT_EQ(occupancy(coherent, "auto", "0.05"), occupancy(coherent, "off", "0.05"));
 }
 
 TEST(Refill, ChangesNoPicture) {

@@ -82,11 +82,10 @@ void write_snapshot(const Plan& plan, const Film& film, const std::string& path,
 }
 
 RunReport render_watched(const Plan& plan, Film& film, const std::string& output, double time_limit, const Terminal& terminal) {
-    InterruptGuard guard;
     ProgressLine line(terminal);
     Watch watch;
     watch.progress = [&](double done, double seconds) { line.show(done, seconds); };
-    watch.stop = guard.requested();
+    watch.stop = InterruptGuard::requested();
     watch.time_limit = time_limit;
     watch.snapshot_wanted = SnapshotGuard::wanted();
     watch.snapshot = [&](const Film& so_far) { write_snapshot(plan, so_far, output, terminal); };
@@ -149,6 +148,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
     const auto plan = make_plan(std::move(scene), options);
     if (plan->scene.integrator.max_pixel_error > 0) fit_to_error(*plan);
+    const InterruptGuard interrupts;  // from here on there is something to keep; before, the signal ends the program
     tell_plan(*plan, terminal);
     if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
 

@@ -145,6 +145,19 @@ public:
     template <class V>
     void mixed(const State<V>& s, V* out) const { Parts::mixed_of(p_.force, s, out); }
 
+    /// ∂²K/∂(q, p)² (36, row by row): forward duals over the reverse program, half of the variables at a time.
+    template <class V>
+    void hessian(const State<V>& s, V* out) const {
+        using Forward = Dual<V, 3>;
+        for (const int from : {0, 3}) {
+            Forward in[7], g[6];
+            for (int k = 0; k < 7; ++k) in[k] = k >= from && k < from + 3 ? Forward::variable(s.y[k], k - from) : Forward(s.y[k]);
+            formula::evaluate(p_.derivatives, in, g);
+            for (int i = 0; i < 6; ++i)
+                for (int k = 0; k < 3; ++k) out[6 * i + from + k] = g[i].derivative[k];
+        }
+    }
+
     template <class V>
     V energy(const State<V>& s) const {
         V out[1] = {};

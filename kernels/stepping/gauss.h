@@ -1,8 +1,8 @@
 /// Gauss–Legendre collocation: implicit, symplectic, symmetric, order 2s. Fixed-point iteration from the last step's extrapolated
-/// stages; the stages are independent of each other, which keeps several operations in flight.
+/// stages; the stages are independent of each other, which keeps several operations in flight. Newton's method takes what that leaves.
 #pragma once
 
-#include "kernels/stepping/implicit.h"
+#include "kernels/stepping/newton_stages.h"
 
 namespace kagero {
 
@@ -40,6 +40,7 @@ struct Gauss {
         f.solved = !convergence.open();
         f.gradients = mul_add(iterations, V(S(s)), f.gradients);
         f.open_iterations += iterations;
+        if (any(convergence.open())) solve_rest(system, f, w, s, g);
         finish(system, f, w, s, g);
     }
 
@@ -107,6 +108,15 @@ private:
             }
         }
         return convergence.relative(abs(f.h) * change_q, abs(f.h) * change_p);
+    }
+
+    /// Rays that are not solved. Works on a copy, so that the stages of the others need not have an address.
+    template <class System, class V, class S>
+    static void solve_rest(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V (&g)[room][6]) {
+        V now[room][6];
+        std::copy(&g[0][0], &g[0][0] + 6 * s, &now[0][0]);
+        newton_stages(system, f, w, s, [&now](int i, int k) -> V& { return now[i][k]; });
+        std::copy(&now[0][0], &now[0][0] + 6 * s, &g[0][0]);
     }
 
     /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long ones.

@@ -14,10 +14,11 @@ public:
     static constexpr int max_iterations = 60;
 
     /// Changes are measured relative to |q|₁ + |h dq/dτ|₁ and |p|₁ at the start of the step.
-    KAGERO_INLINE explicit Convergence(const Flow<V>& f)
-        : tolerance_(max(f.solver_tolerance, epsilon)),
-          inverse_q_(inverse_size(mul_add(abs(f.h), size(f.start_velocity), size(f.start.q())))),
-          inverse_p_(inverse_size(size(f.start.p()))),
+    KAGERO_INLINE explicit Convergence(const Flow<V>& f) : Convergence(f.start, f.h, f.start_velocity, f.solver_tolerance) {}
+    KAGERO_INLINE Convergence(const State<V>& start, const V& h, const Vec3<V>& velocity, S tolerance)
+        : tolerance_(max(tolerance, epsilon)),
+          inverse_q_(inverse_size(mul_add(abs(h), size(velocity), size(start.q())))),
+          inverse_p_(inverse_size(size(start.p()))),
           open_(V(S(0)) <= V(S(0))),
           previous_(V(S(0))) {}
 
@@ -42,12 +43,15 @@ public:
     /// The same where iterations converge quadratically (Newton): the next change is about the square of this one.
     KAGERO_INLINE void update_quadratic(const V& change) { close(change * change <= V(tolerance_), change); }
 
+    /// A change so small may be all that rounding lets be.
+    KAGERO_INLINE MaskOf<V> is_rounding(const V& change) const { return change <= V(S(64) * epsilon); }
+
     /// Lanes whose solution is not to be trusted count as not converged.
     KAGERO_INLINE void reopen(const MaskOf<V>& lanes) { open_ = open_ | lanes; }
 private:
     static constexpr S epsilon = machine_epsilon<S>;
     KAGERO_INLINE void close(const MaskOf<V>& small, const V& change) {
-        const MaskOf<V> settled = (change <= V(S(64) * epsilon)) & (previous_ <= change + change);
+        const MaskOf<V> settled = is_rounding(change) & (previous_ <= change + change);
         open_ = open_ & !((small | settled) & (change <= V(S(1))));  // infinite changes may count as small
         previous_ = change;
     }

@@ -147,6 +147,7 @@ private:
         f.solved = !convergence.open();
         f.gradients = mul_add(iterations, S(s), f.gradients);
         f.open_iterations += iterations;
+        if (!f.solved) newton_stages(system, f, coefficients.gauss->template numbers<S>(), s, [&g](int i, int k) -> S& { return g[k * max_stages + i]; });
         finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
     template <class L, class S>

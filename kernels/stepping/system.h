@@ -153,6 +153,18 @@ public:
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
         Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);
     }
+    /// ∂²K/∂(q, p)² (36, row by row): forward duals over the reverse program, one variable at a time.
+    template <class V>
+    __attribute__((noinline)) void hessian(const State<V>& s, V* out) const {
+        using Forward = Dual<V, 1>;
+        for (int variable = 0; variable < 6; ++variable) {
+            Forward in[7], g[6];
+            for (int k = 0; k < 7; ++k) in[k] = Forward(s.y[k]);
+            in[variable] = Forward::variable(s.y[variable], 0);
+            run<derivatives_>(derivatives_u_.values, in, g);
+            for (int k = 0; k < 6; ++k) out[6 * k + variable] = g[k].derivative[0];
+        }
+    }
     /// The parameters, for flows that a Hamiltonian states in closed form.
     template <class V>
     KAGERO_INLINE auto parameters() const {

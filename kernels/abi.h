@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 5;
+inline constexpr std::uint32_t abi_version = 6;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -65,6 +65,8 @@ struct HamiltonianInfo {
     double step;             ///< its default step
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
     bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
+    const char* orbit_method = nullptr;      ///< integrator in the plane of the orbit, taken unasked; null: none
+    double orbit_step = 0;                   ///< its default step, radians
 };
 
 /// One integrator.
@@ -72,7 +74,8 @@ struct IntegratorInfo {
     const char* name;
     std::uint32_t order;
     bool symplectic, symmetric, implicit, adaptive;
-    const char* what;  ///< one line with its source
+    const char* what;      ///< one line with its source
+    bool angular = false;  ///< steps are angles, not lengths of the integration parameter
 };
 
 /// One surface of the scene, in the order of Embree's geometry identifiers. Vertices stay in double for refinement.

@@ -14,9 +14,11 @@ namespace {
 
 template <class H>
 constexpr HamiltonianInfo info_of() {
-    return {H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
+    HamiltonianInfo info{H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
             H::spacetime, Rescalable<H>, H::level, H::method, H::step,
             Bounded<H>, Capturing<H>, Creased<H>, Scaled<H>};
+    if constexpr (requires { H::orbit_method; }) info.orbit_method = H::orbit_method, info.orbit_step = H::orbit_step;
+    return info;
 }
 constexpr HamiltonianInfo hamiltonian_infos[] = {
 #define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),

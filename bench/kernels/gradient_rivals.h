@@ -19,30 +19,49 @@ struct Hand {
     static constexpr const char* name = "hand";
     ScalarOf<V> rg;
     explicit Hand(const double* parameters) : rg(ScalarOf<V>(parameters[0])) {}
+    explicit Hand(ScalarOf<V> radius) : rg(radius) {}
 
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
-        using S = ScalarOf<V>;
-        const Vec3<V> q = s.q(), p = s.p();
-        const V pt = s.y[6];
-        const V r2 = fused_dot(q, q), ir = rsqrt(r2), pr = fused_dot(q, p) * ir, u = pr + pt;
-        V a, along_q, along_p;
-        if constexpr (Rescaled) {
-            a = V(rg) * u * ir;
-            const V twice_t = mul_add(p.x, p.x, mul_add(p.y, p.y, mul_sub(p.z, p.z, pt * pt)));
-            along_q = ir * mul_add(V(S(0.5)), twice_t, a * pr);
-            along_p = r2 * ir;
-        } else {
-            a = V(rg) * u * (ir * ir);
-            along_q = a * ir * mul_sub(V(S(1.5)), u, pt);
-        }
+        const Common c(*this, s);
+        const V along_q = c.along_q(s), along_p = c.r2 * c.ir;
         for (int k = 0; k < 3; ++k) {
-            out[k] = mul_sub(along_q, s.y[k], a * s.y[3 + k]);
-            if constexpr (Rescaled) out[3 + k] = mul_sub(along_p, s.y[3 + k], a * s.y[k]);
-            else out[3 + k] = neg_mul_add(a, s.y[k], s.y[3 + k]);
+            out[k] = mul_sub(along_q, s.y[k], c.a * s.y[3 + k]);
+            if constexpr (Rescaled) out[3 + k] = mul_sub(along_p, s.y[3 + k], c.a * s.y[k]);
+            else out[3 + k] = neg_mul_add(c.a, s.y[k], s.y[3 + k]);
         }
+    }
+    /// Either side alone, of K.
+    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const requires Rescaled {
+        const Common c(*this, s);
+        const V along_q = c.along_q(s);
+        const auto at = [&](int k) __attribute__((always_inline)) { return mul_sub(along_q, s.y[k], c.a * s.y[3 + k]); };
+        return {at(0), at(1), at(2)};
+    }
+    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const requires Rescaled {
+        const Common c(*this, s);
+        const V along_p = c.r2 * c.ir;
+        const auto at = [&](int k) __attribute__((always_inline)) { return mul_sub(along_p, s.y[3 + k], c.a * s.y[k]); };
+        return {at(0), at(1), at(2)};
     }
 
 private:
+    /// What both sides share.
+    struct Common {
+        V r2, ir, pr, u, a;
+        KAGERO_INLINE Common(const Hand& hand, const State<V>& s) {
+            const Vec3<V> q = s.q();
+            r2 = fused_dot(q, q), ir = rsqrt(r2), pr = fused_dot(q, s.p()) * ir, u = pr + s.y[6];
+            a = Rescaled ? V(hand.rg) * u * ir : V(hand.rg) * u * (ir * ir);
+        }
+        KAGERO_INLINE V along_q(const State<V>& s) const {
+            using S = ScalarOf<V>;
+            const V pt = s.y[6];
+            if (!Rescaled) return a * ir * mul_sub(V(S(1.5)), u, pt);
+            const Vec3<V> p = s.p();
+            const V twice_t = mul_add(p.x, p.x, mul_add(p.y, p.y, mul_sub(p.z, p.z, pt * pt)));
+            return ir * mul_add(V(S(0.5)), twice_t, a * pr);
+        }
+    };
     KAGERO_INLINE static V fused_dot(const Vec3<V>& a, const Vec3<V>& b) {
         return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
     }

@@ -3,9 +3,10 @@ import dataclasses
 import hashlib
 
 from . import rays
-from .program import SCENES, row_of
+from .program import SCENES, benchmarks, row_of
 
 ROOM = "room.toml"
+GENERAL = ("-D", "integrator.symmetry=none")  # what every row measures but those of the orbit plane
 OWN = "Room 512², rg = 0.08, the scene's own method (`gauss8`)"  # a table that two measurements share
 
 
@@ -74,7 +75,7 @@ def culling(program, _):
     same = True
     for precision in ("double", "float"):
         def run(cull):
-            report, picture = program.render(ROOM, "--threads", 1, "--precision", precision, "-D", f"integrator.cull={cull}")
+            report, picture = program.render(ROOM, "--threads", 1, "--precision", precision, "-D", f"integrator.cull={cull}", *GENERAL)
             hashes[cull] = hashlib.sha256(picture).hexdigest()
             return report["seconds"]
         hashes = {}
@@ -87,7 +88,7 @@ def culling(program, _):
 
 
 def threads(program, _):
-    ratio = program.ratio(*(lambda n=n: program.render(ROOM, "--threads", n)[0]["seconds"] for n in (1, 2)))
+    ratio = program.ratio(*(lambda n=n: program.render(ROOM, "--threads", n, *GENERAL)[0]["seconds"] for n in (1, 2)))
     return [Claim("threads", "1 → 2 threads, room 512²", [1.9], [1.98], [ratio.median], f"{ratio.least:.2f} to {ratio.greatest:.2f}")]
 
 
@@ -109,10 +110,54 @@ def peers(program, _):
     return claims
 
 
+def orbits(program, _):
+    """The same rays, and the room, through the plane of the orbit."""
+    found, doubt = rays.cheapest(program, rays.peers(program.directory / "peers.csv"), (1e-6,), 1e-2, rays.ORBITS)
+    time, error, how = found[0]
+    claims = [Claim("orbit", "peers' rays through the orbit plane, ≤ 1e-6, ns per ray", [60], [15], [time["median"]],
+                    f"{how}: error {error:.1e}, {time['min']:.0f} to {time['max']:.0f} ns; reference agrees to {doubt:.0e}", False, "{:.0f}")]
+    found, _ = rays.cheapest(program, rays.peers(program.directory / "critical.csv", 2.599, 0.021), (2e-9,), 1e-6, rays.ORBITS)
+    time, error, how = found[0]
+    claims.append(Claim("orbit-critical", "near-critical rays through the orbit plane, ≤ 2e-9, µs per ray", [], [], [1e-3 * time["median"]],
+                        f"{how}: error {error:.1e}, {1e-3 * time['min']:.2f} to {1e-3 * time['max']:.2f} µs", False))
+    for scene in (ROOM, "galaxy.toml"):
+        ratio = program.ratio(*(lambda more=more: program.render(scene, "--threads", 1, *more)[0]["seconds"] for more in (GENERAL, ())))
+        claims.append(Claim("orbit-picture", f"general path ÷ orbit plane, {scene}, each by the space's defaults", [], [], [ratio.median],
+                            f"{ratio.least:.2f} to {ratio.greatest:.2f}"))
+    def frame():
+        return program.render(ROOM, "--size", "1280x720", "--precision", "float", "--threads", 2)[0]["seconds"]
+    times = sorted(frame() for _ in range(2 * program.rounds))
+    claims.append(Claim("orbit-frames", "1280x720 room, float, 2 threads, orbit plane: frames/s", [], [], [1 / times[len(times) // 2]],
+                        f"{1 / times[-1]:.1f} to {1 / times[0]:.1f}", form="{:.1f}"))
+    return claims
+
+
+def whole_steps(program, _):
+    """One step after another without a scene (bench/kernels/steps.h): by the tape and by hand, against the peak, and in a picture."""
+    results = benchmarks(program.build, program.isa, program.quick, "^step/schwarzschild_(rescaled|by_hand)/(verlet|gauss8)/packet_double$")
+    if not results:
+        return []
+    def of(form, method):
+        return results[f"step/schwarzschild_{form}/{method}/packet_double"]
+    methods = ("verlet", "gauss8")
+    by_tape = [of("rescaled", m)["s/step"] / of("by_hand", m)["s/step"] for m in methods]
+    share = max(100 * of("rescaled", m)["of_peak"] for m in methods)
+    bare = []
+    for method, step in zip(methods, (0.1, 0.5)):
+        def cost():
+            report = program.render(ROOM, "--threads", 1, "--integrator", method, "--step", step)[0]
+            return report["seconds"] / report["gradients"]
+        alone = of("rescaled", method)
+        bare.append(min(cost() for _ in range(program.rounds)) / (alone["s/step"] / alone["gradients/step"]))
+    return [Claim("hand", "AD ÷ hand code for K, (16) factored, in `verlet` / `gauss8`, double packets", [1.15, 1.15], [1, 1], by_tape, "medians of 5", False),
+            Claim("peak", "best double AD step ÷ multiply-adds alone, %", [45], [65], [share], "operations counted in the programs: a lower bound", form="{:.0f}"),
+            Claim("bare", "render per gradient ÷ bare integrator, `verlet` / `gauss8`", [1.3, 1.3], [1.08, 1.08], bare, "best of the rounds", False)]
+
+
 def shuffled(program, _):
     lists = [rays.room_rays(program.directory / f"{name}.csv", name == "shuffled") for name in ("shuffled", "coherent")]
     def run(path):
-        return program.json("trace", SCENES / ROOM, "--observer", "static", "--rays", path, "--threads", 1, "--repeat", 3)["ns_per_ray"]["median"]
+        return program.json("trace", SCENES / ROOM, "--observer", "static", "--rays", path, "--threads", 1, "--repeat", 3, *GENERAL)["ns_per_ray"]["median"]
     ratio = program.ratio(*(lambda path=path: run(path) for path in lists))
     return [Claim("shuffled", "shuffled ÷ coherent rays (`trace`, room)", [1.15], [1.03], [ratio.median],
                   f"{ratio.least:.2f} to {ratio.greatest:.2f}", False)]
@@ -161,10 +206,10 @@ def formulas(program, _):
     for built_in, formula, options in pairs:
         def run(path, more=()):
             return program.render(path, "--threads", 1, *more)[0]["seconds"]
-        ratio = program.ratio(lambda: run(built_in), lambda: run(formula, options))
+        ratio = program.ratio(lambda: run(built_in, GENERAL), lambda: run(formula, options))
         claim.measured.append(ratio.median)
         claim.spread += f"{ratio.least:.2f} to {ratio.greatest:.2f}; "
     return [claim]
 
 
-ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, shuffled, frames, straight, formulas)
+ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, orbits, whole_steps, shuffled, frames, straight, formulas)

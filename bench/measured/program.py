@@ -1,4 +1,6 @@
-"""Runs kagero and reads its reports."""
+"""Runs kagero and its benchmarks and reads their reports."""
+import importlib.machinery
+import importlib.util
 import json
 import pathlib
 import statistics
@@ -7,6 +9,19 @@ import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
 SCENES = SOURCE / "scenes"
+
+
+def benchmarks(build, isa, quick, wanted):
+    """The medians, by name, of the kernels' benchmarks that `wanted` matches, run by bench/run; none where they were not built."""
+    binary = build / "bin" / f"bench_kernels_{isa}"
+    if not binary.exists():
+        return {}
+    loader = importlib.machinery.SourceFileLoader("bench_run", str(SOURCE / "bench" / "run"))
+    bench = importlib.util.module_from_spec(importlib.util.spec_from_loader("bench_run", loader))
+    loader.exec_module(bench)
+    output = build / "bench" / f"{binary.name}-performance.json"
+    bench.run(binary, output, quick, wanted)
+    return bench.medians(output)
 
 
 class Program:

@@ -54,8 +54,11 @@ def worst_angle(ends, should):
 METHODS = {"gauss4": (0.4, 0.2, 0.1), "gauss6": (0.9, 0.6, 0.4, 0.25), "gauss8": (1.2, 0.9, 0.7, 0.55, 0.45, 0.38, 0.3),
            "gauss12": (1.2, 0.9, 0.6, 0.45, 0.35, 0.3, 0.25, 0.2, 0.15), "gauss16": (1.2, 0.9, 0.7, 0.5, 0.4, 0.3, 0.2)}
 
+ORBITS = {"orbit-srkn6": (0.8, 0.6, 0.4, 0.3, 0.2), "orbit-srkn11": (1, 0.8, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15),
+          "orbit-srkn14": (1, 0.8, 0.6, 0.4, 0.3, 0.25, 0.2)}
 
-def cheapest(program, rays, bounds, solved):
+
+def cheapest(program, rays, bounds, solved, methods=METHODS):
     """For each bound on the greatest error of direction: (ns per ray, error, method and step), the quickest; and how well the reference,
     gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
     errors by. The least time decides, as the one that nothing disturbed."""
@@ -65,7 +68,7 @@ def cheapest(program, rays, bounds, solved):
     found = []
     for bound in bounds:
         best = None
-        for method, steps in METHODS.items():
+        for method, steps in methods.items():
             for step in steps:
                 how = ["--integrator", method, "--step", step, "-D", f"integrator.solver_tolerance={solved * bound:g}"]
                 error = worst_angle(directions(program, scene, rays, *how), should)

@@ -17,6 +17,9 @@
 ///   straight(k)                              these parameters leave every ray straight
 ///   surface(k, q)                            zero where the slope of H jumps: steps end there
 ///   length_scale(k, q)                       no step is longer than this, so that none leaps over what is thin
+///   orbit_potential(k, u, L, pt)             a spherical H: V(u) of the orbit, ½ (du/dφ)² + V, u = 1/r, where L dλ = r² dφ
+///   radial_momentum(k, u, v, L, pt)          … and p·x/r from v = dr/dλ, where that is not v
+///   orbit_method, orbit_step                 … and what then is taken instead of method and step, radians
 ///   far_side(k)                              there is a second universe inside a sphere of this radius, mirrored by inversion
 ///   radius, lag, infall(k, q)                what the observers of a hole need; see schwarzschild.h
 ///

@@ -94,6 +94,20 @@ struct Schwarzschild {
         return min(d * (0.25 + 40.0 * share * share), 0.9 * r);
     }
 
+    /// The plane of an orbit: du/dφ = w with ½ w² + V = ½ p_t²/L² (Chandrasekhar 1983, §20, eq. 212).
+    template <class V>
+    static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V&, const V&) {
+        return 0.5 * u * u - 0.5 * k.rg * u * u * u;
+    }
+    /// With U = p_t + p·x/r, f = r_g u: (1 − f) U = p_t + v and (p_t − v) U = L² u². Either is 0/0 somewhere; weighed like this they are not.
+    template <class V>
+    static constexpr V radial_momentum(const Parameters<V>& k, const V& u, const V& v, const V& l, const V& pt) {
+        const V a = max(pt * v, V(0)), b = pt * pt, lu = l * u;
+        return (a * (pt + v) + b * lu * lu) / (a * (V(1) - k.rg * u) + b * (pt - v)) - pt;
+    }
+    static constexpr const char* orbit_method = "orbit-srkn11";
+    static constexpr double orbit_step = 0.3;
+
     /// For observers: the areal radius; dt_S = dt + lag dr leads to Schwarzschild's time; and in the ingoing form (t → −t) rain that
     /// falls from rest at infinity has u_t = −1, u_r = −infall (Martel & Poisson 2001).
     template <class V>

@@ -4,6 +4,7 @@
 
 #include "kernels/abi.h"
 #include "kernels/stepping/gauss.h"
+#include "kernels/stepping/orbit.h"
 #include "kernels/stepping/recipe.h"
 #include "kernels/stepping/runge_kutta.h"
 #include "kernels/stepping/splitting.h"
@@ -11,8 +12,8 @@
 namespace kagero {
 
 /// Kinds of step: each is one struct, compiled once per Hamiltonian that it serves.
-enum class Kind : std::uint8_t { composition, recipe, nystroem, exact_split, runge_kutta, gauss, gauss_of_4 };
-inline constexpr int kind_count = 7;
+enum class Kind : std::uint8_t { composition, recipe, nystroem, exact_split, orbit, runge_kutta, gauss, gauss_of_4 };
+inline constexpr int kind_count = 8;
 
 struct Method {
     IntegratorInfo info;  ///< name, order, symplectic, symmetric, implicit, adaptive, what
@@ -90,6 +91,15 @@ inline constexpr std::array methods{
     Method{{"ks-kahan-li8", 8, true, true, false, false,
             "exact Kerr-Schild split, explicit; Kahan & Li (1997)"},
            Kind::exact_split, {.fractions = fractions::split_kahan_li8}},
+    Method{{"orbit-srkn6", 4, false, false, false, false,
+            "in the plane of the orbit, steps in radians; Blanes & Moan (2002) SRKN6b", true},
+           Kind::orbit, {.fractions = fractions::srkn6, .kick_first = true}},
+    Method{{"orbit-srkn11", 6, false, false, false, false,
+            "in the plane of the orbit, steps in radians; Blanes & Moan (2002) SRKN11b", true},
+           Kind::orbit, {.fractions = fractions::srkn11, .kick_first = true}},
+    Method{{"orbit-srkn14", 6, false, false, false, false,
+            "in the plane of the orbit, steps in radians; Blanes & Moan (2002) SRKN14a", true},
+           Kind::orbit, {.fractions = fractions::srkn14, .kick_first = false}},
     Method{{"rk4", 4, false, false, false, false,
             "classical Runge-Kutta, Kutta (1901)"},
            Kind::runge_kutta, {.table = &kutta4}},
@@ -129,6 +139,7 @@ constexpr auto visit_kind(Kind kind, const Visit& visit) {
         case Kind::recipe: return visit.template operator()<Recipe>();
         case Kind::nystroem: return visit.template operator()<Nystroem>();
         case Kind::exact_split: return visit.template operator()<ExactSplit>();
+        case Kind::orbit: return visit.template operator()<Orbit>();
         case Kind::runge_kutta: return visit.template operator()<RungeKutta>();
         case Kind::gauss: return visit.template operator()<Gauss<0>>();
         case Kind::gauss_of_4: return visit.template operator()<Gauss<4>>();

@@ -1,5 +1,5 @@
-/// Newton's method for the stages of a collocation step, for rays that fixed-point iteration leaves unsolved. Few do, and each is solved
-/// by itself, in scalar numbers, so that a ray needs the same iterations in every packet.
+/// Newton's method for the stages of a collocation step, for rays that fixed-point iteration leaves unsolved. Few do, and each is
+/// solved by itself, in scalar numbers, so that a ray needs the same iterations in every packet.
 #pragma once
 
 #include "kernels/stepping/gauss_table.h"
@@ -38,13 +38,14 @@ bool solve_positive(int n, S (*a)[6 * max_stages], S* b) {
     return positive;
 }
 
-/// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The Jacobian is the
-/// identity where h = 0; along the solution that grows out of the start its determinant stays positive. That, and corrections that at
-/// least halve each time (Deuflhard 2004, §2.1), keep a second root away.
+/// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The Jacobian
+/// is the identity where h = 0; along the solution that grows out of the start its determinant stays positive. That, and
+/// corrections that at least halve each time (Deuflhard 2004, §2.1), keep a second root away.
 template <class System, class S>
 class StageNewton {
 public:
-    StageNewton(const System& system, const State<S>& start, S h, const GaussNumbers<S>& w, int s, const Convergence<S>& convergence)
+    StageNewton(const System& system, const State<S>& start, S h, const GaussNumbers<S>& w, int s,
+                const Convergence<S>& convergence)
         : system_(system), start_(start), h_(h), w_(w), s_(s), convergence_(convergence) {
         system.derivatives(start, g_[0]);
         for (int i = 1; i < s; ++i) std::copy(g_[0], g_[0] + 6, g_[i]);
@@ -116,7 +117,8 @@ private:
 
 /// Solves the stages of all rays that are not `f.solved`; `stage(i, k)` is where component k of stage i belongs.
 template <class System, class V, class S, class Stage>
-__attribute__((noinline)) void newton_stages(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, const Stage& stage) {
+__attribute__((noinline)) void newton_stages(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s,
+                                             const Stage& stage) {
     std::uint64_t solved = 0;
     int most = 0;
     for (std::uint64_t rest = to_bits(!f.solved); rest; rest &= rest - 1) {

@@ -24,6 +24,7 @@ inline Operations operations_of(const Method& method, const ProgramOperations& p
             }
             return {program.derivatives, arrival + 12 * products};
         }
+        case Kind::orbit: return {6, arrival + 160};  // turning the plane and leaving it: counted by hand
         default: return {one_sided + 6, arrival};
     }
 }

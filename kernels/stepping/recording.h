@@ -26,6 +26,10 @@ concept Parted = requires(const typename H::template Parameters<double>& k, cons
 template <class H>
 concept ExactlySplit =
     requires(const typename H::template Parameters<double>& k, Vec3<double>& q) { H::flow_of_rest(k, q, q, 1.0, 1.0); };
+/// States V(u) of the motion in the plane of an orbit, ½ (du/dφ)² + V(u) with u = 1/r.
+template <class H>
+concept Orbiting =
+    requires(const typename H::template Parameters<double>& k) { H::orbit_potential(k, 1.0, 1.0, 1.0); };
 template <class H>
 concept SometimesStraight = requires(const typename H::template Parameters<double>& k) { H::straight(k); };
 

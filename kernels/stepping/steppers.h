@@ -66,6 +66,7 @@ void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coeffici
     const System& system = system_in<System>(storage);
     Step::step(system, f, coefficients);
     arrive(system, f);
+    if constexpr (requires { Step::arrived(f); }) Step::arrived(f);
 }
 
 /// Where the slope of H jumps steps end; a derivative taken there, or in a stage that reaches across, is that of the wrong side.

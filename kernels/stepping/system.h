@@ -124,6 +124,45 @@ struct NoParts {
     explicit NoParts(const double*) {}
 };
 
+/// V(u) in the plane of an orbit in the guise of a Hamiltonian of u = q.x, du/dφ = p.x and L = p.y, so that the tape differentiates it.
+template <class H>
+struct OrbitPlane {
+    static constexpr const auto& parameters = H::parameters;
+    static constexpr double level = 0;
+    template <class V>
+    using Parameters = typename H::template Parameters<V>;
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        return 0.5 * p.x * p.x + H::orbit_potential(k, q.x, p.y, pt);
+    }
+};
+template <class H, class S>
+class OrbitSystem : public Sides<OrbitPlane<H>, false, S> {
+public:
+    explicit OrbitSystem(const double* parameters) : Sides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
+    /// ∂V/∂u.
+    template <class V>
+    KAGERO_INLINE V slope(const V& u, const V& l, const V& pt) const { return this->dq(state(u, V(S(0)), l, pt)).x; }
+    /// ½w² + V.
+    template <class V>
+    KAGERO_INLINE V energy(const V& u, const V& w, const V& l, const V& pt) const {
+        V out[1];
+        run<energy_program<OrbitPlane<H>>>(energy_u_.values, state(u, w, l, pt).y, out);
+        return out[0];
+    }
+
+private:
+    template <class V>
+    KAGERO_INLINE static State<V> state(const V& u, const V& w, const V& l, const V& pt) {
+        const V zero(S(0));
+        return {{u, zero, zero, w, l, zero, pt}};
+    }
+    Uniforms<energy_program<OrbitPlane<H>>, S> energy_u_;
+};
+struct NoOrbit {
+    explicit NoOrbit(const double*) {}
+};
+
 template <class H, bool Rescaled, class S>
 class System : public Sides<H, Rescaled, S> {
     static_assert(!Rescaled || Rescalable<H>);
@@ -141,12 +180,13 @@ public:
                                                   operations_of(velocity_program<H, Rescaled>), operations_of(survey_)};
 
     explicit System(const double* parameters)
-        : Base(parameters), numbers_(parameters), parts_(parameters), derivatives_u_(parameters), energy_u_(parameters),
+        : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters), energy_u_(parameters),
           rescale_u_(parameters), survey_u_(parameters) {}
     /// H0.
     static constexpr S level() { return S(H::level); }
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }
+    const auto& orbit() const requires Orbiting<H> { return orbit_; }
 
     /// out = ∂K/∂q (3), ∂K/∂p (3).
     template <class V>
@@ -207,8 +247,15 @@ private:
         else return std::type_identity<NoParts>{};
     }
 
+    template <class Self>
+    static constexpr auto orbit_plane() {
+        if constexpr (Orbiting<Self> && !Rescaled) return std::type_identity<OrbitSystem<Self, S>>{};
+        else return std::type_identity<NoOrbit>{};
+    }
+
     Numbers numbers_;
     [[no_unique_address]] typename decltype(parts<H>())::type parts_;
+    [[no_unique_address]] typename decltype(orbit_plane<H>())::type orbit_;
     Uniforms<derivatives_program<H, Rescaled>, S> derivatives_u_;
     Uniforms<energy_program<H>, S> energy_u_;
     Uniforms<rescale_program<H>, S> rescale_u_;

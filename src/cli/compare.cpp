@@ -69,9 +69,10 @@ Comparison compare_watched(const SceneDescription& scene, const CompareOptions& 
 int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const CompareOptions compared = compare_options(arguments, options);
-    Arguments without_lanes = arguments;
-    without_lanes.lanes.clear();
-    const SceneDescription scene = scene_of(without_lanes, options);
+    Arguments general = arguments;  // the strategies differ in how they integrate H, which an orbit plane leaves out
+    general.lanes.clear();
+    general.overrides.insert(general.overrides.begin(), "integrator.symmetry=none");
+    const SceneDescription scene = scene_of(general, options);
     check_output(arguments.json);
     const Comparison comparison = compare_watched(scene, compared, terminal);
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << compare_text(compared, comparison); });

@@ -58,6 +58,9 @@ std::unique_ptr<Plan> plan_of(const Request& request, bool energy_error) {
         scene.integrator.rescale = "none";
     }
     auto plan = make_plan(std::move(scene), options, false);
+    if (!limit.empty() && plan->module->integrators[plan->job.integrator].angular)
+        throw InputError("--parameter: a ray cannot be ended at a parameter of H while integrator.method = \"" +
+                         plan->scene.integrator.method + "\" steps in the angle of its orbit");
     if (!limit.empty()) plan->job.parameter_limit = finite_number("--parameter", limit);
     return plan;
 }
@@ -97,12 +100,18 @@ void check_combination(const Arguments& arguments) {
         throw InputError("CSV and JSON cannot both go to stdout; give --json a FILE");
 }
 
+/// λ belongs to H: rays that are to end at a given λ do not step in angles unasked.
+Arguments without_orbits(Arguments arguments) {
+    if (!arguments.parameter.empty()) arguments.overrides.insert(arguments.overrides.begin(), "integrator.symmetry=none");
+    return arguments;
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
     const std::uint32_t repetitions = arguments.repeat.empty() ? 1 : whole_numbers("--repeat", arguments.repeat, ',', 1)[0];
     if (repetitions == 0) throw InputError("--repeat: at least 1");
     const Options options = options_of(arguments);
-    SceneDescription scene = scene_of(arguments, options);
+    SceneDescription scene = scene_of(without_orbits(arguments), options);
     const bool json = !arguments.json.empty();
     const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
     const std::string output = arguments.output.empty() ? "-" : arguments.output;

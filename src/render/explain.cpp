@@ -48,6 +48,13 @@ bool is_separable(const Plan& plan) {
     return false;
 }
 
+std::string why_no_orbit(const Plan& plan, const HamiltonianInfo& space) {
+    if (plan.straight) return "these parameters leave every ray straight";
+    if (!space.orbit_method) return "the space declares no potential of it, or no method";
+    if (plan.scene.integrator.symmetry == "none") return "integrator.symmetry = \"none\"";
+    return "the scene states a method or a step for the general path";
+}
+
 std::string why_not_rescaled(const Plan& plan, const HamiltonianInfo& space) {
     if (plan.straight) return "rays are straight";
     if (!space.rescales) return "the space declares none";
@@ -86,13 +93,15 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
                                                                          : ", step " + number(chosen.step)), straight);
     parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);
     parts.add(false, "the equation of motion of p_t", "p_t is a constant of the motion: H does not depend on time");
+    parts.add(bent && method.angular, "the plane of the orbit: of six variables two are left, and the angle", why_no_orbit(plan, space));
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
     if (plan.scene.space.formula) explain_formula(plan, parts);
     const bool implicit = bent && method.implicit && !is_separable(plan);
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
               : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");
     parts.add(bent && method.adaptive, "step control, lane by lane", bent ? "steps have a fixed length" : straight);
-    parts.add(bent && space.scaled, "bound on the step from the space's length scale", bent ? "the space declares none" : straight);
+    parts.add(bent && space.scaled && !method.angular, "bound on the step from the space's length scale",
+              !bent ? straight : method.angular ? "in the plane of the orbit steps have no length" : "the space declares none");
     parts.add(bent && space.creased, "steps split where H is not smooth", bent ? "H is smooth" : straight);
     parts.add(bent, "energy test: a step that loses H is halved", straight);
 }

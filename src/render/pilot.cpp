@@ -18,10 +18,9 @@ bool allowed(const Plan& plan, const StudyCurve& curve) {
 /// The scene's own words for what the plan does now.
 void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
     IntegratorDescription& text = plan.scene.integrator;
-    const bool length = !(plan.job.rescaled && plan.module->hamiltonians[plan.job.hamiltonian].spacetime);
     text.method = curve.method;
     if (curve.info->adaptive) text.tolerance = point.step;
-    else text.step = length ? point.step * plan.unit : point.step;
+    else text.step = step_is_length(plan) ? point.step * plan.unit : point.step;
     text.solver_tolerance = plan.job.solver_tolerance;
 }
 

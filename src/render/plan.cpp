@@ -54,8 +54,7 @@ void fill_job(Plan& plan, bool with_camera) {
     job.parameters = plan.parameters.data();
     const HamiltonianInfo& info = plan.module->hamiltonians[job.hamiltonian];
     job.rescaled = choose_rescaling(plan, info);
-    // A spacetime's Ω is a length, which leaves its steps without one; every other step is one.
-    job.step = job.rescaled && info.spacetime ? scene.integrator.step : scene.integrator.step / plan.unit;
+    job.step = step_is_length(plan) ? scene.integrator.step / plan.unit : scene.integrator.step;
     job.tolerance = scene.integrator.tolerance;
     job.solver_tolerance = scene.integrator.solver_tolerance;
     job.max_steps = scene.integrator.max_steps;
@@ -108,6 +107,11 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
 bool needs_double(const Plan& plan, double momentum) {
     if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.job.hamiltonian].spacetime) return false;
     return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
+}
+
+bool step_is_length(const Plan& plan) {
+    const bool rescaled_by_length = plan.job.rescaled && plan.module->hamiltonians[plan.job.hamiltonian].spacetime;
+    return !rescaled_by_length && !plan.module->integrators[plan.job.integrator].angular;
 }
 
 const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled) {

@@ -67,6 +67,8 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
 
 /// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
 bool needs_double(const Plan& plan, double momentum);
+/// Whether the step of the plan's method is a length, and not an angle or a share of a distance.
+bool step_is_length(const Plan& plan);
 /// Null where a method serves the plan's space, else why not. A formula knows itself whether it is rescaled.
 const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled);
 

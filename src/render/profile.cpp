@@ -72,14 +72,16 @@ double idle_at_end(const RunReport& report) {
 StageTimes stages_of(const RunReport& report, const Recording& recording) {
     StageTimes stages;
     stages.predict = report.predict_seconds * double(report.threads.size());
+    double tracing = 0, all = 0, query = 0, refine = 0;
     for (const TileRecord& tile : recording.tiles) {
-        const double tracing = tile.traced - tile.listed, per_tick = tile.ticks ? tracing / double(tile.ticks) : 0;
-        const double query = per_tick * double(tile.counters.query_ticks),
-                     refine = per_tick * double(tile.counters.landing_ticks);
         stages.list += tile.listed - tile.begin;
-        stages.query += query, stages.refine += refine, stages.integrate += tracing - query - refine;
+        tracing += tile.traced - tile.listed;
         stages.shade += tile.end - tile.traced;
+        if (!tile.looked_into) continue;
+        all += double(tile.ticks), query += double(tile.counters.query_ticks), refine += double(tile.counters.landing_ticks);
     }
+    if (all > 0) stages.query = tracing * query / all, stages.refine = tracing * refine / all;
+    stages.integrate = tracing - stages.query - stages.refine;
     return stages;
 }
 

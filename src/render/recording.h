@@ -14,6 +14,7 @@ struct TileRecord {
     double begin, listed, traced, end;  ///< its rays are listed (where the kernel does not make them), traced, then shaded
     double processor;                   ///< seconds of the thread's processor time: what the tile cost
     double predicted;                   ///< its cost in WorkList
+    bool looked_into;                   ///< clocks ran inside its tracing, too: `ticks`, and those of the counters, are known
     std::uint64_t ticks;                ///< of the processor's clock, of tracing
     Counters counters;
 };

@@ -97,7 +97,6 @@ class Run {
 public:
     Run(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done, const Watch& watch)
         : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), watch_(watch) {
-        job_.timed = watch.recording != nullptr;
         for (std::size_t i = 0; i < work.tiles.size(); ++i) all_ += cost(i);
         if (watch.recording) watch.recording->tiles.assign(work.tiles.size(), TileRecord{});
     }
@@ -119,6 +118,9 @@ public:
     bool out_of_time() const { return out_of_time_ && !complete(); }
 
 private:
+    /// Clocks within a tile's tracing cost a few hundredths of it: a sample of the tiles tells as much.
+    static constexpr std::size_t looked_into_every = 4;
+
     double cost(std::size_t i) const { return work_.costs.empty() ? 1 : work_.costs[i]; }
 
     bool halted() {
@@ -131,6 +133,7 @@ private:
         const Counters before = share.counters;
         const double processor = processor_seconds();
         record.tile = work_.tiles[i], record.thread = thread, record.predicted = cost(i);
+        record.looked_into = i % looked_into_every == 0;
         // Asking for processor time enters the system, which may give the processor to another program: not between these two.
         record.begin = seconds();
         trace(work_.tiles[i], share, &record);
@@ -142,11 +145,13 @@ private:
         const FlushDenormals flush;
         if (rays_) rays_(tile, share.list);
         if (record) record->listed = rays_ ? seconds() : record->begin, record->ticks = __rdtsc();
+        Job job = job_;
+        job.timed = record && record->looked_into;
         if (rays_) {
-            trace_list(plan_, job_, share);
+            trace_list(plan_, job, share);
         } else {
             share.ends.resize(std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0));
-            plan_.kernel->trace(&job_, &tile, share.ends.data(), &share.counters);
+            plan_.kernel->trace(&job, &tile, share.ends.data(), &share.counters);
         }
         if (record) record->traced = seconds(), record->ticks = __rdtsc() - record->ticks;
         done_(tile, share.ends.data(), share.list);

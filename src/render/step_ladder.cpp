@@ -44,6 +44,7 @@ constexpr Way ways[] = {{Strategy::packet, Precision::float64},
                         {Strategy::scalar, Precision::float32}};
 
 bool worth_it(const Plan& plan, const IntegratorInfo& info, const Way& way, const LadderChoice& choice, bool own) {
+    if (info.angular && plan.scene.integrator.symmetry == "none") return false;
     if (way.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
     if (way.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
     if (way.precision == Precision::float32 && choice.quick && !own) return false;

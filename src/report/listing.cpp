@@ -40,6 +40,7 @@ Json hamiltonian_items(const Module& module) {
                          {"spacetime", info.spacetime},
                          {"method", info.method},
                          {"step", info.step}});
+        if (info.orbit_method) items.back()["orbit_method"] = info.orbit_method, items.back()["orbit_step"] = info.orbit_step;
     }
     return items;
 }
@@ -54,7 +55,8 @@ Json integrator_items(const Module& module) {
                          {"symplectic", info.symplectic},
                          {"symmetric", info.symmetric},
                          {"implicit", info.implicit},
-                         {"adaptive", info.adaptive}});
+                         {"adaptive", info.adaptive},
+                         {"angular", info.angular}});
     }
     return items;
 }

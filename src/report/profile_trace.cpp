@@ -28,10 +28,16 @@ Json thread_name(unsigned thread) {
             {"args", {{"name", "thread " + std::to_string(thread)}}}};
 }
 
-/// A tile with what was done for it one after the other. What interleaves within tracing is told in numbers.
-void add_tile(Json& events, const TileRecord& t, double shift, double unit) {
+/// What interleaves within tracing, of the tiles that were looked into.
+Json stages_of(const TileRecord& t) {
+    if (!t.looked_into) return Json::object();
     const double per_tick = ratio(t.traced - t.listed, double(t.ticks));
     const double query = per_tick * double(t.counters.query_ticks), refine = per_tick * double(t.counters.landing_ticks);
+    return {{"integrate_ms", 1e3 * (t.traced - t.listed - query - refine)}, {"query_ms", 1e3 * query}, {"refine_ms", 1e3 * refine}};
+}
+
+/// A tile with what was done for it one after the other.
+void add_tile(Json& events, const TileRecord& t, double shift, double unit) {
     events.push_back(
         event("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0), t.thread, shift + t.begin, shift + t.end,
               {{"predicted_ms", 1e3 * unit * t.predicted},
@@ -40,10 +46,7 @@ void add_tile(Json& events, const TileRecord& t, double shift, double unit) {
                {"queries", t.counters.queries},
                {"lane_occupancy", ratio(double(t.counters.active_lane_steps), double(t.counters.issued_lane_steps))}}));
     if (t.listed > t.begin + 1e-6) events.push_back(event("list rays", t.thread, shift + t.begin, shift + t.listed));
-    events.push_back(event("trace", t.thread, shift + t.listed, shift + t.traced,
-                           {{"integrate_ms", 1e3 * (t.traced - t.listed - query - refine)},
-                            {"query_ms", 1e3 * query},
-                            {"refine_ms", 1e3 * refine}}));
+    events.push_back(event("trace", t.thread, shift + t.listed, shift + t.traced, stages_of(t)));
     events.push_back(event("shade", t.thread, shift + t.traced, shift + t.end));
 }
 

@@ -47,6 +47,7 @@ struct IntegratorDescription {
     double escape_radius = 50;
     HitModel hit = HitModel::hermite;
     bool cull = true;
+    std::string symmetry = "auto";     ///< "auto" | "none": never in the plane of the orbit
     std::string refill = "auto";       ///< "auto" | "on" | "off"
     double max_pixel_error = 0;        ///< method, step and precision are chosen to meet it; 0: they are as stated
     std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine

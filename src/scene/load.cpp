@@ -91,10 +91,18 @@ std::uint32_t to_lanes(const Value& lanes) {
     return to_count(lanes, "integrator.lanes", 1, 1024);
 }
 
+/// Whether rays are followed in the plane of their orbit unasked: where the space has one, and the scene says nothing that belongs to
+/// another way.
+bool follows_orbits(const Section& section, const IntegratorDescription& integrator, const HamiltonianInfo& info) {
+    if (integrator.symmetry != "auto" || !info.orbit_method) return false;
+    for (const char* key : {"method", "step", "tolerance", "solver_tolerance", "rescale"})
+        if (find(section, key)) return false;
+    return true;
+}
+
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
-    not_yet(section, "symmetry", {"auto", "none"});
     // Built-in spaces have a rescaling of their own, chosen with their equations.
     if (!space.formula) not_yet(section, "rescale", {"auto", "none"});
 
@@ -102,9 +110,18 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
     integrator.method = info.method;
     integrator.step = info.step;
+    if (const Value* symmetry = find(section, "symmetry")) {
+        static const std::vector<std::string> known{"auto", "none"};
+        integrator.symmetry = known[to_choice(*symmetry, "integrator.symmetry", known)];
+    }
+    if (follows_orbits(section, integrator, info)) integrator.method = info.orbit_method, integrator.step = info.orbit_step;
     if (const Value* method = find(section, "method")) {
         const auto known = names(catalogue.integrators, catalogue.integrator_count);
-        integrator.method = known[to_choice(*method, "integrator.method", known)];
+        const std::size_t chosen = to_choice(*method, "integrator.method", known);
+        integrator.method = known[chosen];
+        if (integrator.symmetry == "none" && catalogue.integrators[chosen].angular)
+            throw InputError(method->place, "integrator.method = \"" + known[chosen] +
+                             "\" follows rays in the plane of their orbit, which integrator.symmetry = \"none\" forbids");
     }
     read(section, "step", integrator.step, {0, 1e12, true});
     read(section, "tolerance", integrator.tolerance, {0, 1, true, true});

@@ -137,6 +137,7 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     line("hit", std::string(integrator.hit == HitModel::chord ? "chord" : "hermite"));
     line("cull", std::string(integrator.cull ? "auto" : "none"));
     line("refill", integrator.refill);
+    line("symmetry", integrator.symmetry);
     if (integrator.max_pixel_error > 0) line("max_pixel_error", integrator.max_pixel_error);
     if (integrator.lanes) line("lanes", integrator.lanes);
     else line("lanes", std::string("auto"));

@@ -1,4 +1,5 @@
-// Steps that fixed-point iteration cannot take: Newton's method solves the same equations, on the branch that grows out of the start.
+// Steps that fixed-point iteration cannot take: Newton's method solves the same equations, on the branch that grows out of the
+// start.
 #include "steps.h"
 
 #include "kernels/hamiltonians/fiber.h"
@@ -13,7 +14,8 @@ namespace {
 using hamiltonians::Fiber;
 using hamiltonians::Fisheye;
 
-/// The diagonal Padé approximant of exp(z), by which collocation at Gauss's points takes a linear oscillator (Hairer & Wanner 1996, §IV.3).
+/// The diagonal Padé approximant of exp(z), by which collocation at Gauss's points takes a linear oscillator (Hairer & Wanner
+/// 1996, §IV.3).
 std::complex<double> pade(int s, std::complex<double> z) {
     std::complex<double> above = 1, below = 1, power = 1;
     double c = 1;
@@ -88,7 +90,8 @@ TEST(NewtonStages, StayOnTheBranchThatGrowsOutOfTheStart) {
             if (!next.solved) break;
             needed = needed || next.newton;
             // The end moves about as fast as light does; on another branch it would be somewhere else.
-            for (int k = 0; k < 6; ++k) EXPECT_NEAR(next.end[k], last.end[k], 20 * (ratio - 1) * h) << "h = " << h << ", component " << k;
+            for (int k = 0; k < 6; ++k)
+                EXPECT_NEAR(next.end[k], last.end[k], 20 * (ratio - 1) * h) << "h = " << h << ", component " << k;
             last = next;
         }
         EXPECT_TRUE(needed);

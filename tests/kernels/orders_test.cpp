@@ -19,11 +19,14 @@ enum Quantity { position, momentum, energy, parameter, quantities };
 constexpr const char* quantity_names[] = {"position", "momentum", "H", "parameter"};
 using Errors = std::array<double, quantities>;
 
+/// How far methods that step in angles go, radians.
+constexpr double path_angle = 0.5;
+
 /// Nothing where a step had no solution: it was too long.
 template <class H, class V>
-std::optional<End> follow(const Method& method, bool rescaled, int ray, int steps) {
+std::optional<End> follow(const Method& method, bool rescaled, const RayStart& ray, int steps, Quad length = path_length<H>) {
     auto run = Steps<V>::template in<H>(method, rescaled);
-    run.begin(state_of<V>(bent_ray<H>(ray)), V(V(path_length<H>) / V(steps)));
+    run.begin(state_of<V>(ray), V(V(length) / V(steps)));
     for (int i = 0; i < steps; ++i) {
         run.advance(1);
         if (!run.flow.solved) return {};
@@ -56,8 +59,8 @@ template <class H>
 const Reference& reference(bool rescaled, int ray) {
     static std::optional<Reference> known[2][bent_rays];
     auto& r = known[rescaled][ray];
-    if (!r) r = Reference{*follow<H, Quad>(method_named("gauss16"), rescaled, ray, 32),
-                          *follow<H, Quad>(method_named("gauss12"), rescaled, ray, 96)};
+    if (!r) r = Reference{*follow<H, Quad>(method_named("gauss16"), rescaled, bent_ray<H>(ray), 32),
+                          *follow<H, Quad>(method_named("gauss12"), rescaled, bent_ray<H>(ray), 96)};
     return *r;
 }
 
@@ -90,9 +93,13 @@ template <class H, class V>
 std::optional<Errors> errors(const Method& method, bool rescaled, int steps) {
     Errors sum{};
     for (int ray = 0; ray < bent_rays; ++ray) {
-        const auto end = follow<H, V>(method, rescaled, ray, steps);
+        const bool angular = method.info.angular;
+        const RayStart start = bent_ray<H>(ray, angular);
+        const auto end = follow<H, V>(method, rescaled, start, steps, angular ? path_angle : path_length<H>);
         if (!end) return {};
-        const Errors e = difference(*end, reference<H>(rescaled, ray).for_method(method));
+        // Who steps in angles, on H = H0 alone, is compared with another method where the parameter is the same.
+        const Errors e = difference(*end, angular ? *follow<H, Quad>(method_named("gauss16"), rescaled, start, 32, end->parameter)
+                                                  : reference<H>(rescaled, ray).for_method(method));
         for (int i = 0; i < quantities; ++i) sum[i] += e[i];
     }
     return sum;
@@ -193,8 +200,9 @@ TYPED_TEST(Orders, InFloatAreThoseOfDouble) {
         if (method.info.order > 4) return;
         for (int ray = 0; ray < bent_rays; ++ray) {
             constexpr int steps = 16;
-            const auto in_float = follow<TypeParam, float>(method, rescaled, ray, steps);
-            const auto in_double = follow<TypeParam, double>(method, rescaled, ray, steps);
+            const double length = method.info.angular ? path_angle : path_length<TypeParam>;
+            const auto in_float = follow<TypeParam, float>(method, rescaled, bent_ray<TypeParam>(ray), steps, length);
+            const auto in_double = follow<TypeParam, double>(method, rescaled, bent_ray<TypeParam>(ray), steps, length);
             ASSERT_TRUE(in_float && in_double);
             const Errors e = difference(*in_float, *in_double);
             for (int i = 0; i < quantities; ++i) EXPECT_LE(e[i], rounding_floor<float>(method, steps)) << quantity_names[i];

@@ -92,12 +92,13 @@ std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
 }
 
 /// Rays that bend much, and are neither captured nor out of the medium on the path. Exact in float, so that every number type starts
-/// on the same ray; H = H0 to the rounding of float only.
+/// on the same ray; H = H0 to the rounding of float only, unless `on_level`.
 template <class H>
-RayStart bent_ray(int which = 0) {
+RayStart bent_ray(int which = 0, bool on_level = false) {
     constexpr double d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
     RayStart ray;
     EXPECT_EQ(start_along<H>(default_parameters<H>().data(), place_in(H::name).q, d[which], ray), Failure::none) << H::name;
+    if (on_level) return ray;
     for (double& p : ray.p) p = static_cast<float>(p);
     return ray;
 }

@@ -1,0 +1,105 @@
+/// One step after another of a ray per lane, and what that costs.
+///
+/// Rays pass the origin at a third of their starting distance, along the same way for every integrator: in steps of 1/20, or of 1/4 for
+/// orders above 5. Lanes have slightly different rays, so implicit solves wait for the slowest of a packet as they do in a picture.
+#pragma once
+
+#include "kernels/numeric/peak.h"
+#include "kernels/stepping/operations.h"
+#include "kernels/stepping/space_kernel.h"
+#include "kernels/tracing/packets.h"
+
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+namespace kagero::bench {
+
+inline constexpr double way = 2;
+
+inline double step_of(const Method& method) { return method.info.order > 5 ? 0.25 : 0.05; }
+
+/// Parameters at their fallbacks, but a hole as small as the room's.
+template <class H>
+auto parameters_of() {
+    std::array<double, H::parameters.size() + 1> values{};
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) {
+        const ParameterInfo& p = H::parameters[i];
+        values[i] = std::string(p.name) == "rg" ? 0.08 : p.fallback;
+    }
+    return values;
+}
+
+/// Rays side by side at x = −1, moving along x, started on no particular level of H: the work is the same.
+template <class V>
+void aim(Flow<V>& f, double pt) {
+    using S = ScalarOf<V>;
+    for (int i = 0; i < lane_count<V>; ++i) {
+        const double y[7] = {-1, 0.3 + 0.002 * (i % 4), 0.1 + 0.002 * (i / 4), 0.98, 0.1, 0.02, pt};
+        for (int k = 0; k < 7; ++k) set_lane(f.start.y[k], i, S(y[k]));
+    }
+    f.start_parameter = f.end_parameter = f.gradients = f.energy = f.energy_error = V(S(0));
+}
+
+template <class V>
+KAGERO_INLINE void commit(Flow<V>& f) {
+    for (int k = 0; k < 6; ++k) f.start.y[k] = f.end.y[k];
+    f.start_velocity = f.end_velocity;
+}
+
+template <class V>
+double total(const V& v) {
+    double sum = 0;
+    for (int i = 0; i < lane_count<V>; ++i) sum += double(get_lane(v, i));
+    return sum;
+}
+
+/// Multiply-adds alone, operations per second, measured once in this process: the best of five runs of some milliseconds.
+template <class T>
+double peak() {
+    static const double best = [] {
+        double most = 0;
+        for (int run = 0; run < 5; ++run) {
+            const auto begin = std::chrono::steady_clock::now();
+            const double operations = multiply_adds<T>(1 << 21);
+            most = std::max(most, operations / std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+        }
+        return most;
+    }();
+    return best;
+}
+
+template <class H, class V>
+void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& kernel) {
+    const auto parameters = parameters_of<H>();
+    const auto kind = static_cast<int>(method.kind);
+    const auto system = std::make_unique<SystemStorage>();
+    kernel.construct(*system, parameters.data());
+    const auto start = std::make_unique<Flow<V>>(), flow = std::make_unique<Flow<V>>();
+    aim(*start, H::spacetime ? 1.0 : 0.0);
+    start->h = V(ScalarOf<V>(step_of(method)));
+    start->tolerance = ScalarOf<V>(1e-6);  // adaptive methods estimate their error, but every step counts here
+    kernel.begin[kind](*system, *start, method.coefficients);
+    const int count = static_cast<int>(way / step_of(method));
+    for (auto _ : state) {
+        *flow = *start;
+        for (int i = 0; i < count; ++i) {
+            kernel.step[kind](*system, *flow, method.coefficients);
+            commit(*flow);
+        }
+        benchmark::ClobberMemory();
+    }
+    const double ray_steps = double(state.iterations()) * count * lane_count<V>;
+    state.counters["steps/s"] = benchmark::Counter(ray_steps, benchmark::Counter::kIsRate);
+    state.counters["s/step"] = benchmark::Counter(ray_steps, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    state.counters["gradients/step"] = total(flow->gradients) / (count * lane_count<V>);
+    const Operations cost = operations_of(method, kernel.operations);
+    const double per_step = cost.per_step + cost.per_gradient * total(flow->gradients) / (count * lane_count<V>);
+    state.counters["of_peak"] = benchmark::Counter(ray_steps * per_step / peak<ScalarOf<V>>(), benchmark::Counter::kIsRate);
+    if (flow->issued_iterations)
+        state.counters["iterating"] = total(flow->open_iterations) / (double(flow->issued_iterations) * lane_count<V>);
+}
+
+}  // namespace kagero::bench

@@ -73,6 +73,41 @@ TEST(Kerr, WithoutSpinIsSchwarzschild) {
     }
 }
 
+// Light that leaves the horizon's neighbourhood has p ∝ 1/(r − r₊): the default step must shrink with that distance. The reference
+// controls its own steps.
+TEST(Kerr, DirectionsFromCloseToTheHorizonAreRight) {
+    for (const double spin : {0.5, 0.9}) {
+        const std::string space = "space = { hamiltonian = \"kerr\", spin = " + std::to_string(spin) + " }\n";
+        const std::string rest = "escape_radius = 30\nmax_steps = 1000000\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\n"
+                                 "up = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
+        const auto plan = plan_of_text(space + "[integrator]\n" + rest, {}, with_strategy("packet"), false);
+        const auto careful = plan_of_text(space + "[integrator]\nmethod = \"dp54\"\ntolerance = 1e-12\nstep = 0.001\n" + rest, {},
+                                          with_strategy("packet"), false);
+        for (const double height : {0.1, 0.01}) {  // above the horizon, in its radii
+            const double r = (1 + std::sqrt(1 - spin * spin)) * (1 + height);
+            std::vector<RayInput> rays;
+            for (const double theta : {0.35, 1.05, std::numbers::pi / 2})
+                for (int i = 0; i < 40; ++i) {
+                    const double across = std::hypot(r, spin) * std::sin(theta), z = 1 - (i + 0.5) / 20, turn = 2.399963 * i;
+                    const double s = std::sqrt(1 - z * z);
+                    rays.push_back({{across * std::cos(0.3), across * std::sin(0.3), r * std::cos(theta)},
+                                    {s * std::cos(turn), s * std::sin(turn), z}});
+                }
+            const auto ends = ends_of(*plan, rays, "zamo"), expected = ends_of(*careful, rays, "zamo");
+            std::vector<double> off;
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                ASSERT_EQ(ends[i].status, expected[i].status) << "spin " << spin << ", height " << height << ", ray " << i;
+                if (ends[i].status != Status::escaped) continue;
+                off.push_back(std::hypot(ends[i].v[0] - expected[i].v[0], ends[i].v[1] - expected[i].v[1], ends[i].v[2] - expected[i].v[2]));
+            }
+            ASSERT_GE(off.size(), 3u);
+            std::sort(off.begin(), off.end());
+            EXPECT_LT(off[off.size() / 2], 1e-6) << "spin " << spin << ", height " << height;
+            EXPECT_LT(off.back(), 1e-3) << "spin " << spin << ", height " << height;  // it circles the hole, and magnifies every error
+        }
+    }
+}
+
 // Carter's constant, Q = p_θ² + cos²θ (L²/sin²θ − a² p_t²) on null rays, through coordinates that nobody integrated in.
 TEST(Kerr, KeepsEnergyAngularMomentumAndCartersConstant) {
     const double a = 0.9;

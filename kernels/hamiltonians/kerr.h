@@ -80,6 +80,18 @@ struct Kerr {
         return min(max(r - horizon, -pt), max(r - photon_orbit, outward));
     }
 
+    /// As for `schwarzschild`, light that leaves the horizon's neighbourhood has p ∝ 1/(r − r₊): steps are a fifth of that distance there.
+    /// From r = 2 r₊ on the bound is out of a sensible step's way. Inside the horizon it is half of Σ/(r + |a|), Σ = r² + a² cos²θ: the
+    /// distance from the ring, near it.
+    template <class V>
+    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+        const V r = radius(k, q), s2 = k.spin * k.spin, a = k.mass * sqrt(s2), az = a * q.z;
+        const V horizon = k.mass * (1.0 + sqrt(max(1.0 - s2, V(0.0)))), away = r - horizon;
+        const V d = max(max(away, -away), 1e-7 * horizon), share = d / horizon;
+        const V from_ring = (r * r + az * az / (r * r)) / (r + a);
+        return min(d * (0.2 + share * share), 0.5 * from_ring);
+    }
+
     /// For observers, as in `schwarzschild`: with Δ = r² − 2Mr + a², lag = 2Mr/Δ to Boyer and Lindquist's time, and rain without angular
     /// momentum (Doran 2000) has u_r = −√(2Mr)/(√(2Mr) + √(r² + a²)).
     template <class V>

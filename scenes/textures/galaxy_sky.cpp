@@ -1,4 +1,4 @@
-// A dark sky with one great spiral galaxy in the direction +x.
+// A dark sky with one great spiral galaxy in the direction +x, and a smaller one, seen from above, near −x.
 #include "textures.h"
 
 #include <algorithm>
@@ -81,6 +81,24 @@ void add_galaxy(Picture& sky) {
         }
 }
 
+/// A neighbour on the other side of the sky, to be seen with one's back to the great one.
+void add_neighbour(Picture& sky) {
+    constexpr double radius = 44 * degree, tilt = 35 * degree;
+    constexpr Place center{164 * degree, 6 * degree};
+    const double c = std::cos(center.longitude), s = std::sin(center.longitude);
+    const Vec middle = direction_of(center), side{-s, c, 0};
+    const Vec up{-std::sin(center.latitude) * c, -std::sin(center.latitude) * s, std::cos(center.latitude)};
+    for (int y = 0; y < sky.height; ++y)
+        for (int x = 0; x < sky.width; ++x) {
+            const Vec d = direction_of(place_of(sky, x, y));
+            const double near = dot(d, middle);
+            if (near < 0.5) continue;
+            const double along = dot(d, side) / near / radius, across = dot(d, up) / near / radius;
+            if (std::hypot(along, across) > 1.5) continue;
+            sky.at(x, y) = sky.at(x, y) + 0.8 * galaxy_light(along, across / std::cos(tilt), across);
+        }
+}
+
 /// Clusters of young stars, and the glowing hydrogen around some of them, along the arms.
 void add_knots(Picture& sky) {
     Random random(seed + 70);
@@ -141,6 +159,7 @@ Picture galaxy_sky() {
     Picture sky(2048, 1024);
     add_band(sky);
     add_galaxy(sky);
+    add_neighbour(sky);
     add_knots(sky);
     add_companions(sky);
     add_stars(sky);

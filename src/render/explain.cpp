@@ -127,7 +127,8 @@ void explain_picture(const Plan& plan, Parts& parts) {
     parts.add(kernel_rays, "camera rays made in the kernel, a packet at a time",
               film.spp > 1 ? "film.spp > 1" : plan.each_direction ? "every direction's momentum is solved for" : "the camera is " + plan.scene.camera.type);
     parts.add(film.spp > 1, "scrambled Sobol places in the pixel", "film.spp = 1: the pixel's middle");
-    parts.add(plan.geometry->has_sky_image(), "footprints of pixels on the sky", "the sky is no image");
+    parts.add(plan.geometry->sky_has_pattern(), "footprints of pixels on the sky", "the sky is neither an image nor checkered");
+    parts.add(plan.geometry->surfaces_have_patterns(), "patches of surfaces that pixels show", "no object has an image or a checker");
     for (const LayerInfo& layer : all_layers()) {
         const bool wanted = std::find(film.layers.begin(), film.layers.end(), layer.name) != film.layers.end();
         parts.add(wanted, std::string("layer ") + layer.name, "not in film.layers");

@@ -1,4 +1,4 @@
-/// How much of the sky a ray stands for.
+/// How much of the sky, or of a surface, a ray stands for.
 #pragma once
 
 #include "render/shade.h"
@@ -9,12 +9,22 @@ namespace kagero {
 struct Quad {
     std::vector<Sighting> rays;
     std::vector<std::array<double, 2>> places;
+    std::vector<Double3> group_points;  ///< for find_patches, kept from block to block
+    std::vector<std::array<double, 2>> group_places;
 };
 
 /// From the spread of the block's rays that escape to the same sky: over a pixel directions spread as much as over the block, by
 /// the ratio of a pixel's size to the spread of the places, and each of the `spp` rays has its share of the pixel's area. Zero
 /// where a ray is alone. A block is one of the film's grid, never of a tile or crop, so that no picture depends on those.
 SkyFootprints footprints_of(const Plan& plan, const Quad& quad, std::uint32_t spp);
+
+/// The patches of the block's rays: how the ends of those that meet the same face of the same object move with their places on
+/// the picture, a linear map fitted to them. Of two rays, or a row of them, it is known along their line alone; a ray alone has
+/// none.
+void find_patches(const Plan& plan, Quad& quad, std::uint32_t spp);
+
+/// The linear map from places to points, for a step of one pixel.
+Patch slope_of(const std::vector<Double3>& points, const std::vector<std::array<double, 2>>& places);
 
 /// The footprint of directions at places.
 Footprint spread_of(const std::vector<Double3>& directions, const std::vector<std::array<double, 2>>& places);

@@ -22,13 +22,13 @@ Tile window(const Plan& plan) {
 }
 
 bool wants_footprints(const Plan& plan, const Film& film) {
-    return plan.geometry->has_sky_image() || film.has("footprint") || film.has("magnification");
+    return plan.geometry->sky_has_pattern() || film.has("footprint") || film.has("magnification");
 }
 
-/// The pixels to trace: where footprints are wanted, whole blocks of 2 × 2 pixels of the film's grid.
+/// The pixels to trace: where footprints or patches are wanted, whole blocks of 2 × 2 pixels of the film's grid.
 Tile traced_window(const Plan& plan, const Film& film) {
     Tile w = window(plan);
-    if (!wants_footprints(plan, film)) return w;
+    if (!wants_footprints(plan, film) && !plan.geometry->surfaces_have_patterns()) return w;
     w.x0 &= ~1u, w.y0 &= ~1u;
     w.x1 = std::min(w.x1 + (w.x1 & 1), plan.scene.film.width), w.y1 = std::min(w.y1 + (w.y1 & 1), plan.scene.film.height);
     return w;
@@ -49,10 +49,10 @@ void list_rays(const Plan& plan, const Tile& tile, RayList& list) {
 
 /// What shading has to know of rays beside their ends; what is not wanted is left empty.
 struct Wanted {
-    bool starts, footprints;
+    bool starts, footprints, patches;
 
     Wanted(const Plan& plan, const Film& film)
-        : starts(film.has("depth") || film.has("redshift")), footprints(wants_footprints(plan, film)) {
+        : starts(film.has("depth") || film.has("redshift")), footprints(wants_footprints(plan, film)), patches(plan.geometry->surfaces_have_patterns()) {
         for (const ObjectDescription& object : plan.scene.objects) starts = starts || object.shape == Shape::disk;
     }
 };
@@ -62,13 +62,14 @@ void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const Ra
             std::uint32_t y, Quad& quad) {
     const FilmDescription& film = plan.scene.film;
     for (std::uint32_t i = 0; i < film.spp; ++i) {
-        Sighting& ray = quad.rays.emplace_back(Sighting{ends + first + i, {}});
+        Sighting& ray = quad.rays.emplace_back();
+        ray.end = ends + first + i;
         if (!list.starts.empty())
             ray.ray = {list.starts[first + i], list.frequencies[first + i]};
         else if (wanted.starts)
             ray.ray = camera_ray(plan, x + 0.5, y + 0.5);
-        if (!wanted.footprints) continue;
-        const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
+        if (!wanted.footprints && !wanted.patches) continue;
+        const auto [u, v] = film.spp == 1 ? std::array{0.5, 0.5} : place_in_pixel(x, y, i, film.spp, film.seed);
         quad.places.push_back({x + u, y + v});
     }
 }
@@ -87,6 +88,7 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             for (std::uint32_t y = y0; y < y1; ++y)
                 for (std::uint32_t x = x0; x < x1; ++x)
                     gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad);
+            if (wanted.patches) find_patches(plan, quad, spp);
             const SkyFootprints footprints = wanted.footprints ? footprints_of(plan, quad, spp) : SkyFootprints{};
             std::span<const Sighting> rays = quad.rays;
             for (std::uint32_t y = y0; y < y1; ++y)

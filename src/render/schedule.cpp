@@ -11,8 +11,8 @@ constexpr std::uint64_t most_rays = 32768;
 /// No packet is higher, nor wider.
 constexpr std::uint32_t packet_edge = 8;
 
-/// Pixels along a square tile's edge: fewer where each has many rays; an even number, because sky footprints want blocks of 2
-/// × 2.
+/// Pixels along a square tile's edge: fewer where each has many rays; an even number, because footprints and patches want
+/// blocks of 2 × 2.
 std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
     std::uint32_t edge = 32;
     while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > most_rays) edge /= 2;

@@ -22,7 +22,7 @@ Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& foot
     switch (end.status) {
         case Status::hit:
             return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward,
-                                                redshift_of(plan, ray));
+                                                redshift_of(plan, ray), ray.patch);
         case Status::escaped: {
             const SkyView view = sky_view(plan, end);
             return plan.geometry->sky_color(view.direction, view.far, view.far ? footprints.far : footprints.near);

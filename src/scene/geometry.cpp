@@ -4,7 +4,6 @@
 #include "scene/clearance.h"
 #include "scene/embree.h"
 #include "scene/mesh.h"
-#include "scene/pyramid.h"
 #include "scene/shading.h"
 
 #include <algorithm>
@@ -15,7 +14,6 @@ namespace kagero {
 struct LoadedSky {
     LoadedPaint paint;
     Double3 pole{};
-    std::vector<Image> coarser;  ///< copies of the image, if it is one
 };
 
 struct SceneGeometry::Content {
@@ -32,22 +30,25 @@ struct SceneGeometry::Content {
 
 namespace {
 
-/// Images by path, so that one used twice is read once.
-using Images = std::map<std::string, std::shared_ptr<const Image>>;
+/// Images and their copies by path, so that one used twice is read once.
+struct Images {
+    std::map<std::string, std::shared_ptr<const Image>> whole;
+    std::map<std::pair<std::string, Mapping>, std::shared_ptr<const std::vector<Image>>> coarser;
+};
 
-LoadedPaint load(const Paint& paint, Images& images) {
-    LoadedPaint loaded{paint, nullptr};
+LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
+    LoadedPaint loaded{paint, nullptr, nullptr};
     if (paint.kind != Paint::Kind::texture) return loaded;
-    auto& image = images[paint.texture];
+    auto& image = images.whole[paint.texture];
     if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.place));
-    loaded.image = image;
+    auto& coarser = images.coarser[{paint.texture, mapping}];
+    if (!coarser) coarser = std::make_shared<const std::vector<Image>>(coarser_images(*image, mapping));
+    loaded.image = image, loaded.coarser = coarser;
     return loaded;
 }
 
 LoadedSky load(const SkyDescription& description, Images& images) {
-    LoadedSky sky{load(description.paint, images), description.pole, {}};
-    if (sky.paint.image) sky.coarser = coarser_images(*sky.paint.image);
-    return sky;
+    return {load(description.paint, Mapping::sphere, images), description.pole};
 }
 
 ShadedObject load(const ObjectDescription& object, const Double3& space_center, Images& images,
@@ -63,8 +64,7 @@ ShadedObject load(const ObjectDescription& object, const Double3& space_center, 
         case Shape::box:
         case Shape::room:
             shaded.mesh = box_mesh(object, space_center);
-            for (const Paint& face : object.faces) shaded.paints.push_back(load(face, images));
-            return shaded;
+            break;
         case Shape::sphere:
             break;
         case Shape::mesh:
@@ -77,7 +77,13 @@ ShadedObject load(const ObjectDescription& object, const Double3& space_center, 
             if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
             break;
     }
-    shaded.paints.push_back(load(object.paint, images));
+    const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
+    const Mapping mapping = object.shape == Shape::sphere ? Mapping::sphere : Mapping::plane;
+    if (has_faces)
+        for (const Paint& face : object.faces) shaded.paints.push_back(load(face, mapping, images));
+    else
+        shaded.paints.push_back(load(object.paint, mapping, images));
+    if (std::any_of(shaded.paints.begin(), shaded.paints.end(), has_pattern)) shaded.charts = charts_of(shaded.mesh);
     return shaded;
 }
 
@@ -176,20 +182,27 @@ std::uint32_t SceneGeometry::object_of(std::uint32_t surface) const {
 }
 
 Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                                    const Double3& toward, double redshift) const {
-    return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward, redshift);
+                                    const Double3& toward, double redshift, const Patch& patch) const {
+    return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward, redshift, patch);
+}
+
+std::uint32_t SceneGeometry::face_of(std::uint32_t surface, std::uint32_t primitive) const {
+    return content_->objects[surface].paints.size() == 6 ? primitive / 2 : 0;
 }
 
 Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
     const LoadedSky& sky = far ? content_->far_sky : content_->sky;
-    if (sky.paint.paint.kind == Paint::Kind::color) return paint_color(sky.paint, 0, 0);
-    if (sky.paint.image) return sky_texture_color(*sky.paint.image, sky.coarser, direction, sky.pole, footprint);
-    const auto [u, v] = sky_coordinates(direction, sky.pole);
-    return paint_color(sky.paint, u, v, Edge::clamp);
+    return kagero::sky_color(sky.paint, sky.pole, direction, footprint);
 }
 
-bool SceneGeometry::has_sky_image() const {
-    return content_->sky.paint.image || content_->far_sky.paint.image;
+bool SceneGeometry::sky_has_pattern() const {
+    return has_pattern(content_->sky.paint) || has_pattern(content_->far_sky.paint);
+}
+
+bool SceneGeometry::surfaces_have_patterns() const {
+    return std::any_of(content_->objects.begin(), content_->objects.end(), [](const ShadedObject& object) {
+        return std::any_of(object.paints.begin(), object.paints.end(), has_pattern);
+    });
 }
 
 const std::vector<std::string>& SceneGeometry::remarks() const {

@@ -14,6 +14,11 @@ struct Footprint {
     Double3 major{}, minor{};
 };
 
+/// The piece of a surface that a ray stands for: where its end moves to from one ray to the next on its right, and below it; scene lengths.
+struct Patch {
+    Double3 right{}, below{};
+};
+
 /// Owns the Embree scene, the double-precision vertices, the clearance grid and the textures. Immutable after construction, so any
 /// number of threads may shade at once.
 class SceneGeometry {
@@ -29,14 +34,17 @@ public:
     /// The index in SceneDescription::objects of a surface (a box has one surface, so has a mesh).
     std::uint32_t object_of(std::uint32_t surface) const;
     /// Linear colour of a surface at a point, both in scene coordinates; `toward` is the ray's unit direction there (away from the eye),
-    /// `redshift` the frequency seen over the frequency sent, which matters to disks.
+    /// `redshift` the frequency seen over the frequency sent, which matters to disks. Images and checkers are averaged over the patch.
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
-                         double redshift = 1) const;
+                         double redshift = 1, const Patch& patch = {}) const;
+    /// The face of a box or room that a primitive belongs to, in the order of ObjectDescription::faces; 0 on all else.
+    std::uint32_t face_of(std::uint32_t surface, std::uint32_t primitive) const;
     /// Linear colour of the sky in a unit direction; `far`: of that of a wormhole's other universe.
-    /// Averaged over the footprint where the sky is an image.
+    /// Averaged over the footprint where the sky is an image or checkered.
     Float3 sky_color(const Double3& direction, bool far = false, const Footprint& footprint = {}) const;
-    /// Whether footprints make a difference.
-    bool has_sky_image() const;
+    /// Whether footprints on the sky, and patches of surfaces, make a difference: for images and checkers they do.
+    bool sky_has_pattern() const;
+    bool surfaces_have_patterns() const;
     /// One line per object that the user may want to know of: degenerate triangles skipped, faces triangulated …
     const std::vector<std::string>& remarks() const;
     /// Diagonal of the box around all objects, scene units; 0 without objects.

@@ -1,6 +1,5 @@
 #include "scene/pyramid.h"
 
-#include "scene/texture.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -42,10 +41,11 @@ Image narrower(const Image& image, int width) {
 }
 
 /// A row's share of the sphere goes with the sines of its edges' latitudes.
-Image lower(const Image& image, int height) {
+Image lower(const Image& image, int height, Mapping mapping) {
     const auto row = 3 * static_cast<std::size_t>(image.width);
     Image result{image.width, height, std::vector<float>(row * static_cast<std::size_t>(height))};
-    const auto band = [](double top, double bottom, int rows) {
+    const auto band = [mapping](double top, double bottom, int rows) {
+        if (mapping == Mapping::plane) return (bottom - top) / rows;
         return std::cos(std::numbers::pi * top / rows) - std::cos(std::numbers::pi * bottom / rows);
     };
     const double ratio = static_cast<double>(image.height) / height;
@@ -59,10 +59,10 @@ Image lower(const Image& image, int height) {
 }
 
 /// Level 0 is the image itself.
-Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
-                 double level) {
-    const auto [u, v] = sky_coordinates(direction, pole);
-    const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, Edge::clamp); };
+Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const std::array<double, 2>& place, double level,
+                 Edge vertical) {
+    const auto [u, v] = place;
+    const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, vertical); };
     const double last = static_cast<double>(coarser.size());
     if (level <= 0) return at(0);
     if (level >= last) return at(coarser.size());
@@ -74,31 +74,49 @@ Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const Do
     return color;
 }
 
+/// The mean along a line, and over a distance across it: lengths in those of a texel. place(t) is where the line is at t in −½…½.
+template <class Line>
+Float3 mean_along(const Image& image, const std::vector<Image>& coarser, double along, double across, Edge vertical,
+                  const Line& place) {
+    across = std::max({across, along / most_probes, 1.0});
+    const double level = std::log2(across);
+    const int probes = std::max(1, static_cast<int>(std::ceil(along / across - 1e-9)));
+    if (probes == 1) return trilinear(image, coarser, place(0), level, vertical);
+    Float3 color{};
+    for (int i = 0; i < probes; ++i) {
+        const Float3 seen = trilinear(image, coarser, place((i + 0.5) / probes - 0.5), level, vertical);
+        for (std::size_t k = 0; k < 3; ++k) color[k] += seen[k] / static_cast<float>(probes);
+    }
+    return color;
+}
+
 }  // namespace
 
-std::vector<Image> coarser_images(const Image& image) {
+std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
     std::vector<Image> images;
     for (const Image* last = &image; last->width > 1 || last->height > 1; last = &images.back()) {
         Image next = narrower(*last, std::max(1, last->width / 2));
-        images.push_back(lower(next, std::max(1, last->height / 2)));
+        images.push_back(lower(next, std::max(1, last->height / 2), mapping));
     }
     return images;
 }
 
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
                          const Footprint& footprint) {
-    const double texel = std::numbers::pi / image.height, along = length(footprint.major);
-    const double across = std::max({length(footprint.minor), along / most_probes, texel});
-    const double level = std::log2(across / texel);
-    const int probes = std::max(1, static_cast<int>(std::ceil(along / across - 1e-9)));
-    if (probes == 1) return trilinear(image, coarser, direction, pole, level);
-    Float3 color{};
-    for (int i = 0; i < probes; ++i) {
-        const double t = (i + 0.5) / probes - 0.5;
-        const Float3 seen = trilinear(image, coarser, unit(add(direction, scaled(footprint.major, t))), pole, level);
-        for (std::size_t k = 0; k < 3; ++k) color[k] += seen[k] / static_cast<float>(probes);
-    }
-    return color;
+    const double texel = std::numbers::pi / image.height;
+    return mean_along(
+        image, coarser, length(footprint.major) / texel, length(footprint.minor) / texel, Edge::clamp,
+        [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), pole); });
+}
+
+Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,
+                             Edge vertical) {
+    const double columns = image.width, rows = image.height;
+    const PrincipalAxes axes =
+        principal_axes({{patch.a[0] * columns, patch.a[1] * rows}, {patch.b[0] * columns, patch.b[1] * rows}});
+    return mean_along(image, coarser, axes.along, axes.across, vertical, [&](double t) {
+        return std::array<double, 2>{u + t * axes.major[0] / columns, v + t * axes.major[1] / rows};
+    });
 }
 
 }  // namespace kagero

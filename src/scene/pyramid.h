@@ -1,19 +1,26 @@
-/// Averages of an equirectangular image over pieces of the sphere.
+/// Averages of images over what rays stand for.
 #pragma once
 
 #include "film/image.h"
-#include "scene/geometry.h"
+#include "scene/texture.h"
 
 namespace kagero {
 
+/// An image lies on a plane, or, equirectangular, on a sphere.
+enum class Mapping { plane, sphere };
+
 /// Ever coarser copies of an image, each with half the rows and columns of the one before; the last has one texel, the mean over
-/// the sphere. Texels are averaged by solid angle.
-std::vector<Image> coarser_images(const Image& image);
+/// the plane or sphere. Texels are averaged by their areas there.
+std::vector<Image> coarser_images(const Image& image, Mapping mapping = Mapping::sphere);
 
 /// The image around a direction, averaged over the footprint: trilinear between the copies that resolve its short side, and by up
 /// to 16 such probes along its long side (L. Williams, SIGGRAPH 1983; M. Kilgard's anisotropic filtering). A footprint smaller
 /// than a texel gives the image itself, bilinearly.
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
                          const Footprint& footprint);
+
+/// The same around a place on a surface, over the patch of u and v.
+Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,
+                             Edge vertical);
 
 }  // namespace kagero

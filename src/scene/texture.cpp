@@ -10,10 +10,55 @@ namespace kagero {
 
 namespace {
 
+/// As std::floor, which without SSE4.1 is a call.
+double floor_of(double x) {
+    if (!(std::abs(x) < 4503599627370496.0)) return x;  // 2^52: all are whole
+    const auto whole = static_cast<double>(static_cast<std::int64_t>(x));
+    return whole > x ? whole - 1 : whole;
+}
+
 int wrapped(double index, int size, Edge edge) {
     if (edge == Edge::clamp) return static_cast<int>(std::clamp(index, 0.0, size - 1.0));
-    const double rest = index - std::floor(index / size) * size;
+    const double rest = index - floor_of(index / size) * size;
     return std::clamp(static_cast<int>(rest), 0, size - 1);
+}
+
+/// Half of what a parallelogram takes up along an axis.
+double reach(const UvPatch& sides, std::size_t axis) {
+    return 0.5 * (std::abs(sides.a[axis]) + std::abs(sides.b[axis]));
+}
+
+bool within_square(double place, double square, double reach) {
+    return place - reach >= square && place + reach <= square + 1;
+}
+
+/// The mean over an interval of the wave that is 1 from even numbers on and −1 from odd ones on. Its integral is the distance to
+/// the nearest even number.
+double mean_wave(double middle, double width) {
+    if (width < 1e-6) return 1 - 2 * (floor_of(middle) - 2 * floor_of(0.5 * floor_of(middle)));
+    const auto integral = [](double t) { return std::abs(t - 2 * floor_of(0.5 * t + 0.5)); };
+    return (integral(middle + 0.5 * width) - integral(middle - 0.5 * width)) / width;
+}
+
+/// The mean over a parallelogram of a checker's sign, 1 and −1: over rectangles along the axes, the product of the means of two
+/// waves; as many of them in a row along the longer axis, up to 64, as it takes to lie askew.
+double mean_sign(double x, double y, const UvPatch& sides) {
+    constexpr double most_pieces = 64;
+    const PrincipalAxes axes = principal_axes(sides);
+    const double askew = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
+    const double across = std::max(axes.across, askew / most_pieces);
+    const double pieces = across > 0 ? std::clamp(std::ceil(askew / across - 1e-9), 1.0, most_pieces) : 1;
+    const auto extent = [&](std::size_t axis) {
+        const double of_piece = axes.major[axis] / pieces;
+        return std::sqrt(of_piece * of_piece + axes.minor[axis] * axes.minor[axis]);
+    };
+    const double width = extent(0), height = extent(1);
+    double sum = 0;
+    for (double piece = 0.5; piece < pieces; ++piece) {
+        const double t = piece / pieces - 0.5;
+        sum += mean_wave(x + t * axes.major[0], width) * mean_wave(y + t * axes.major[1], height);
+    }
+    return sum / pieces;
 }
 
 }  // namespace
@@ -21,7 +66,7 @@ int wrapped(double index, int size, Edge edge) {
 Float3 texture_color(const Image& image, double u, double v, Edge vertical) {
     // Texel centres lie at half-integers; rows count from the top.
     const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
-    const double column = std::floor(x), row = std::floor(y);
+    const double column = floor_of(x), row = floor_of(y);
     const double right = x - column, down = y - row;
     Float3 color{};
     for (int dy = 0; dy < 2; ++dy) {
@@ -36,13 +81,35 @@ Float3 texture_color(const Image& image, double u, double v, Edge vertical) {
     return color;
 }
 
-Float3 checker_color(const Paint& paint, double u, double v) {
-    const double square = std::floor(u * paint.checker[0]) + std::floor(v * paint.checker[1]);
-    const bool odd = square - 2 * std::floor(square / 2) != 0;
-    const double brightness = odd ? 0.25 : 1.0;
+Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch) {
+    // From here on in squares.
+    const auto [n_u, n_v] = paint.checker;
+    const UvPatch sides{{patch.a[0] * n_u, patch.a[1] * n_v}, {patch.b[0] * n_u, patch.b[1] * n_v}};
+    const double x = u * n_u, y = v * n_v, column = floor_of(x), row = floor_of(y);
+    double brightness;
+    if (within_square(x, column, reach(sides, 0)) && within_square(y, row, reach(sides, 1))) {
+        const double square = column + row;
+        const bool odd = square - 2 * floor_of(square / 2) != 0;
+        brightness = odd ? 0.25 : 1.0;
+    } else {
+        brightness = 0.625 + 0.375 * mean_sign(x, y, sides);
+    }
     Float3 color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(brightness * paint.color[c]);
     return color;
+}
+
+PrincipalAxes principal_axes(const UvPatch& patch) {
+    const auto [ax, ay] = patch.a;
+    const auto [bx, by] = patch.b;
+    const double xx = ax * ax + bx * bx, xy = ax * ay + bx * by, yy = ay * ay + by * by;
+    const double mean = 0.5 * (xx + yy), half = 0.5 * (xx - yy), difference = std::sqrt(half * half + xy * xy);
+    const double along = std::sqrt(mean + difference), across = std::sqrt(std::max(0.0, mean - difference));
+    // The major axis, at an angle the cosine of whose double is half / difference.
+    const double twice = difference > 0 ? half / difference : 1;
+    const double cosine = std::sqrt(std::max(0.0, 0.5 * (1 + twice))),
+                 sine = std::copysign(std::sqrt(std::max(0.0, 0.5 * (1 - twice))), xy);
+    return {{along * cosine, along * sine}, {-across * sine, across * cosine}, along, across};
 }
 
 std::array<double, 2> sky_coordinates(const Double3& direction, const Double3& pole) {

@@ -1,0 +1,43 @@
+/// Coordinates u and v on surfaces, to first order: what paint is laid out by, and how much of it a small piece of the surface
+/// covers.
+#pragma once
+
+#include "scene/geometry.h"
+#include "scene/shapes.h"
+
+namespace kagero {
+
+/// Two sides of a small parallelogram in u and v.
+struct UvPatch {
+    std::array<double, 2> a{}, b{};
+};
+
+/// A point's u and v, and their gradients within the surface.
+struct ChartPoint {
+    double u = 0, v = 0;
+    Double3 u_gradient{}, v_gradient{};
+};
+
+/// u and v are linear on a triangle: those of a corner, and how they grow from there.
+struct TriangleChart {
+    Double3 corner{};
+    ChartPoint at_corner;
+};
+
+/// One per triangle; none where the mesh has no uv.
+std::vector<TriangleChart> charts_of(const TriangleMesh& mesh);
+
+ChartPoint on_triangle(const TriangleChart& chart, const Double3& point);
+
+/// u is longitude (+x in the middle, growing towards +y), v latitude about z. Of a point, of any length, from the centre.
+ChartPoint on_sphere(const Double3& from_center);
+
+/// u once around from +x made orthogonal to the normal, v from the inner to the outer edge.
+ChartPoint on_disk(const Double3& normal, double inner, double outer, const Double3& from_center);
+
+/// An equirectangular sky: the pole is up, +x in the middle, east to the left. Gradients per radian.
+ChartPoint on_sky(const Double3& direction, const Double3& pole);
+
+UvPatch in_chart(const ChartPoint& point, const Patch& patch);
+
+}  // namespace kagero

@@ -42,7 +42,7 @@ const std::vector<LayerInfo>& all_layers() {
         {"rounding_error", one, Scale::logarithmic,
          "what rounding did to these ends, pixels, the greatest: against the same in double, or of double the spread of ends with other roundings"},
         {"newton", one, Scale::linear, "iterations of implicit solves; mean"},
-        {"occupancy", one, Scale::linear, "share of active lanes over the steps of the packet that traced the first ray"},
+        {"occupancy", one, Scale::linear, "share of active lanes over the steps of the packet that traced the first ray; packets change with --schedule and --crop"},
         {"depth", one, Scale::linear, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
         {"redshift", one, Scale::linear,
          "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},

@@ -69,6 +69,12 @@ TEST_F(Error, WritesACompleteReport) {
     EXPECT_TRUE(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
     EXPECT_EQ(page.find("<script"), std::string::npos);
     EXPECT_EQ(page.find(" src="), std::string::npos);
+    // The picture and its two error maps lie in the page itself.
+    EXPECT_NE(page.find("Where the picture is wrong"), std::string::npos);
+    std::size_t pictures = 0;
+    for (std::size_t at = page.find("data:image/png;base64,iVBOR"); at != std::string::npos; at = page.find("data:image/png;base64,iVBOR", at + 1))
+        ++pictures;
+    EXPECT_EQ(pictures, 4u);  // with the scale
     EXPECT_NE(read("report/plot.gp").find("results.csv"), std::string::npos);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_ / "report"), {}), 4);
 }

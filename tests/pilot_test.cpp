@@ -21,7 +21,7 @@ double error_of(Plan& plan, std::uint32_t grid) {
     const ReferenceRays reference = trace_reference(plan, sample, story);
     std::vector<RayEnd> ends;
     trace(plan, sample.starts, ends);
-    return compare_rays(plan, sample, reference, ends).pixels.p99;
+    return compare_rays(plan, reference, ends).pixels.p99;
 }
 
 TEST_F(MaxPixelError, IsMetByOtherRaysThanThePilots) {

@@ -40,10 +40,12 @@ public:
         std::optional<Encounter<V>> encounter;
         if (job_.geometry) encounter.emplace(job_);
         Encounter<V>* const geometry = encounter ? &*encounter : nullptr;
+        active_before_ = counters_.active_lane_steps, issued_before_ = counters_.issued_lane_steps;
         if (!fill(queue)) return;
         if (geometry) geometry->begin(active_);
         if (task_.in_closed_form()) end_straight(geometry);
         if (active_) step_to_ends(queue, geometry);
+        tell_occupancy(filled_);
         if (geometry) counters_.queries += geometry->queries, counters_.query_ticks += geometry->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
         for (int i = 0; i < W; ++i) counters_.active_iterations += static_cast<std::uint64_t>(get_lane(flow_.open_iterations, i));
@@ -82,6 +84,8 @@ private:
     void wait_for_sphere(Landing<V>& landing, std::uint64_t lanes);
     void land(Landing<V>& landing);
     void retire(const Flow<V>& f, int lane, Status status, Failure failure);
+    void tell_iterations(int lane, const V& now);
+    void tell_occupancy(std::uint64_t lanes);
     void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
     V step_length() const;
 
@@ -95,6 +99,9 @@ private:
     std::uint64_t active_ = 0;
     std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
     V steps_;                       ///< whole numbers, exactly
+    V iterations_before_, iterations_after_;  ///< Flow::open_iterations when the lane's ray entered, and left to wait: idle lanes count on
+    std::uint64_t active_before_ = 0, issued_before_ = 0;  ///< lane-steps, when the packet began
+    std::uint64_t filled_ = 0;      ///< lanes that have, or had, a ray
     std::uint8_t halvings_[W] = {};
     std::uint16_t all_halvings_[W] = {};
     std::uint8_t rejections_[W] = {};
@@ -182,6 +189,7 @@ template <class V>
 void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     if (const std::uint64_t leaving = lanes & ~staying) {
         active_ &= ~leaving;
+        iterations_after_ = pick(from_bits<V>(leaving), flow_.open_iterations, iterations_after_);
         nominal_ = pick(from_bits<V>(leaving), V(S(0)), nominal_);
     }
     const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);

@@ -55,10 +55,12 @@ void PacketTracer<V>::land(Landing<V>& landing) {
         const int i = __builtin_ctzll(rest);
         if ((landing.lost >> i) & 1) {
             retire(landing.flow, i, Status::failed, Failure::not_converged);
+            tell_iterations(i, iterations_after_);
             continue;
         }
         const bool hit = (fell_on_surface_ >> i) & 1;
         retire(landing.flow, i, hit ? Status::hit : Status::escaped, Failure::none);
+        tell_iterations(i, iterations_after_);
         if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
         ends_[i]->unrefined = (landing.unrefined >> i) & 1;
     }
@@ -88,9 +90,23 @@ void PacketTracer<V>::retire(const Flow<V>& f, int lane, Status status, Failure 
     e.energy_error = double(get_lane(worst_energy_, lane));
     e.steps = static_cast<std::uint32_t>(get_lane(steps_, lane));
     e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, lane));
+    tell_iterations(lane, flow_.open_iterations);
     e.status = status, e.failure = failure;
     counters_.steps += e.steps, counters_.gradients += e.gradients;
     if (job_.path_sink && e.steps > 0) report_path(f, std::uint64_t(1) << lane, false);
+}
+
+template <class V>
+void PacketTracer<V>::tell_iterations(int lane, const V& now) {
+    ends_[lane]->iterations = static_cast<std::uint32_t>(get_lane(now, lane) - get_lane(iterations_before_, lane));
+}
+
+/// Tells the rays of lanes how full their packet was; not part of what ends a ray, because the packet goes on without it.
+template <class V>
+void PacketTracer<V>::tell_occupancy(std::uint64_t lanes) {
+    const std::uint64_t issued = counters_.issued_lane_steps - issued_before_;
+    const float occupancy = issued > 0 ? float(double(counters_.active_lane_steps - active_before_) / double(issued)) : 0;
+    for (; lanes; lanes &= lanes - 1) ends_[__builtin_ctzll(lanes)]->occupancy = occupancy;
 }
 
 template <class V>

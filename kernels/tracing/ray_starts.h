@@ -28,7 +28,8 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
-    flow_.open_iterations = steps_ = nominal_ = flow_.h = V(S(0));
+    filled_ = lanes;
+    flow_.open_iterations = iterations_before_ = iterations_after_ = steps_ = nominal_ = flow_.h = V(S(0));
     tried_h_ = tried_side_ = V(S(0));
     for (int i = 0; i < W; ++i)
         if (!((lanes >> i) & 1)) starts[i] = starts[__builtin_ctzll(lanes)];
@@ -45,6 +46,7 @@ template <class V>
 void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<V>* encounter) {
     land(landing);
     landing.clear();
+    tell_occupancy(~active_ & filled_);
     RayStart starts[W];
     const std::uint64_t lanes = take(queue, ~active_ & all_lanes, starts);
     if (!lanes) return;
@@ -56,7 +58,9 @@ void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<
     copy_lanes(flow_, fresh, here);
     for (int i = 0; i < max_stages; ++i)
         for (int k = 0; k < 6; ++k) flow_.stage[i][k] = pick(here, fresh.stage[i][k], flow_.stage[i][k]);
+    filled_ |= lanes;
     steps_ = pick(here, V(S(0)), steps_);
+    iterations_before_ = pick(here, flow_.open_iterations, iterations_before_);
     worst_energy_ = pick(here, flow_.energy_error, worst_energy_);
     repeated_ &= ~lanes, fell_on_surface_ &= ~lanes;
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {

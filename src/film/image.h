@@ -18,4 +18,12 @@ struct Image {
 /// alpha is dropped. Throws InputError at `place` when the file is missing, unreadable or empty.
 Image read_image(const std::string& path, const Place& place);
 
+/// sRGB of a linear colour; what is not a number is black.
+unsigned char encode_srgb(float linear);
+
+/// The files of PNG pictures, row by row from the top: of linear RGB …
+std::vector<unsigned char> png_of_colors(const std::vector<float>& rgb, int width, int height);
+/// … and of shares in [0, 1], dark to bright in false colours; grey where there is none.
+std::vector<unsigned char> png_of_shares(const std::vector<float>& shares, int width, int height);
+
 }  // namespace kagero

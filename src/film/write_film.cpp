@@ -2,6 +2,7 @@
 #include "film/film.h"
 
 #include "error.h"
+#include "film/image.h"
 #include "film/partial_file.h"
 
 #include <OpenImageIO/imageio.h>
@@ -56,12 +57,16 @@ const float* color_plane(const Film& film, const std::string& path) {
     return color;
 }
 
+}  // namespace
+
 unsigned char encode_srgb(float linear) {
     // Comparisons are false on NaN, which becomes black.
     const double x = linear > 0.0f ? std::min(static_cast<double>(linear), 1.0) : 0.0;
     const double encoded = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
     return static_cast<unsigned char>(std::lround(255.0 * encoded));
 }
+
+namespace {
 
 void write_pixels(const OIIO::ImageSpec& spec, const std::string& path, OIIO::TypeDesc type, const void* pixels) {
     PartialFile file(path);

@@ -16,6 +16,9 @@ constexpr std::size_t drift_rays = 8;
 constexpr double absurd_work = 200, absurd_work_quick = 60;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;
+/// Seconds that a quick study spends on all of them, if a few repetitions of each allow it.
+constexpr double quick_seconds = 20;
+constexpr unsigned quick_repeats = 2;
 /// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
 /// this.
 constexpr double far_beyond = 30;
@@ -28,8 +31,17 @@ struct Timed {
     std::size_t curve, point;
     double estimate = 0;  ///< seconds of one run with and one without surfaces
     unsigned repeats = 0;
+    std::uint32_t most_steps = 0;  ///< without surfaces
     std::vector<double> with, without;  ///< ns per ray
 };
+
+/// As many steps as 99 % of the rays take: what a ray may go on for where nothing stops it. In a space where light runs in circles it would
+/// else go round for as long as the scene allows.
+std::uint32_t enough_steps(const std::vector<RayEnd>& ends) {
+    std::vector<double> steps;
+    for (const RayEnd& end : ends) steps.push_back(end.steps);
+    return static_cast<std::uint32_t>(spread_of(std::move(steps)).p99) + 1;
+}
 
 class Study {
 public:
@@ -70,7 +82,7 @@ private:
     void climb_all();
     void climb(const Ladder& ladder);
     bool set_loose_tolerance(Variant& variant) const;
-    StudyPoint measure(const Variant& variant, double& estimate);
+    StudyPoint measure(Timed& timed);
     void take_times();
     void keep_times();
     void choose_cheapest();
@@ -158,8 +170,8 @@ void Study::climb(const Ladder& ladder) {
     for (std::size_t n = 0; n < ladder.steps.size() && !stopped(); ++n) {
         variant.step = ladder.steps[n];
         if (ladder.loose && !set_loose_tolerance(variant)) break;
-        Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, 0, {}, {}};
-        const StudyPoint point = measure(variant, timed.estimate);
+        Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, 0, 0, {}, {}};
+        const StudyPoint point = measure(timed);
         curve.points.push_back(point), timed_.push_back(std::move(timed));
         steps.push_back(variant.step), errors.push_back(point.errors.position.p90);
         const double work = std::max(point.gradients, point.steps);
@@ -200,7 +212,8 @@ bool Study::set_loose_tolerance(Variant& variant) const {
     return false;
 }
 
-StudyPoint Study::measure(const Variant& variant, double& estimate) {
+StudyPoint Study::measure(Timed& timed) {
+    const Variant& variant = timed.variant;
     StudyPoint point;
     point.step = variant.step;
     point.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan_.job.solver_tolerance;
@@ -209,17 +222,18 @@ StudyPoint Study::measure(const Variant& variant, double& estimate) {
         PlanAs as(plan_, variant);
         std::vector<RayEnd> ends;
         const RunReport report = trace(plan_, study_.sample.starts, ends);
-        point.errors = compare_rays(plan_, study_.sample, reference_, ends);
+        point.errors = compare_rays(plan_, reference_, ends);
         const Counters& work = report.counters;
         point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
         point.queries = double(work.queries) / rays, point.iterations = double(work.active_iterations) / rays;
         if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
         if (study_.options.errors_only) return point;
-        as.without_surfaces();
+        timed.most_steps = enough_steps(ends);
+        as.without_surfaces(timed.most_steps);
         std::vector<RayEnd> unhindered;
         const RunReport without = trace(plan_, study_.sample.starts, unhindered);
         point.steps_without = double(without.counters.steps) / rays;
-        estimate = (report.seconds + without.seconds) * plan_.threads / study_.options.threads;
+        timed.estimate = (report.seconds + without.seconds) * plan_.threads / study_.options.threads;
     }
     point.drift = energy_drift(plan_, variant, drift_rays_);
     return point;
@@ -235,6 +249,14 @@ void Study::take_times() {
         timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, wanted));
         total += timed.estimate * timed.repeats, most = std::max(most, timed.repeats);
     }
+    if (const double share = quick_seconds / total; study_.options.quick && share < 1) {
+        total = 0;
+        for (Timed& timed : timed_) {
+            timed.repeats = std::max(quick_repeats, static_cast<unsigned>(share * timed.repeats));
+            total += timed.estimate * timed.repeats;
+        }
+    }
+    if (study_.options.quick) study_.options.repeats = quick_repeats;
     const double rays = double(study_.sample.starts.size());
     for (unsigned repeat = 0; repeat < most; ++repeat)
         for (Timed& timed : timed_) {
@@ -244,7 +266,7 @@ void Study::take_times() {
             as.on_threads(study_.options.threads);
             std::vector<RayEnd> ends;
             timed.with.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
-            as.without_surfaces();
+            as.without_surfaces(timed.most_steps);
             timed.without.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
             done += timed.estimate;
             tell(0.3 + 0.65 * done / total);
@@ -325,6 +347,7 @@ void Study::compare_pictures() {
     std::vector<Variant> variants;
     for (const Timed* timed : rivals()) variants.push_back(timed->variant);
     study_.pictures = picture_errors(plan_, picture_width, study_.reference.variant, variants, stop_);
+    if (!stopped()) study_.map = error_map(plan_, picture_width, study_.reference.variant, stop_);
     tell(1);
 }
 

@@ -15,7 +15,7 @@ struct StudyOptions {
     bool full = false;                      ///< every method one ray at a time too
     bool errors_only = false;               ///< of packets alone; nothing is timed, followed or drawn
     unsigned threads = 1;                   ///< of the timed runs
-    unsigned repeats = 5;                   ///< at least
+    unsigned repeats = 5;                   ///< at least; of a quick study fewer, where they would take long
 };
 
 /// One method at one step.
@@ -23,7 +23,7 @@ struct StudyPoint {
     double step = 0;              ///< of adaptive methods: the tolerance
     double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
     Timing time;                  ///< ns per ray, with the scene's surfaces
-    Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene
+    Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene, or as long as 99 % of those with
     double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
     double steps_without = 0;                                      ///< per ray, without surfaces
     double occupancy = 1;                                          ///< active lane-steps over issued ones
@@ -64,6 +64,7 @@ struct ErrorStudy {
     std::vector<std::string> refused;  ///< methods that this space cannot serve
     std::vector<EnergyTrace> energy;   ///< along one ray, at about equal work
     std::vector<PictureError> pictures;
+    ErrorMap map;
     double seconds = 0;
     bool interrupted = false;
 };

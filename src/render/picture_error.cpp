@@ -1,5 +1,8 @@
 #include "render/picture_error.h"
 
+#include "render/camera.h"
+#include "render/ray_errors.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -47,6 +50,28 @@ void compare(const Film& should, const Film& is, PictureError& error) {
 }
 
 }  // namespace
+
+ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& reference, const std::atomic<bool>* stop) {
+    const auto small = small_plan(plan, width);
+    Film film(small->scene.film.width, small->scene.film.height, {"color", "position_error"});
+    small->scene.film.spp = 1;
+    if (kernel_makes_rays(*small)) small->job.camera = &small->camera;
+    render(*small, film, {.stop = stop});
+    ErrorMap map{film.width(), film.height(), {}, {}, {}};
+    const std::size_t pixels = std::size_t(map.width) * map.height;
+    map.color.assign(film.plane("color"), film.plane("color") + 3 * pixels);
+    map.estimate.assign(film.plane("position_error"), film.plane("position_error") + pixels);
+    std::vector<RayStart> starts;
+    for (std::uint32_t y = 0; y < map.height; ++y)
+        for (std::uint32_t x = 0; x < map.width; ++x) starts.push_back(pixel_ray(*small, x, y));
+    std::vector<RayEnd> should, is;
+    trace(*small, starts, is);
+    const PlanAs as(*small, reference);
+    trace(*small, starts, should);
+    for (std::size_t i = 0; i < pixels; ++i)
+        map.truth.push_back(float(pixel_error(*small, in_space(*small, should[i]), in_space(*small, is[i]))));
+    return map;
+}
 
 std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, const Variant& reference,
                                          const std::vector<Variant>& variants, const std::atomic<bool>* stop) {

@@ -17,6 +17,16 @@ struct PictureError {
     std::optional<double> psnr;  ///< decibels below white; none for equal pictures
 };
 
+/// The scene's own picture, and how wrong its rays are, pixel by pixel; not a number where that is not known.
+struct ErrorMap {
+    std::uint32_t width = 0, height = 0;
+    std::vector<float> color;            ///< linear RGB
+    std::vector<float> estimate, truth;  ///< pixels: the layer `position_error`, and the distance to the reference
+};
+
+/// At most `width` pixels wide, one ray per pixel; by the plan's own method against `reference`.
+ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& reference, const std::atomic<bool>* stop);
+
 /// The scene's picture at most `width` pixels wide, by each variant, against that by `reference`.
 std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, const Variant& reference,
                                          const std::vector<Variant>& variants, const std::atomic<bool>* stop);

@@ -1,5 +1,9 @@
 #include "render/ray_errors.h"
 
+#include "render/camera.h"
+#include "render/far_sky.h"
+#include "scene/vector3.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,22 +20,44 @@ double angle(const double (&a)[3], const double (&b)[3]) {
     return 2 * std::asin(std::min(1.0, 0.5 * distance(a, b)));
 }
 
-double distance_to_camera(const Plan& plan, const RayEnd& end) {
-    const Double3& eye = plan.scene.camera.position;
-    return std::hypot(end.q[0] - eye[0], end.q[1] - eye[1], end.q[2] - eye[2]);
+double angle(const Double3& a, const Double3& b) {
+    return 2 * std::asin(std::min(1.0, 0.5 * length(subtract(a, b))));
 }
 
-/// The angle by which what is seen is displaced: a point by its distance, the sky by its direction.
-double seen_angle(const Plan& plan, const RayEnd& should, const RayEnd& is) {
-    if (should.status == Status::hit) return distance(should.q, is.q) / distance_to_camera(plan, should);
-    return angle(should.v, is.v);
+bool by_direction(const Plan& plan, const RayEnd& end) {
+    return end.status != Status::hit && plan.scene.camera.type != "orthographic";
+}
+
+}  // namespace
+
+RayEnd in_space(const Plan& plan, RayEnd end) {
+    for (std::size_t k = 0; k < 3; ++k) end.q[k] = end.q[k] / plan.unit - plan.scene.space.center[k];
+    return end;
 }
 
 bool has_end(const RayEnd& end) {
     return end.status == Status::hit || end.status == Status::escaped;
 }
 
-}  // namespace
+double pixel_at(const Plan& plan, const RayEnd& end) {
+    const Double3 &eye = plan.scene.camera.position, &center = plan.scene.space.center;
+    if (by_direction(plan, end)) return pixel_size(plan.scene, 1);
+    return pixel_size(plan.scene, std::hypot(end.q[0] + center[0] - eye[0], end.q[1] + center[1] - eye[1], end.q[2] + center[2] - eye[2]));
+}
+
+double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is) {
+    const double size = pixel_at(plan, should);
+    if (!by_direction(plan, should)) return distance(should.q, is.q) / size;
+    const SkyView a = sky_view(plan, should), b = sky_view(plan, is);
+    return a.far == b.far ? angle(a.direction, b.direction) / size : angle(should.v, is.v) / size;
+}
+
+double pixel_error(const Plan& plan, const RayEnd& should, const RayEnd& is) {
+    constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+    if (!same_class(plan, should, is)) return not_known;
+    if (should.status == Status::captured) return 0;
+    return has_end(should) ? pixels_apart(plan, should, is) : not_known;
+}
 
 Spread spread_of(std::vector<double> values) {
     if (values.empty()) return {};
@@ -45,7 +71,7 @@ bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b) {
     return a.status != Status::hit || plan.geometry->object_of(a.surface) == plan.geometry->object_of(b.surface);
 }
 
-RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference,
+RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
                        const std::vector<RayEnd>& ends) {
     RayErrors errors;
     std::vector<double> position, direction, pixels, ill;
@@ -57,7 +83,7 @@ RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const Referen
             continue;
         }
         if (!has_end(should)) continue;
-        const double displaced = seen_angle(plan, should, is) / sample.pixel_angle;
+        const double displaced = pixels_apart(plan, in_space(plan, should), in_space(plan, is));
         if (reference.conditioning[i] > ill_conditioned) {
             ill.push_back(displaced / reference.conditioning[i]);
             continue;
@@ -83,7 +109,8 @@ std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, 
         for (const RayEnd* aside : {&right[i], &below[i]}) {
             // A neighbour that ends otherwise may be beside an edge only; that alone does not make a ray ill-conditioned.
             if (!has_end(ends[i]) || !same_class(plan, ends[i], *aside)) continue;
-            const double apart = std::max(angle(ends[i].v, aside->v), seen_angle(plan, ends[i], *aside));
+            const double seen = pixels_apart(plan, in_space(plan, ends[i]), in_space(plan, *aside)) * sample.pixel_angle;
+            const double apart = std::max(angle(ends[i].v, aside->v), seen);
             all[i] = std::max(all[i], apart / sample.turn);
         }
     return all;

@@ -22,6 +22,23 @@ struct ReferenceRays {
     std::vector<bool> decided;         ///< two methods agree on how the ray ends, and it does
 };
 
+/// Whether there is something to see at the end of a ray.
+bool has_end(const RayEnd& end);
+
+/// How large a pixel of the film is where a ray ends: a length where it hits, else an angle.
+double pixel_at(const Plan& plan, const RayEnd& end);
+
+/// How far what is seen at the end of a ray is from where it should be, in pixels of the film: a point by its distance, the sky by its
+/// direction (by the end point where a camera's rays are parallel). Ends of one class, in the coordinates of the Hamiltonian, as kernels
+/// write them.
+double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is);
+
+/// The same for any ends: zero where both are captured, not a number where they differ in class or there is nothing to see.
+double pixel_error(const Plan& plan, const RayEnd& should, const RayEnd& is);
+
+/// From the scene's coordinates and unit, in which `trace` tells ends, to those of the Hamiltonian.
+RayEnd in_space(const Plan& plan, RayEnd end);
+
 /// Errors of one way of tracing the sample. Rays that end otherwise than they should are `flips` and enter nothing else; rays
 /// that are captured have no end to compare.
 struct RayErrors {
@@ -37,7 +54,7 @@ struct RayErrors {
 bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b);
 
 /// Positions of `ends` are scene coordinates.
-RayErrors compare_rays(const Plan& plan, const SampleRays& sample, const ReferenceRays& reference,
+RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
                        const std::vector<RayEnd>& ends);
 
 /// conditioning of ReferenceRays, from the ends of the sample's rays and of those turned aside.

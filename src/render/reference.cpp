@@ -62,7 +62,7 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
         ++(decided ? story.decided : story.undecided);
         ++story.status[static_cast<int>(rays.ends[i].status)];
     }
-    const RayErrors difference = compare_rays(plan, sample, rays, confirming);
+    const RayErrors difference = compare_rays(plan, rays, confirming);
     story.uncertainty = difference.position, story.direction = difference.direction, story.pixels = difference.pixels;
     return made;
 }

@@ -1,5 +1,6 @@
 #include "render/render.h"
 
+#include "render/end_errors.h"
 #include "render/footprint.h"
 #include "render/predict.h"
 #include "render/run.h"
@@ -59,11 +60,12 @@ struct Wanted {
 
 /// Adds the rays of pixel (x, y), the first of them `first` in the tile.
 void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const RayList& list, std::size_t first, std::uint32_t x,
-            std::uint32_t y, Quad& quad) {
+            std::uint32_t y, Quad& quad, const std::vector<EndError>& errors) {
     const FilmDescription& film = plan.scene.film;
     for (std::uint32_t i = 0; i < film.spp; ++i) {
         Sighting& ray = quad.rays.emplace_back();
         ray.end = ends + first + i;
+        if (!errors.empty()) ray.error = &errors[first + i];
         if (!list.starts.empty())
             ray.ray = {list.starts[first + i], list.frequencies[first + i]};
         else if (wanted.starts)
@@ -75,7 +77,8 @@ void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const Ra
 }
 
 /// Shades the pixels of a tile that lie in the window `film` shows, in blocks of 2 × 2.
-void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list, Film& film) {
+void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list, Film& film,
+                const std::vector<EndError>& errors) {
     const Wanted wanted(plan, film);
     const Shader shader(film);
     const std::uint32_t spp = plan.scene.film.spp, width = tile.x1 - tile.x0;
@@ -87,7 +90,7 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             quad.rays.clear(), quad.places.clear();
             for (std::uint32_t y = y0; y < y1; ++y)
                 for (std::uint32_t x = x0; x < x1; ++x)
-                    gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad);
+                    gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad, errors);
             if (wanted.patches) find_patches(plan, quad, spp);
             const SkyFootprints footprints = wanted.footprints ? footprints_of(plan, quad, spp) : SkyFootprints{};
             std::span<const Sighting> rays = quad.rays;
@@ -107,9 +110,11 @@ RunReport render(const Plan& plan, Film& film, const Watch& watch) {
     if (film.has("energy_error")) job.outputs |= output_energy;
     TileRays rays;
     if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
+    const EndErrors end_errors(plan, film.has("position_error"), film.has("rounding_error"));
     Snapshots snapshots(watch, film);
     const auto done = [&, shown = window(plan)](const Tile& tile, const RayEnd* ends, const RayList& list) {
-        snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, film); });
+        const std::vector<EndError> errors = end_errors.of(tile, ends, list);
+        snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, film, errors); });
         snapshots.take();
     };
     const Schedule schedule = schedule_of(plan);

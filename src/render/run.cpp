@@ -39,13 +39,6 @@ private:
     unsigned before_;
 };
 
-void trace_list(const Plan& plan, Job job, Share& share) {
-    job.camera = nullptr, job.rays = share.list.starts.data();
-    const Tile all{0, 0, static_cast<std::uint32_t>(share.list.starts.size()), 1};
-    share.ends.resize(share.list.starts.size());
-    plan.kernel->trace(&job, &all, share.ends.data(), &share.counters);
-}
-
 double processor_seconds() {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -147,12 +140,7 @@ private:
         if (record) record->listed = rays_ ? seconds() : record->begin, record->ticks = __rdtsc();
         Job job = job_;
         job.timed = record && record->looked_into;
-        if (rays_) {
-            trace_list(plan_, job, share);
-        } else {
-            share.ends.resize(std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0));
-            plan_.kernel->trace(&job, &tile, share.ends.data(), &share.counters);
-        }
+        trace_tile(*plan_.kernel, job, tile, share.list, share.ends, share.counters);
         if (record) record->traced = seconds(), record->ticks = __rdtsc() - record->ticks;
         done_(tile, share.ends.data(), share.list);
         count(share);
@@ -187,6 +175,18 @@ private:
 };
 
 }  // namespace
+
+std::size_t rays_of(const Tile& tile, const RayList& list) {
+    return list.starts.empty() ? std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0) : list.starts.size();
+}
+
+void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends, Counters& counters) {
+    ends.resize(rays_of(tile, list));
+    if (list.starts.empty()) return kernel.trace(&job, &tile, ends.data(), &counters);
+    job.camera = nullptr, job.rays = list.starts.data();
+    const Tile all{0, 0, static_cast<std::uint32_t>(list.starts.size()), 1};
+    kernel.trace(&job, &all, ends.data(), &counters);
+}
 
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
                     const Watch& watch) {

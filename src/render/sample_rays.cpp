@@ -1,10 +1,10 @@
 #include "render/sample_rays.h"
 
+#include "render/camera.h"
 #include "render/render.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace kagero {
 namespace {
@@ -26,7 +26,7 @@ SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t heig
     const FilmDescription& film = plan.scene.film;
     SampleRays sample;
     sample.width = std::min(width, film.width), sample.height = std::min(height, film.height);
-    sample.pixel_angle = 2 * std::tan(plan.scene.camera.fov * std::numbers::pi / 360) / film.height;
+    sample.pixel_angle = pixel_size(plan.scene, 1);
     sample.turn = turn;
     std::vector<std::array<std::uint32_t, 2>> grid;
     for (std::uint32_t y = 0; y < sample.height; ++y)

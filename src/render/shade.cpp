@@ -77,6 +77,14 @@ double energy_error_of(const Pixel& pixel) {
     return greatest;
 }
 
+/// The greatest of the pixel's rays; not a number where that is so of one of them.
+double greatest_error(const Pixel& pixel, double EndError::*error) {
+    double greatest = 0;
+    for (const Sighting& ray : pixel.rays)
+        if (!std::isnan(greatest) && !(ray.error->*error <= greatest)) greatest = ray.error->*error;
+    return greatest;
+}
+
 double object_of(const Pixel& pixel) {
     const RayEnd& end = *pixel.rays.front().end;
     return end.status == Status::hit ? pixel.plan.geometry->object_of(end.surface) + 1 : 0;
@@ -93,6 +101,10 @@ constexpr Painter painters[] = {
     {"steps", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.steps; }); }},
     {"gradients", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.gradients; }); }},
     {"energy_error", [](const Pixel& p, float* out) { *out = float(energy_error_of(p)); }},
+    {"position_error", [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::position)); }},
+    {"rounding_error", [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::rounding)); }},
+    {"newton", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.iterations; }); }},
+    {"occupancy", [](const Pixel& p, float* out) { *out = p.rays.front().end->occupancy; }},
     {"depth", [](const Pixel& p, float* out) { *out = float(depth_of(p.plan, p.rays.front())); }},
     {"redshift", [](const Pixel& p, float* out) { *out = float(redshift_of(p.plan, p.rays.front())); }},
     {"object", [](const Pixel& p, float* out) { *out = float(object_of(p)); }},

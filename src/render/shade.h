@@ -3,6 +3,7 @@
 
 #include "film/film.h"
 #include "render/camera.h"
+#include "render/end_errors.h"
 
 #include <span>
 #include <vector>
@@ -13,7 +14,8 @@ namespace kagero {
 struct Sighting {
     const RayEnd* end = nullptr;
     CameraRay ray;
-    Patch patch{};  ///< of the surface that it meets
+    Patch patch{};                    ///< of the surface that it meets
+    const EndError* error = nullptr;  ///< only where a layer wants it
 };
 
 /// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.

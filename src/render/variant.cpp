@@ -50,11 +50,17 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
     return {};
 }
 
+Job job_as(const Plan& plan, const Variant& variant) {
+    Job job = plan.job;
+    job.max_steps = allowed_steps(plan, variant);
+    job.integrator = variant.integrator, job.rescaled = variant.rescaled;
+    (info_of(plan, variant).adaptive ? job.tolerance : job.step) = variant.step;
+    if (variant.solver_tolerance >= 0) job.solver_tolerance = variant.solver_tolerance;
+    return job;
+}
+
 void follow(Plan& plan, const Variant& variant) {
-    plan.job.max_steps = allowed_steps(plan, variant);
-    plan.job.integrator = variant.integrator, plan.job.rescaled = variant.rescaled;
-    (info_of(plan, variant).adaptive ? plan.job.tolerance : plan.job.step) = variant.step;
-    if (variant.solver_tolerance >= 0) plan.job.solver_tolerance = variant.solver_tolerance;
+    plan.job = job_as(plan, variant);
     plan.kernel = variant.kernel;
 }
 

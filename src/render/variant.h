@@ -3,6 +3,7 @@
 
 #include "render/render.h"
 
+#include <algorithm>
 #include <optional>
 
 namespace kagero {
@@ -26,7 +27,10 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
 /// The same by one of the module's kernels, which may refuse it too.
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel, double step);
 
-/// Makes a plan follow a variant. A ray may take as many steps as cover the path that the scene allows.
+/// The plan's job by a variant. A ray may take as many steps as cover the path that the scene allows.
+Job job_as(const Plan& plan, const Variant& variant);
+
+/// Makes a plan follow a variant.
 void follow(Plan& plan, const Variant& variant);
 
 /// The same while it lives.
@@ -36,7 +40,12 @@ public:
     ~PlanAs();
     PlanAs(const PlanAs&) = delete;
     PlanAs& operator=(const PlanAs&) = delete;
-    void without_surfaces() { plan_.job.geometry = nullptr; }
+    /// A ray may find no end then, and takes so many steps at most.
+    void without_surfaces(std::uint32_t most_steps) {
+        if (!plan_.job.geometry) return;
+        plan_.job.geometry = nullptr;
+        plan_.job.max_steps = std::min(plan_.job.max_steps, most_steps);
+    }
     void on_threads(unsigned threads) { plan_.threads = threads; }
 
 private:

@@ -9,6 +9,15 @@
 #include <limits>
 
 namespace kagero {
+
+std::string power_of_ten(int exponent) {
+    static const char* const figures[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    if (exponent >= 0 && exponent <= 5) return std::string("1") + std::string(static_cast<std::size_t>(exponent), '0');
+    std::string text = exponent < 0 ? "10⁻" : "10";
+    for (const char c : std::to_string(std::abs(exponent))) text += figures[c - '0'];
+    return text;
+}
+
 namespace {
 
 // Sizes in SVG units; the picture scales to the width of its page.
@@ -19,15 +28,6 @@ constexpr double label_height = 13;
 std::string general(double value) {
     char buffer[40];
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 6).ptr};
-}
-
-/// 10 to a whole power, in raised figures.
-std::string power_of_ten(int exponent) {
-    static const char* const figures[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-    if (exponent >= 0 && exponent <= 5) return std::string("1") + std::string(static_cast<std::size_t>(exponent), '0');
-    std::string text = exponent < 0 ? "10⁻" : "10";
-    for (const char c : std::to_string(std::abs(exponent))) text += figures[c - '0'];
-    return text;
 }
 
 /// One axis: values to places, and where its ticks are.

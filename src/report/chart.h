@@ -10,6 +10,9 @@ namespace kagero {
 /// Marks tell lines apart without colour.
 enum class Mark { none, circle, square, triangle, diamond, cross };
 
+/// 10 to a whole power, in raised figures.
+std::string power_of_ten(int exponent);
+
 struct Series {
     std::string label;
     std::string color;  ///< CSS

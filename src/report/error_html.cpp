@@ -1,5 +1,6 @@
 // The page of `error`: charts first, then tables, each with a sentence on how to read it.
 #include "report/error_charts.h"
+#include "report/error_map.h"
 #include "report/error_report.h"
 #include "report/machine.h"
 #include "report/method_style.h"
@@ -161,7 +162,7 @@ std::string data_section(const ErrorStudy& study) {
         std::to_string(study.ill_conditioned) +
         " of the sample), the greatest pixel error over that factor; they enter no other percentile. No surfaces: the same rays "
         "with nothing to meet, until they leave "
-        "the scene.</p>\n";
+        "the scene or have taken as many steps as 99 % of those that meet something.</p>\n";
     for (const StudyCurve& curve : study.curves) text += curve_details(curve);
     if (!study.refused.empty()) {
         text += "<p class=\"note\">This space cannot be served by:";
@@ -169,6 +170,16 @@ std::string data_section(const ErrorStudy& study) {
         text += "</p>\n";
     }
     return text + "</section>\n";
+}
+
+std::string map_section(const ErrorStudy& study) {
+    if (study.map.truth.empty()) return "";
+    const double within = share_within(study.map, 3);
+    return html_figure("Where the picture is wrong", error_map_svg(study.map),
+                       "The scene by its own method and step. In the middle what rendering can say of it (the layer position_error), on the "
+                       "right the distance to the reference; the colours mean the same. Grey: another object, or none, when traced otherwise; "
+                       "captured rays are black; a few values lie beyond the scale. In " + fixed(100 * within, 1) +
+                           " % of the pixels whose true error is known and above rounding the estimate is right within a factor of 3.");
 }
 
 std::string reference_section(const ErrorStudy& study) {
@@ -221,7 +232,7 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
         html_figure("Packets against single rays", strategy_chart(plan, study),
                     "Run time per ray of the scene's own method at its own step; the whisker spans the quickest and the slowest "
                     "run. Factors are over one ray at a time in double precision.");
-    body += pictures_section(study) + reference_section(study) + data_section(study);
+    body += map_section(study) + pictures_section(study) + reference_section(study) + data_section(study);
     return html_page("Error against run time: " + name,
                      plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);
 }

@@ -72,39 +72,73 @@ void denormals(Trial& trial) {
     }
 }
 
-// The end of each ray against the same ray in double with small steps, relative to r = 50.
+namespace {
+
+/// A camera before the hole, 48 × 32 rays out to r = 50.
+std::string float_scene(const char* method, double step) {
+    return hole(method, step) +
+           "[camera]\nposition = [0, -40, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 30\n[film]\nsize = [48, 32]\n";
+}
+
+std::vector<RayEnd> picture_ends(Trial& trial, const Options& options, const char* method, double step) {
+    SceneDescription scene = trial.scene(float_scene(method, step), true);
+    scene.integrator.escape_radius = 50;
+    const auto plan = make_plan(std::move(scene), options);
+    std::vector<RayStart> starts;
+    for (std::uint32_t y = 0; y < 32; ++y)
+        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));
+    return trial.ends(*plan, starts);
+}
+
+/// Errors of a picture's rays, sorted; of those whose deflection multiplies no error more than about tenfold: b > 1.2 b_c.
+std::vector<double> float_errors(Trial& trial, const std::vector<RayEnd>& reference, const char* method, double step) {
+    const auto rough = picture_ends(trial, trial.options(), method, step);
+    std::vector<double> errors;
+    std::size_t flips = 0;
+    for (std::size_t i = 0; i < rough.size(); ++i) {
+        flips += rough[i].status != reference[i].status;
+        const double *q = reference[i].q, *v = reference[i].v;
+        const double b = std::hypot(q[1] * v[2] - q[2] * v[1], q[2] * v[0] - q[0] * v[2], q[0] * v[1] - q[1] * v[0]);
+        if (rough[i].status != Status::escaped || reference[i].status != Status::escaped || b < 1.2 * critical_impact) continue;
+        errors.push_back(distance(rough[i].q, {q[0], q[1], q[2]}));
+    }
+    trial.expect(flips <= 2, std::to_string(flips) + " rays end otherwise, " + method + ", step " + number(step));
+    std::sort(errors.begin(), errors.end());
+    return errors;
+}
+
+}  // namespace
+
+// Every ray of a picture against the same ray in double with small steps. Gauss methods compensate their updates: more steps
+// never make the middle ray worse, and of the worst hundredth, a few rays and much luck, no more than a factor of 4, where 32
+// times as many steps without compensation make 32 times the error. What others lose is told.
 void float_floor(Trial& trial) {
     if (!trial.in_float()) return;
-    std::vector<RayInput> rays;
-    for (const OrbitPlane& plane : planes)
-        for (const double b : {3.0, 4.0, 5.0, 7.0, 10.0, 15.0}) rays.push_back(ray_inward(plane, b, 40));
-    const auto ends = [&](const Options& options, double step) {
-        SceneDescription scene = trial.scene(hole("gauss8", step));
-        scene.integrator.escape_radius = 50;
-        const auto plan = make_plan(std::move(scene), options, false);
-        return trial.ends(*plan, rays);
-    };
     Options exact = trial.options();
     exact.precision = "double";
-    const auto reference = ends(exact, 0.05);
-    double least = HUGE_VAL, greatest = 0;
-    for (const double step : {0.4, 0.2, 0.1, 0.05, 0.025, 0.0125}) {
-        const auto rough = ends(trial.options(), step);
-        std::vector<double> errors;
-        for (std::size_t i = 0; i < rough.size(); ++i) {
-            trial.expect_status(rough[i], Status::escaped, "step " + number(step));
-            errors.push_back(distance(rough[i].q, {reference[i].q[0], reference[i].q[1], reference[i].q[2]}));
+    const auto reference = picture_ends(trial, exact, "gauss8", 0.05);
+    for (const char* method : {"gauss8", "gauss12", "suzuki4-nine", "rk4"}) {
+        const bool compensated = std::string(method).starts_with("gauss");
+        double least[] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, greatest = 0;
+        std::string told;
+        for (const double step : {0.4, 0.2, 0.1, 0.05, 0.025, 0.0125}) {
+            const auto errors = float_errors(trial, reference, method, step);
+            constexpr double shares[] = {0.5, 0.9, 0.99};
+            for (int k = 0; k < 3; ++k) {
+                const double error = errors[static_cast<std::size_t>(shares[k] * double(errors.size() - 1))];
+                // Four ulp of r = 50 are the luck of roundings.
+                if (compensated)
+                    trial.expect(error < (k == 0 ? 1 : 4) * least[k] + 4 * 0x1p-18,
+                                 "error " + std::to_string(error) + " of " + number(shares[k]) + " at step " + number(step) +
+                                     ", but " + std::to_string(least[k]) + " at a longer one, " + method);
+                least[k] = std::min(least[k], error);
+                if (k != 1) told += (k == 0 ? (told.empty() ? "" : ", ") : " … ") + three_digits(error);
+            }
+            greatest = errors.back();
         }
-        std::sort(errors.begin(), errors.end());
-        const double median = errors[errors.size() / 2];
-        // Four ulp of r = 50 are the luck of roundings; the greatest error, of one ray, has more of it.
-        trial.expect(median < least + 4 * 0x1p-18, "median error " + std::to_string(median) + " at step " + number(step) +
-                                                       ", but " + std::to_string(least) + " at a longer one");
-        trial.note("step " + std::to_string(step).substr(0, 6) + ": median " + std::to_string(median) + ", greatest " +
-                   std::to_string(errors.back()));
-        least = std::min(least, median), greatest = errors.back();
+        if (compensated) trial.measure("greatest error at the shortest step", greatest, 1e-3);
+        if (!trial.in_scalar()) trial.note(std::string(method) + ", half … 99 % of the rays at steps 0.4 to 0.0125: " + told);
     }
-    trial.measure("greatest error at the shortest step", greatest, 1e-3);
 }
 
 }  // namespace kagero::stability

@@ -25,13 +25,6 @@ bool is_finite(const RayEnd& end) {
     return std::isfinite(sum) && std::isfinite(end.p[0]) && std::isfinite(end.p[1]) && std::isfinite(end.p[2]);
 }
 
-std::string three_digits(double value) {
-    std::ostringstream text;
-    text.precision(3);
-    text << value;
-    return text.str();
-}
-
 }  // namespace
 
 void Findings::fail(const std::string& text) {
@@ -110,6 +103,13 @@ void Trial::expect_status(const RayEnd& end, Status expected, const std::string&
 void Trial::measure(const std::string& label, double value, double bound) {
     findings_.measure(label + " (" + options_.precision + ")", value);
     expect(value <= bound, label + " " + three_digits(value) + " > " + three_digits(bound));
+}
+
+std::string three_digits(double value) {
+    std::ostringstream text;
+    text.precision(3);
+    text << value;
+    return text.str();
 }
 
 std::string space_text(const std::string& hamiltonian, const std::string& parameters, const std::string& integrator) {

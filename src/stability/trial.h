@@ -65,6 +65,8 @@ private:
 // Texts of scenes.
 std::string space_text(const std::string& hamiltonian, const std::string& parameters, const std::string& integrator);
 std::string number(double value);
+/// For people.
+std::string three_digits(double value);
 
 // Vectors.
 double distance(const double (&a)[3], const Double3& b);

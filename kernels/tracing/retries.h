@@ -12,17 +12,20 @@ std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
     return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
 }
 
-/// The step that ends on the crease, by the secant through the last two tries, of which the first is the start.
+/// The step that ends on the crease, by the secant through the last two tries, of which the first is the start. A ray that grazes has
+/// its turning point between them: where their secant leads out of the step, that through the start and the end of the step does not.
 template <class V>
 V PacketTracer<V>::length_to_crease(std::uint64_t lanes) {
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         if (rejections_[i] == 0) set_lane(tried_h_, i, S(0)), set_lane(tried_side_, i, get_lane(flow_.start_side, i));
     }
-    const V next = flow_.h - flow_.side * (flow_.h - tried_h_) / (flow_.side - tried_side_);
+    const V secant = flow_.h - flow_.side * (flow_.h - tried_h_) / (flow_.side - tried_side_);
+    const V chord = flow_.h * flow_.start_side / (flow_.start_side - flow_.side);
+    const V next = pick((secant > V(S(0))) & (secant < flow_.h), secant, chord);
     const MaskOf<V> here = from_bits<V>(lanes);
     tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.side, tried_side_);
-    return max(min(next, V(S(0.98)) * flow_.h), V(S(0)));
+    return min(next, V(S(0.98)) * flow_.h);
 }
 
 /// Steps that are not accepted are taken again with another length.

@@ -128,7 +128,9 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
                                       formula::operations_of(p.velocity), formula::operations_of(p.survey)});
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() {
-        return operations_of(method, space_kernel<H, double>(rescaled && Rescalable<H>).operations);
+        double slope = 0;
+        if constexpr (Orbiting<H>) slope = operations_of(force_program<OrbitPlane<H>, false>);
+        return operations_of(method, space_kernel<H, double>(rescaled && Rescalable<H>).operations, slope);
     });
 }
 

@@ -96,7 +96,7 @@ TEST_F(Error, OrdersAreThoseOfTheMethods) {
 
 // A ray that ends otherwise than it should has no error in scene units: it is counted, and leaves the percentiles.
 TEST_F(Error, FlipsAreCountedApart) {
-    const json report = study();
+    const json report = study("--integrator gauss8 --step 0.5");
     const std::uint64_t decided = report["reference"]["decided"], captured = report["reference"]["status"]["captured"];
     std::uint64_t flips = 0;
     for (const json& curve : report["curves"])

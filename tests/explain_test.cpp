@@ -42,9 +42,10 @@ TEST_F(Explain, PartsChangeSidesWithTheScene) {
         const char *part, *with, *without;
     } const parts[] = {
         {"integration by", "", "-D space.rg=0"},
-        {"time transformation", "", "-D integrator.rescale=none"},
+        {"the plane of the orbit", "", "-D integrator.symmetry=none"},
+        {"time transformation", "--integrator gauss8", "-D integrator.rescale=none"},
         {"step control", "--integrator dp54", ""},
-        {"implicit equations", "", "--integrator rk4"},
+        {"implicit equations", "--integrator gauss8", "--integrator rk4"},
         {"layer steps", "--layers color,steps", ""},
         {"scrambled Sobol", "--spp 4", ""},
         {"camera rays made in the kernel", "", "--spp 4"},

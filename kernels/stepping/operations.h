@@ -5,8 +5,9 @@
 
 namespace kagero {
 
-/// A method on these programs: its gradients with what moves the state between them, and what it does once per step.
-inline Operations operations_of(const Method& method, const ProgramOperations& program) {
+/// A method on these programs: its gradients with what moves the state between them, and what it does once per step. `slope`: of ∂V/∂u
+/// in the plane of an orbit.
+inline Operations operations_of(const Method& method, const ProgramOperations& program, double slope = 0) {
     const double arrival = program.survey, one_sided = 0.5 * (program.force + program.velocity);
     switch (method.kind) {
         case Kind::gauss:
@@ -24,7 +25,8 @@ inline Operations operations_of(const Method& method, const ProgramOperations& p
             }
             return {program.derivatives, arrival + 12 * products};
         }
-        case Kind::orbit: return {6, arrival + 160};  // turning the plane and leaving it: counted by hand
+        // Into the plane, turning its axes, and out of it: counted in orbit.h, with sine and cosine as what they are made of.
+        case Kind::orbit: return {slope + 5, arrival + 145};
         default: return {one_sided + 6, arrival};
     }
 }

@@ -20,7 +20,7 @@ constexpr const char* quantity_names[] = {"position", "momentum", "H", "paramete
 using Errors = std::array<double, quantities>;
 
 /// How far methods that step in angles go, radians.
-constexpr double path_angle = 0.5;
+constexpr double path_angle = 1.2;
 
 /// Nothing where a step had no solution: it was too long.
 template <class H, class V>
@@ -182,15 +182,18 @@ void expect_stated_order(const Method& method, bool rescaled) {
     EXPECT_LE(least, order + above) << "of higher order after all?";
 }
 
+/// Methods that reach double's rounding after two or three step sizes.
+bool needs_quad(const Method& method) { return method.info.order >= 8 || (method.info.angular && method.info.order >= 6); }
+
 TYPED_TEST(Orders, InQuadruplePrecision) {
     for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
-        if (method.info.order >= 8) expect_stated_order<TypeParam, Quad>(method, rescaled);
+        if (needs_quad(method)) expect_stated_order<TypeParam, Quad>(method, rescaled);
     });
 }
 
 TYPED_TEST(Orders, InDouble) {
     for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
-        if (method.info.order <= 6) expect_stated_order<TypeParam, double>(method, rescaled);
+        if (!needs_quad(method)) expect_stated_order<TypeParam, double>(method, rescaled);
     });
 }
 

@@ -66,6 +66,8 @@ SkyFootprints footprints_of(const Plan& plan, const Quad& quad, std::uint32_t sp
     }
     const double share = 1 / std::sqrt(static_cast<double>(spp));
     SkyFootprints footprints;
+    for (const Sighting& ray : quad.rays)
+        footprints.beside_shadow = footprints.beside_shadow || ray.end->status == Status::captured;
     for (const bool far : {false, true}) {
         Footprint& f = far ? footprints.far : footprints.near;
         f = spread_of(directions[far], places[far]);

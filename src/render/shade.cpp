@@ -2,6 +2,7 @@
 
 #include "render/far_sky.h"
 #include "render/redshift.h"
+#include "scene/shapes.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -15,6 +16,16 @@ Double3 scene_point(const Plan& plan, const RayEnd& end) {
     return {end.q[0] + c[0], end.q[1] + c[1], end.q[2] + c[2]};
 }
 
+/// A ray that gets away alone, beside captured ones, has grazed the photon sphere: around there every pixel shows the whole sky, again
+/// and again. It stands for a large piece of it.
+Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
+    constexpr double large = 0.5;  // radian
+    const Footprint& known = view.far ? footprints.far : footprints.near;
+    if (!footprints.beside_shadow || length(known.major) > 0) return known;
+    const auto [e1, e2] = meridians(view.direction);
+    return {scaled(e1, large), scaled(e2, large)};
+}
+
 /// Captured rays come from nowhere and are black; so are rays without an end, which the status layer tells apart.
 Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints) {
     const RayEnd& end = *ray.end;
@@ -25,7 +36,7 @@ Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& foot
                                                 redshift_of(plan, ray), ray.patch);
         case Status::escaped: {
             const SkyView view = sky_view(plan, end);
-            return plan.geometry->sky_color(view.direction, view.far, view.far ? footprints.far : footprints.near);
+            return plan.geometry->sky_color(view.direction, view.far, filter_of(view, footprints));
         }
         default:
             return {0, 0, 0};

@@ -21,6 +21,7 @@ struct Sighting {
 /// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.
 struct SkyFootprints {
     Footprint near, far;
+    bool beside_shadow = false;  ///< some rays of the block are captured
 };
 
 /// All that a pixel is made from: its rays, at least one, and its place on the whole picture.

@@ -97,8 +97,6 @@ inline constexpr auto verlet = halves(once);
 inline constexpr auto yoshida4 = halves(yoshida4_weights);
 inline constexpr auto suzuki4_nine = halves(nine_weights);
 inline constexpr auto suzuki4 = halves(suzuki4_weights);
-/// McLachlan (1995), five S2, order 4.
-inline constexpr auto mclachlan4 = halves(palindrome<5>(std::array{.28, .62546642846767004501}));
 inline constexpr auto s6 = of_splitting(s6_a, s6_b);
 inline constexpr auto s10 = of_splitting(s10_a, s10_b);
 inline constexpr auto kahan_li6 = halves(kahan_li6_weights);

@@ -109,6 +109,16 @@ TEST_F(Error, FlipsAreCountedApart) {
     EXPECT_GT(flips, 0u) << "the recipe at its coarsest step should lose some ray of a black hole";
 }
 
+// A lens whose surface only collocation can cross has a reference, too.
+TEST_F(Error, OfALensIsConfirmedByAnotherCollocation) {
+    const Outcome outcome = run("error " KAGERO_SCENES "/luneburg.toml --quick --sample 12x12 -o lens --json lens.json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(read("lens.json"));
+    EXPECT_EQ(report["reference"]["confirmed_by"], "gauss12");
+    EXPECT_LT(report["reference"]["uncertainty"]["p90"], 1e-10);
+    EXPECT_GT(report["reference"]["decided"], 100);
+}
+
 TEST_F(Error, TwoRunsDifferInTimesAlone) {
     EXPECT_EQ(without_times(study()), without_times(study()));
 }

@@ -9,13 +9,16 @@ struct Candidate {
 };
 struct Pair {
     Candidate best, other;
+    bool alike = false;  ///< taken only where no unlike pair serves
 };
 // Unlike methods first: collocation at a fixed step against explicit stages at steps of their own. Where light runs against the
-// edge of a medium no fixed step suffices; there two adaptive methods of other orders and stages must do.
+// edge of a medium no fixed step suffices; there two adaptive methods of other orders and stages must do. Where the slope of H jumps
+// collocation alone serves: two of it, of other orders, stages and steps.
 constexpr Pair pairs[] = {
     {{"gauss16", 0.5}, {"rkf78", 1e-14}},
     {{"gauss16", 0.125}, {"rkf78", 1e-14}},
     {{"rkf78", 1e-14}, {"dp54", 1e-14}},
+    {{"gauss16", 0.25}, {"gauss12", 0.125}, true},
 };
 /// End points this close (99 % of the rays; in sizes of the scene) need no better pair.
 constexpr double close_enough = 1e-12;
@@ -74,7 +77,7 @@ ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceSto
     std::optional<Attempt> least;
     for (const Pair& pair : pairs) {
         const auto best = find(plan, pair.best), other = find(plan, pair.other);
-        if (!best || !other) continue;
+        if (!best || !other || (least && pair.alike)) continue;
         Attempt made = attempt(plan, sample, *best, *other);
         if (!least || made.story.uncertainty.p99 < least->story.uncertainty.p99) least = std::move(made);
         if (least->story.uncertainty.p99 <= close_enough * size) break;

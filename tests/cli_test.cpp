@@ -153,6 +153,9 @@ TEST_F(Cli, TraceEndsAtAParameter) {
     ASSERT_EQ(ends.status, 0) << ends.err;
     EXPECT_NE(ends.out.find("0,step_limit,,"), std::string::npos) << ends.out;
     EXPECT_NE(ends.out.find(",0.75,"), std::string::npos) << ends.out;
+    const Outcome angular = run("trace hole.toml --rays rays.csv --parameter 0.75 --integrator orbit-srkn6");
+    EXPECT_EQ(angular.status, 2);
+    EXPECT_NE(angular.err.find("steps in the angle of its orbit"), std::string::npos) << angular.err;
     const Outcome path = run("trace hole.toml --rays rays.csv --parameter 0.75 --path");
     ASSERT_EQ(path.status, 0) << path.err;
     EXPECT_EQ(lines_of(path.out).back().find(",0.75,"), lines_of(path.out).back().find(',', 2)) << path.out;

@@ -88,6 +88,16 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options) {
     return load_scene(arguments.scene, overrides_of(arguments), catalogue(options.isa));
 }
 
+SceneDescription general_scene_of(Arguments arguments, const Options& options) {
+    SceneDescription scene = scene_of(arguments, options);
+    arguments.overrides.insert(arguments.overrides.begin(), "integrator.symmetry=none");
+    try {
+        return scene_of(arguments, options);
+    } catch (const InputError&) {  // what was right before is wrong for one reason alone
+        return scene;
+    }
+}
+
 Options options_of(const Arguments& arguments) {
     Options options;
     if (!arguments.isa.empty()) options.isa = arguments.isa;

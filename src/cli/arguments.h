@@ -35,6 +35,8 @@ void add_schedule(CLI::App& verb, Arguments& arguments);
 
 /// Reads the scene, with -D and what is short for it. Throws InputError.
 SceneDescription scene_of(const Arguments& arguments, const Options& options);
+/// The same without the plane of the orbit, unless the scene states a method that follows it.
+SceneDescription general_scene_of(Arguments arguments, const Options& options);
 /// Threads, instruction set and strategy, and the crop. Throws InputError.
 Options options_of(const Arguments& arguments);
 

@@ -71,8 +71,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const CompareOptions compared = compare_options(arguments, options);
     Arguments general = arguments;  // the strategies differ in how they integrate H, which an orbit plane leaves out
     general.lanes.clear();
-    general.overrides.insert(general.overrides.begin(), "integrator.symmetry=none");
-    const SceneDescription scene = scene_of(general, options);
+    const SceneDescription scene = general_scene_of(general, options);
     check_output(arguments.json);
     const Comparison comparison = compare_watched(scene, compared, terminal);
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << compare_text(compared, comparison); });

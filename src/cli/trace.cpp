@@ -100,18 +100,13 @@ void check_combination(const Arguments& arguments) {
         throw InputError("CSV and JSON cannot both go to stdout; give --json a FILE");
 }
 
-/// λ belongs to H: rays that are to end at a given λ do not step in angles unasked.
-Arguments without_orbits(Arguments arguments) {
-    if (!arguments.parameter.empty()) arguments.overrides.insert(arguments.overrides.begin(), "integrator.symmetry=none");
-    return arguments;
-}
-
 int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
     const std::uint32_t repetitions = arguments.repeat.empty() ? 1 : whole_numbers("--repeat", arguments.repeat, ',', 1)[0];
     if (repetitions == 0) throw InputError("--repeat: at least 1");
     const Options options = options_of(arguments);
-    SceneDescription scene = scene_of(without_orbits(arguments), options);
+    // λ belongs to H: rays that are to end at a given λ do not step in angles unasked.
+    SceneDescription scene = arguments.parameter.empty() ? scene_of(arguments, options) : general_scene_of(arguments, options);
     const bool json = !arguments.json.empty();
     const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
     const std::string output = arguments.output.empty() ? "-" : arguments.output;

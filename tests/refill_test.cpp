@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <random>
 
 namespace kagero::test {
@@ -15,10 +17,10 @@ std::unique_ptr<Plan> room(const std::string& refill, Overrides overrides, const
 }
 
 /// Rays that take very different numbers of steps side by side, a few of them unusable.
-std::vector<RayInput> rays() {
+std::vector<RayInput> rays(std::size_t count = 501) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> inside(-0.9, 0.9), any(-1, 1);
-    std::vector<RayInput> all(501);
+    std::vector<RayInput> all(count);
     for (RayInput& ray : all) ray = {{inside(random), inside(random), inside(random)}, {any(random), any(random), any(random)}};
     all[17].direction = {0, 0, 0};
     all[300].position = {0, 0, 0};
@@ -80,15 +82,44 @@ double occupancy(const std::vector<RayInput>& list, const std::string& refill, c
 
 // A list whose quarters do not begin with a packet.
 TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
-    const std::vector<RayInput> some = rays();
-    std::vector<RayInput> mixed, coherent;
-    for (int n = 0; n < 19; ++n) mixed.insert(mixed.end(), some.begin(), some.end());
+    std::vector<RayInput> mixed = rays(9519), coherent;
     const double count = double(mixed.size());
     for (double k = 0; k < count; ++k) coherent.push_back({{-0.9, 0.3, 0.1}, {1, 1.8 * k / count - 0.9, 0.2}});
     for (const auto* list : {&mixed, &coherent}) EXPECT_NE(occupancy(*list, "on", "0.05"), occupancy(*list, "off", "0.05"));
     EXPECT_EQ(occupancy(mixed, "auto", "0.05"), occupancy(mixed, "on", "0.05"));
     EXPECT_EQ(occupancy(mixed, "auto", "1"), occupancy(mixed, "off", "1"));
     EXPECT_EQ(occupancy(coherent, "auto", "0.05"), occupancy(coherent, "off", "0.05"));
+}
+
+/// A window of directions, row by row.
+std::vector<RayInput> window() {
+    std::vector<RayInput> list;
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) list.push_back({{0.22, -0.92, 0.16}, {-0.22 + x / 32.0 - 1, 0.92, -0.16 + y / 32.0 - 1}});
+    return list;
+}
+
+TEST(OrderOfRays, IsNobodysBusiness) {
+    const std::vector<RayInput> ordered = window();
+    std::vector<std::size_t> places(ordered.size());
+    std::iota(places.begin(), places.end(), 0);
+    std::shuffle(places.begin(), places.end(), std::mt19937(7));
+    std::vector<RayInput> shuffled;
+    for (const std::size_t i : places) shuffled.push_back(ordered[i]);
+    const auto plan = room("off", {"integrator.method=gauss8", "integrator.step=0.5"}, "packet", false);
+    std::vector<RayEnd> ends, should;
+    const RunReport report = trace(*plan, start_rays(*plan, shuffled, ""), ends);
+    trace(*plan, start_rays(*plan, ordered, ""), should);
+    for (std::size_t i = 0; i < places.size(); ++i) expect_same(ends[i], should[places[i]]);
+    // Rays that go together share packets, however they are listed.
+    EXPECT_GT(double(report.counters.active_lane_steps), 0.8 * double(report.counters.issued_lane_steps));
+    const auto points = trace_paths(*plan, start_rays(*plan, shuffled, ""), ends);
+    ASSERT_FALSE(points.empty());
+    for (const PathPoint& point : points) {
+        if (point.step > 0) continue;
+        const Double3& d = shuffled[point.ray].direction;
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(point.v[k], d[k] / std::hypot(d[0], d[1], d[2]), 1e-12);
+    }
 }
 
 TEST(Refill, ChangesNoPicture) {

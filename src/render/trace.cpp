@@ -1,8 +1,10 @@
 #include "render/camera.h"
+#include "render/coherence.h"
 #include "render/formula_space.h"
 #include "render/run.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <mutex>
 
@@ -42,17 +44,46 @@ bool refill_pays(const Plan& plan, const Job& job, std::size_t rays) {
     return steps > short_of_steps && double(counters.active_lane_steps) < full * double(counters.issued_lane_steps);
 }
 
-RunReport run_list(const Plan& plan, Job& job, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
+/// A list in the order in which it is traced; no ray's end depends on it.
+class OrderedList {
+public:
+    OrderedList(const Plan& plan, const std::vector<RayStart>& starts) {
+        const auto begin = std::chrono::steady_clock::now();
+        if (starts.size() > plan.kernel->lanes && plan.kernel->lanes > 1) {
+            order_ = coherent_order(starts);
+            starts_.reserve(starts.size());
+            for (const std::uint32_t place : order_) starts_.push_back(starts[place]);
+        }
+        rays = order_.empty() ? &starts : &starts_;
+        seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
+    /// Which ray of the list as it was given comes i-th.
+    std::size_t place(std::size_t i) const { return order_.empty() ? i : order_[i]; }
+
+    const std::vector<RayStart>* rays;
+    double seconds;  ///< that it took to put it in order
+
+private:
+    std::vector<std::uint32_t> order_;
+    std::vector<RayStart> starts_;
+};
+
+RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vector<RayEnd>& ends) {
+    const std::vector<RayStart>& starts = *list.rays;
     job.camera = nullptr;
     job.rays = starts.data();
     job.parameter_limit /= plan.unit;
     job.outputs |= output_parameter;
     if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
     ends.resize(starts.size());
-    return run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {
-        std::copy(done, done + (tile.x1 - tile.x0), ends.begin() + tile.x0);
-        for (std::uint32_t i = tile.x0; i < tile.x1; ++i) to_scene(plan, ends[i]);
+    RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {
+        for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
+            RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
+            to_scene(plan, end);
+        }
     });
+    report.seconds += list.seconds;
+    return report;
 }
 
 /// Squares of lengths beyond this leave the numbers of the kernel.
@@ -110,7 +141,7 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
 
 RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     Job job = plan.job;
-    return run_list(plan, job, starts, ends);
+    return run_list(plan, job, OrderedList(plan, starts), ends);
 }
 
 std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
@@ -125,8 +156,12 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
         const std::lock_guard lock(c.mutex);
         c.points.push_back(*point);
     };
-    run_list(plan, job, starts, ends);
-    for (PathPoint& point : collector.points) to_scene(plan, point);
+    const OrderedList list(plan, starts);
+    run_list(plan, job, list, ends);
+    for (PathPoint& point : collector.points) {
+        to_scene(plan, point);
+        point.ray = list.place(point.ray);
+    }
     std::stable_sort(collector.points.begin(), collector.points.end(), [](const PathPoint& a, const PathPoint& b) {
         return a.ray != b.ray ? a.ray < b.ray : a.step < b.step;
     });

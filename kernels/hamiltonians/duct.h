@@ -28,7 +28,7 @@ struct Duct {
     static constexpr bool spacetime = false;
     static constexpr double level = 0.5;
     static constexpr const char* method = "srkn6";
-    static constexpr double step = 0.1;
+    static constexpr double step = 0.2;
 
     template <class V>
     struct Parameters {

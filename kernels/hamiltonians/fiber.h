@@ -20,7 +20,7 @@ struct Fiber : IndexMedium<Fiber> {
         ParameterInfo{"n0", 1.5, 0, unlimited, true, "1", "index on the axis"},
         ParameterInfo{"alpha", 0.3, 0, unlimited, true, "1/length", "fall of the index across the fibre"},
     };
-    static constexpr double step = 0.05;
+    static constexpr double step = 0.1;
 
     template <class V>
     struct Parameters {

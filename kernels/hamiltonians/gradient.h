@@ -20,7 +20,7 @@ struct Gradient : IndexMedium<Gradient> {
         ParameterInfo{"n0", 1.0, 0, unlimited, true, "1", "index at z = 0"},
         ParameterInfo{"g", 0.1, -unlimited, unlimited, false, "1/length", "fall of N^2 with height"},
     };
-    static constexpr double step = 0.1;
+    static constexpr double step = 0.2;
 
     template <class V>
     struct Parameters {

@@ -28,7 +28,7 @@ struct Kerr {
     };
     static constexpr bool spacetime = true;
     static constexpr double level = 0;
-    static constexpr const char* method = "gauss8";
+    static constexpr const char* method = "rkf78";
     static constexpr double step = 0.25;
 
     template <class V>

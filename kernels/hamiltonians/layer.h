@@ -21,7 +21,7 @@ struct Layer : IndexMedium<Layer> {
         ParameterInfo{"n_above", 1.0, 0, unlimited, true, "1", "index far above"},
         ParameterInfo{"thickness", 0.1, 0, unlimited, true, "scene lengths", "of the transition"},
     };
-    static constexpr double step = 0.02;
+    static constexpr double step = 0.04;
 
     template <class V>
     struct Parameters {

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 7;
+inline constexpr std::uint32_t abi_version = 8;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -140,6 +140,7 @@ struct RayEnd {
     std::uint32_t steps;
     std::uint32_t gradients;  ///< evaluations of the derivative program, one-sided ones included
     std::uint32_t iterations;  ///< of implicit solves, those of finding the hit aside
+    std::uint32_t queries;     ///< of the scene
     float occupancy;           ///< of the lanes of its packet over the packet's steps (with refill: up to this ray's end); 0 without steps
     std::uint32_t surface;    ///< index into Geometry::surfaces, if `hit`
     std::uint32_t primitive;

@@ -6,8 +6,20 @@
 
 namespace kagero {
 
+/// What a ray takes along from a step.
 template <class V>
-struct Flow {
+struct Arrival {
+    State<V> end;
+    Vec3<V> end_velocity;
+    V end_parameter;
+    V energy_error;  ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
+    V energy;        ///< H at the end
+    V gradients;     ///< derivative evaluations of each ray, accumulated
+};
+
+/// A step, from where it begins to where it ends.
+template <class V>
+struct Leg : Arrival<V> {
     // Set by the tracing loop.
     State<V> start;            ///< where the step begins
     Vec3<V> start_velocity;    ///< dq/dτ there
@@ -24,12 +36,7 @@ struct Flow {
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
     ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
 
-    // Set by the stepper.
-    State<V> end;
-    Vec3<V> end_velocity;
-    V end_parameter;
-    V energy_error;            ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
-    V energy;                  ///< H at the end
+    // Set by the stepper, beside the arrival.
     V energy_terms;            ///< Survey::terms at the end
     MaskOf<V> energy_holds;    ///< the step has not lost H
     V domain;                  ///< ≤ 0 where the ray has left the medium at the end
@@ -39,31 +46,42 @@ struct Flow {
     MaskOf<V> solved;          ///< the implicit equations were solved
     MaskOf<V> accepted;        ///< adaptive methods: the local error is within the tolerance
     V suggested;               ///< adaptive methods: the length of the next step, or of this one if it is to be taken again
-    V gradients;               ///< derivative evaluations of each ray, accumulated
 
     // Carried from step to step by the stepper.
     V carry[6] = {};           ///< what rounding has cut off the state at the start (Gauss)
     V next_carry[6] = {};      ///< … and at the end
-    V stage[max_stages][6];    ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
 
     // Iterations of implicit solves, accumulated: those that each ray needed, and those that the packet ran.
     V open_iterations;
     std::uint64_t issued_iterations = 0;
 };
 
-/// The lanes of `from` that `lanes` selects, to `to`: all that a lane has from step to step but the stepper's memory, which `begin`
-/// makes anew.
+/// … and what the stepper remembers beside it, which `begin` makes anew.
 template <class V>
-void copy_lanes(Flow<V>& to, const Flow<V>& from, const MaskOf<V>& lanes) {
-    const auto copy = [&lanes](V& a, const V& b) { a = pick(lanes, b, a); };
-    const auto copy3 = [&](Vec3<V>& a, const Vec3<V>& b) { copy(a.x, b.x), copy(a.y, b.y), copy(a.z, b.z); };
-    for (int k = 0; k < 7; ++k) copy(to.start.y[k], from.start.y[k]), copy(to.end.y[k], from.end.y[k]);
+struct Flow : Leg<V> {
+    V stage[max_stages][6];  ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
+};
+
+/// The lanes of `from` that `lanes` selects, to `to`.
+template <class V>
+void copy_lanes(Arrival<V>& to, const Arrival<V>& from, const MaskOf<V>& lanes) {
+    for (int k = 0; k < 7; ++k) to.end.y[k] = pick(lanes, from.end.y[k], to.end.y[k]);
+    to.end_velocity = pick<V>(lanes, from.end_velocity, to.end_velocity);
+    to.end_parameter = pick(lanes, from.end_parameter, to.end_parameter);
+    to.energy_error = pick(lanes, from.energy_error, to.energy_error);
+    to.energy = pick(lanes, from.energy, to.energy);
+    to.gradients = pick(lanes, from.gradients, to.gradients);
+}
+template <class V>
+void copy_lanes(Leg<V>& to, const Leg<V>& from, const MaskOf<V>& lanes) {
+    copy_lanes(static_cast<Arrival<V>&>(to), static_cast<const Arrival<V>&>(from), lanes);
+    const auto copy = [&](V& a, const V& b) __attribute__((always_inline)) { a = pick(lanes, b, a); };
+    for (int k = 0; k < 7; ++k) copy(to.start.y[k], from.start.y[k]);
     for (int k = 0; k < 6; ++k) copy(to.carry[k], from.carry[k]), copy(to.next_carry[k], from.next_carry[k]);
-    copy3(to.start_velocity, from.start_velocity), copy3(to.end_velocity, from.end_velocity);
-    copy(to.h, from.h), copy(to.start_parameter, from.start_parameter), copy(to.end_parameter, from.end_parameter);
+    to.start_velocity = pick<V>(lanes, from.start_velocity, to.start_velocity);
+    copy(to.h, from.h), copy(to.start_parameter, from.start_parameter);
     copy(to.start_domain, from.start_domain), copy(to.start_side, from.start_side), copy(to.start_scale, from.start_scale);
     copy(to.start_energy_terms, from.start_energy_terms), copy(to.energy_terms, from.energy_terms);
-    copy(to.energy_error, from.energy_error), copy(to.energy, from.energy), copy(to.gradients, from.gradients);
     copy(to.domain, from.domain), copy(to.side, from.side), copy(to.scale, from.scale), copy(to.captured, from.captured);
 }
 

@@ -11,6 +11,7 @@ template <int fixed>
 struct Gauss {
     /// No stage lies on an end of the step.
     static constexpr bool stages_inside = true;
+    static constexpr bool carries = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
 

@@ -13,7 +13,7 @@ template <class V>
 struct Curve {
     Vec3<V> q0, b1, b2, q1;
 
-    KAGERO_INLINE static Curve of_step(const Flow<V>& f) {
+    KAGERO_INLINE static Curve of_step(const Leg<V>& f) {
         const V third = f.h * V(ScalarOf<V>(1.0 / 3));
         return {f.start.q(), advance(f.start.q(), third, f.start_velocity), retreat(f.end.q(), third, f.end_velocity), f.end.q()};
     }
@@ -42,10 +42,12 @@ struct Curve {
         };
         return V(S(0.75 * 1.1)) * root(max(max(off(b1), off(b2)), V(S(0))));
     }
-    /// Greatest distance of any point of the curve from its start, bounded by its control points.
-    KAGERO_INLINE V reach() const {
-        const auto away = [&](const Vec3<V>& b) { const Vec3<V> e = b - q0; return dot(e, e); };
-        return root(max(max(away(b1), away(b2)), away(q1)));
+    /// Greatest distance of any point of a step's curve from its start, bounded by its control points.
+    KAGERO_INLINE static V reach(const Leg<V>& f) {
+        const V third = f.h * V(ScalarOf<V>(1.0 / 3));
+        const Vec3<V> way = f.end.q() - f.start.q(), last = retreat(way, third, f.end_velocity);
+        const V first = third * third * dot(f.start_velocity, f.start_velocity);
+        return root(max(max(first, dot(last, last)), dot(way, way)));
     }
 };
 

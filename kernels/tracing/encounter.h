@@ -27,13 +27,15 @@ void look_up_clearance(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_
         cell[k] = min(max(u * per_cell, zero), V(S(grid.cells[k] - 1)));
     }
     const V outside = root(beyond2);
+    V inside(zero);
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         const auto index = [&](int k) { return static_cast<std::uint32_t>(get_lane(cell[k], i)); };
         const std::size_t place = (std::size_t(index(2)) * grid.cells[1] + index(1)) * grid.cells[0] + index(0);
-        const S away = get_lane(outside, i);
-        set_lane(known, i, std::max(get_lane(known, i), away > S(0) ? away : S(grid.distance[place])));
+        set_lane(inside, i, S(grid.distance[place]));
     }
+    const V distance = max(known, pick(outside > zero, outside, inside));
+    known = pick(from_bits<V>(lanes), distance, known);
 }
 
 template <class V>
@@ -46,7 +48,7 @@ public:
     std::uint32_t surface[W], primitive[W];
     double from[W], to[W];    ///< the piece of the step that was hit, as fractions
     double t[W];              ///< where on that piece's chord, from Embree
-    std::uint64_t queries = 0, ticks = 0;
+    std::uint64_t ticks = 0;
 
     explicit Encounter(const Job& job) : geometry_(*job.geometry), tolerance_(S(job.chord_tolerance)),
                                          chord_only_(job.hit == HitModel::chord), timed_(job.timed) {}
@@ -54,31 +56,34 @@ public:
     /// New ray in the lanes of `lanes`: nothing known yet, and the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
         budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_);
+        queries_ = pick(from_bits<V>(lanes), V(S(0)), queries_);
         fresh_ |= lanes;
     }
 
     /// Tests the step in `flow` for the lanes of `active`; returns those that hit.
     std::uint64_t meet(const Flow<V>& flow, std::uint64_t active) {
-        const Curve<V> curve = Curve<V>::of_step(flow);
-        const std::uint64_t asking = spend(curve, active);
+        const std::uint64_t asking = spend(flow, active);
         std::uint64_t hits = 0;
         if (asking) {
             const Stopwatch watch(timed_, ticks);
-            hits = ask(curve, asking);
+            hits = ask(Curve<V>::of_step(flow), asking);
         }
         fresh_ &= ~active;
         return hits;
     }
 
+    /// How often the ray of a lane has been asked about.
+    std::uint32_t queries_of(int lane) const { return static_cast<std::uint32_t>(get_lane(queries_, lane)); }
+
 private:
     /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface.
-    std::uint64_t spend(const Curve<V>& curve, std::uint64_t active) {
+    std::uint64_t spend(const Flow<V>& flow, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        const V reach = curve.reach() * V(S(1.01));  // no shorter than the way to the step's end
+        const V reach = Curve<V>::reach(flow) * V(S(1.01));  // no shorter than the way to the step's end
         const std::uint64_t short_of = active & ~to_bits(reach < budget_);
         std::uint64_t asking = 0;
         if (short_of) {
-            look_up_clearance(*geometry_.clearance, curve.q0, active, budget_);
+            look_up_clearance(*geometry_.clearance, flow.start.q(), active, budget_);
             asking = short_of & ~to_bits(reach < budget_);
         }
         budget_ -= reach;
@@ -87,55 +92,46 @@ private:
 
     /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries piece after piece.
     std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
-        alignas(64) S sagitta[W];
-        int pieces[W] = {}, most = 1;
-        put(curve.sagitta(), sagitta);
-        for (std::uint64_t rest = asking; rest; rest &= rest - 1) {
-            const int i = __builtin_ctzll(rest);
-            pieces[i] = chord_only_ ? 1 : pieces_for(sagitta[i]);
-            most = std::max(most, pieces[i]);
-        }
-        std::uint64_t hits = 0;
+        const V one(S(1)), piece = chord_only_ ? one : length_of_pieces(curve.sagitta());
+        std::uint64_t hits = 0, now = asking;
         V s0(S(0));
         Vec3<V> a = curve.q0;
-        for (int piece = 0; piece < most; ++piece) {
-            std::uint64_t now = 0;
-            V s1(S(1));
-            for (std::uint64_t rest = asking & ~hits; rest; rest &= rest - 1) {
-                const int i = __builtin_ctzll(rest);
-                if (piece < pieces[i]) now |= std::uint64_t(1) << i;
-                set_lane(s1, i, S(std::min(piece + 1, pieces[i])) / S(pieces[i]));
-            }
-            if (!now) break;
-            const Vec3<V> b = most == 1 ? curve.q1 : curve.at(s1);
-            hits |= ask_piece(a, b, s0, s1, now, piece == 0);
+        while (now) {
+            const V s1 = min(s0 + piece, one);
+            const MaskOf<V> to_end = s1 >= one;
+            const Vec3<V> b = pick<V>(to_end, curve.q1, curve.at(s1));
+            hits |= ask_piece(a, b, s0, s1, now);
+            now &= ~(hits | to_bits(to_end));
             a = b, s0 = s1;
         }
         return hits;
     }
 
-    std::uint64_t ask_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t now, bool first) {
+    std::uint64_t ask_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t now) {
         Segments<W> segments;
         const V scale(S(geometry_.scale));
+        V size(S(0));  // of the greatest coordinate of either end
         const auto to_embree = [&](const V& start, const V& end, int k) {
-            narrow((start - V(S(geometry_.shift[k]))) * scale, segments.org[k]);
+            const V shift(S(geometry_.shift[k])), from_here = (start - shift) * scale, to_here = (end - shift) * scale;
+            size = max(size, max(abs(from_here), abs(to_here)));
+            narrow(from_here, segments.org[k]);
             narrow((end - start) * scale, segments.dir[k]);
         };
         to_embree(a.x, b.x, 0), to_embree(a.y, b.y, 1), to_embree(a.z, b.z, 2);
-        for (int i = 0; i < W; ++i) {
-            segments.near[i] = 0;
-            if (first && ((fresh_ >> i) & 1)) {
-                const float x = segments.dir[0][i], y = segments.dir[1][i], z = segments.dir[2][i];
-                segments.near[i] = std::min(0.5f, start_offset / std::max(std::sqrt(x * x + y * y + z * z), start_offset));
-            }
-        }
-        double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
-        for (std::uint64_t rest = now; rest; rest &= rest - 1) {
+        std::fill_n(segments.near, W, 0.0f);
+        for (std::uint64_t rest = now & fresh_; rest; rest &= rest - 1) {
             const int i = __builtin_ctzll(rest);
-            begin[i] = 0, length[i] = 1;
-            if (is_far(segments, i) && !clip(a, b, i, segments, begin[i], length[i])) now &= ~(std::uint64_t(1) << i);
+            const float x = segments.dir[0][i], y = segments.dir[1][i], z = segments.dir[2][i];
+            segments.near[i] = std::min(0.5f, start_offset / std::max(std::sqrt(x * x + y * y + z * z), start_offset));
         }
-        queries += static_cast<std::uint64_t>(__builtin_popcountll(now));
+        fresh_ &= ~now;
+        double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
+        std::fill_n(begin, W, 0.0), std::fill_n(length, W, 1.0);
+        for (std::uint64_t rest = now & ~to_bits(size < V(S(far_away))); rest; rest &= rest - 1) {
+            const int i = __builtin_ctzll(rest);
+            if (!clip(a, b, i, segments, begin[i], length[i])) now &= ~(std::uint64_t(1) << i);
+        }
+        queries_ = pick(from_bits<V>(now), queries_ + V(S(1)), queries_);
         const std::uint64_t hits = query(geometry_.embree_scene, segments, now);
         for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
             const int i = __builtin_ctzll(rest);
@@ -146,12 +142,6 @@ private:
         return hits;
     }
 
-    /// Whether an end of a segment lies so far out that float would no longer resolve the scene (or Embree refuse it); also not a number.
-    static bool is_far(const Segments<W>& s, int i) {
-        float greatest = 0;
-        for (int k = 0; k < 3; ++k) greatest = std::max({greatest, std::abs(s.org[k][i]), std::abs(s.org[k][i] + s.dir[k][i])});
-        return !(greatest < far_away);
-    }
     /// Cuts a segment down, in double, to the cube ±far_away/2 around the scene; false when it misses it.
     bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, double& begin, double& length) const {
         const double head[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
@@ -169,11 +159,16 @@ private:
         return true;
     }
 
-    /// Halving a curve divides its sagitta by four.
-    int pieces_for(S sagitta) const {
-        int pieces = 1;
-        for (S s = sagitta; s > tolerance_ && pieces < 64; s *= S(0.25)) pieces *= 2;
-        return pieces;
+    /// As fractions of the step: halving a curve divides its sagitta by four.
+    V length_of_pieces(V sagitta) const {
+        V length(S(1));
+        for (int halvings = 0; halvings < 6; ++halvings) {
+            const MaskOf<V> bent = sagitta > V(tolerance_);
+            if (!any(bent)) break;
+            length = pick(bent, V(S(0.5)) * length, length);
+            sagitta = V(S(0.25)) * sagitta;
+        }
+        return length;
     }
     static void put(const V& v, S* to) { std::memcpy(to, &v, sizeof v); }
     static void narrow(const V& v, float* to) {
@@ -190,7 +185,7 @@ private:
     const Geometry& geometry_;
     S tolerance_;
     bool chord_only_, timed_;
-    V budget_{};
+    V budget_{}, queries_{};
     std::uint64_t fresh_ = 0;
 };
 

@@ -28,8 +28,9 @@ public:
 
     /// The step of `from` for the lanes that have been told to wait since the last call.
     void take(const Flow<V>& from, std::uint64_t lanes) {
-        if (waiting == lanes) flow = from;  // every other lane holds something harmless
-        else copy_lanes(flow, from, from_bits<V>(lanes));
+        Leg<V>& leg = flow;
+        if (waiting == lanes) leg = from;  // every other lane holds something harmless
+        else copy_lanes<V>(leg, static_cast<const Leg<V>&>(from), from_bits<V>(lanes));
     }
     /// A lane that meets `level` within fractions [lo, hi] of its step, probably at s.
     void wait(int lane, const Level<double>& level, double lo, double hi, double s) {
@@ -53,7 +54,7 @@ public:
         flow.h = full;
         if (chord) return interpolate(mask, flow);
         const V on_chord = s_;
-        const Flow<V> whole = flow;
+        const Leg<V> whole = flow;
         refine_on_curve(mask);
         if (edge_) deliver_to_edge(begin, step, full);
         deliver(begin, step, mask, full);
@@ -85,12 +86,12 @@ private:
         const MaskOf<V> edge = from_bits<V>(edge_);
         const MaskOf<V> all = mask & !edge;
         MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined), last = !open;
-        Flow<V> arrived = flow;
+        Arrival<V> arrived = flow;
         flow.h = pick(edge, zero, s_ * full);
         for (int i = 0; i < max_corrections; ++i) {
             begin(flow);
             step(flow);
-            copy_lanes(arrived, flow, moving);
+            copy_lanes<V>(arrived, static_cast<Arrival<V>&>(flow), moving);
             const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end_velocity);
             const V s = max(min(s_ - rest / full, V(S(1.25))), V(S(-0.25)));
             const MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
@@ -104,7 +105,7 @@ private:
             s_ = pick(open, s, s_);
         }
         lost |= to_bits(open);
-        copy_lanes(flow, arrived, mask);
+        copy_lanes<V>(static_cast<Arrival<V>&>(flow), arrived, mask);
     }
 
     /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.
@@ -145,7 +146,7 @@ private:
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.
-    void keep_grazing_hits(const Flow<V>& whole, const V& on_chord) {
+    void keep_grazing_hits(const Leg<V>& whole, const V& on_chord) {
         const std::uint64_t smooth = lost & ~edge_;
         if (!smooth) return;
         const Vec3<V> way = whole.end.q() - whole.start.q();
@@ -158,7 +159,7 @@ private:
     }
 
     /// On the chord itself: straight-line interpolation between the ends of the whole step.
-    void interpolate(const MaskOf<V>& mask, const Flow<V>& whole) {
+    void interpolate(const MaskOf<V>& mask, const Leg<V>& whole) {
         const Vec3<V> way = whole.end.q() - whole.start.q();
         for (int k = 0; k < 6; ++k)
             flow.end.y[k] = pick(mask, mul_add(s_, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), flow.end.y[k]);

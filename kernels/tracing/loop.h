@@ -15,10 +15,8 @@ namespace kagero {
 
 /// Finite exactly where state and velocity are (short of sums that overflow, which nothing survives either).
 template <class V>
-V sum_of_sizes(const State<V>& s, const Vec3<V>& v) {
-    V size = abs(v.x) + abs(v.y) + abs(v.z);
-    for (int k = 0; k < 6; ++k) size = size + abs(s.y[k]);
-    return size;
+KAGERO_INLINE V sum_of_all(const State<V>& s, const Vec3<V>& v) {
+    return (v.x + v.y + v.z) + (s.y[0] + s.y[1] + s.y[2]) + (s.y[3] + s.y[4] + s.y[5]);
 }
 
 template <class V>
@@ -37,39 +35,37 @@ public:
 
     /// Traces a packet's worth of rays from the queue; all of it where finished lanes are refilled.
     void trace(RayQueue<W>& queue) {
-        std::optional<Encounter<V>> encounter;
-        if (job_.geometry) encounter.emplace(job_);
-        Encounter<V>* const geometry = encounter ? &*encounter : nullptr;
+        if (job_.geometry) encounter_.emplace(job_);
         active_before_ = counters_.active_lane_steps, issued_before_ = counters_.issued_lane_steps;
         if (!fill(queue)) return;
-        if (geometry) geometry->begin(active_);
-        if (task_.in_closed_form()) end_straight(geometry);
-        if (active_) step_to_ends(queue, geometry);
+        if (encounter_) encounter_->begin(active_);
+        if (task_.in_closed_form()) end_straight();
+        if (active_) step_to_ends(queue);
         tell_occupancy(filled_);
-        if (geometry) counters_.queries += geometry->queries, counters_.query_ticks += geometry->ticks;
+        if (encounter_) counters_.query_ticks += encounter_->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
         for (int i = 0; i < W; ++i) counters_.active_iterations += static_cast<std::uint64_t>(get_lane(flow_.open_iterations, i));
     }
 
 private:
-    void step_to_ends(RayQueue<W>& queue, Encounter<V>* encounter) {
+    void step_to_ends(RayQueue<W>& queue) {
         Landing<V> landing;
         constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
         while (active_) {
-            advance_once(landing, encounter);
-            while (job_.refill && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing, encounter);
+            advance_once(landing);
+            while (job_.refill && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing);
         }
         land(landing);
     }
-    void end_straight(Encounter<V>* encounter);
+    void end_straight();
     void retire_straight(int lane, Status status, const Vec3<double>& q, double fraction);
     std::uint64_t take(RayQueue<W>& queue, std::uint64_t free, RayStart (&starts)[W]);
     bool fill(RayQueue<W>& queue);
-    void refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<V>* encounter);
+    void refill(RayQueue<W>& queue, Landing<V>& landing);
     static void put(const RayStart (&starts)[W], std::uint64_t lanes, Flow<V>& flow);
     void enter(const RayStart (&starts)[W], std::uint64_t lanes);
-    void advance_once(Landing<V>& landing, Encounter<V>* encounter);
-    std::uint64_t leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving);
+    void advance_once(Landing<V>& landing);
+    std::uint64_t leave(Landing<V>& landing, std::uint64_t moving);
     std::uint64_t crosses_crease(std::uint64_t moving) const;
     V length_to_crease(std::uint64_t lanes);
     void retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy);
@@ -80,7 +76,7 @@ private:
     void retire_far_out(const RayStart& start, int lane);
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
-    std::uint64_t wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits);
+    std::uint64_t wait_for_surface(Landing<V>& landing, std::uint64_t hits);
     void wait_for_sphere(Landing<V>& landing, std::uint64_t lanes);
     void land(Landing<V>& landing);
     void retire(const Flow<V>& f, int lane, Status status, Failure failure);
@@ -92,6 +88,7 @@ private:
     const Task<V>& task_;
     const Job& job_;
     Counters& counters_;
+    std::optional<Encounter<V>> encounter_;  ///< where there is anything to meet
     Flow<V> flow_;
     V nominal_;                     ///< step length of active lanes, 0 in finished ones
     V worst_energy_;
@@ -130,11 +127,11 @@ MaskOf<V> PacketTracer<V>::leaves_space(const Vec3<V>& q, const Vec3<V>& v) cons
 }
 
 template <class V>
-void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter) {
+void PacketTracer<V>::advance_once(Landing<V>& landing) {
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(active_));
     task_.step(flow_);
-    const std::uint64_t finite = to_bits(is_finite(sum_of_sizes(flow_.end, flow_.end_velocity))), solved = to_bits(flow_.solved);
+    const std::uint64_t finite = to_bits(is_finite(sum_of_all(flow_.end, flow_.end_velocity))), solved = to_bits(flow_.solved);
     const bool adaptive = task_.method.info.adaptive && !task_.straight;
     const std::uint64_t accepted = adaptive ? to_bits(flow_.accepted) : active_;
     // Beyond the medium's edge H means nothing.
@@ -153,16 +150,16 @@ void PacketTracer<V>::advance_once(Landing<V>& landing, Encounter<V>* encounter)
     const MaskOf<V> moved = from_bits<V>(moving);
     steps_ = pick(moved, steps_ + V(S(1)), steps_);
     if (flow_.want_energy) worst_energy_ = pick(moved, max(worst_energy_, flow_.energy_error), worst_energy_);
-    const std::uint64_t staying = moving & ~leave(landing, encounter, moving);
+    const std::uint64_t staying = moving & ~leave(landing, moving);
     report_path(flow_, staying, false);
     commit(moving, staying);
 }
 
 /// The lanes of `moving` whose rays end with this step: they wait for landing, or are retired at once.
 template <class V>
-std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, Encounter<V>* encounter, std::uint64_t moving) {
+std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, std::uint64_t moving) {
     std::uint64_t staying = moving;
-    if (encounter) staying &= ~wait_for_surface(landing, *encounter, encounter->meet(flow_, moving));
+    if (encounter_) staying &= ~wait_for_surface(landing, encounter_->meet(flow_, moving));
     const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.domain <= V(S(0))) : 0;
     for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest));
     if (beyond) landing.take(flow_, beyond);
@@ -194,7 +191,8 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     }
     const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
     for (int k = 0; k < 6; ++k) flow_.start.y[k] = pick(go, flow_.end.y[k], flow_.start.y[k]);
-    for (int k = 0; k < 6; ++k) flow_.carry[k] = pick(go, flow_.next_carry[k], flow_.carry[k]);
+    if (task_.carries)
+        for (int k = 0; k < 6; ++k) flow_.carry[k] = pick(go, flow_.next_carry[k], flow_.carry[k]);
     flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
     flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
     flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);

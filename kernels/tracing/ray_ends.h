@@ -7,8 +7,9 @@ namespace kagero {
 
 /// Hits become waiting lanes, except those that lie beyond the escape sphere.
 template <class V>
-std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, const Encounter<V>& encounter, std::uint64_t hits) {
+std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, std::uint64_t hits) {
     if (!hits) return 0;
+    const Encounter<V>& encounter = *encounter_;
     const Curve<V> curve = Curve<V>::of_step(flow_);
     V from(S(0)), to(S(1));
     for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
@@ -92,7 +93,8 @@ void PacketTracer<V>::retire(const Flow<V>& f, int lane, Status status, Failure 
     e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, lane));
     tell_iterations(lane, flow_.open_iterations);
     e.status = status, e.failure = failure;
-    counters_.steps += e.steps, counters_.gradients += e.gradients;
+    if (encounter_) e.queries = encounter_->queries_of(lane);
+    counters_.steps += e.steps, counters_.gradients += e.gradients, counters_.queries += e.queries;
     if (job_.path_sink && e.steps > 0) report_path(f, std::uint64_t(1) << lane, false);
 }
 

@@ -43,19 +43,20 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
 
 /// Rays into lanes whose own have ended.
 template <class V>
-void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<V>* encounter) {
+void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing) {
     land(landing);
     landing.clear();
     tell_occupancy(~active_ & filled_);
     RayStart starts[W];
     const std::uint64_t lanes = take(queue, ~active_ & all_lanes, starts);
     if (!lanes) return;
+    if (encounter_) encounter_->begin(lanes);
     Flow<V> fresh = flow_;
     put(starts, lanes, fresh);
     task_.begin(fresh);
     fresh.end = fresh.start, fresh.end_velocity = fresh.start_velocity;
     const MaskOf<V> here = from_bits<V>(lanes);
-    copy_lanes(flow_, fresh, here);
+    copy_lanes<V>(static_cast<Leg<V>&>(flow_), static_cast<const Leg<V>&>(fresh), here);
     for (int i = 0; i < max_stages; ++i)
         for (int k = 0; k < 6; ++k) flow_.stage[i][k] = pick(here, fresh.stage[i][k], flow_.stage[i][k]);
     filled_ |= lanes;
@@ -68,7 +69,6 @@ void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing, Encounter<
         halvings_[i] = rejections_[i] = 0, all_halvings_[i] = 0;
     }
     enter(starts, lanes);
-    if (encounter) encounter->begin(active_ & lanes);
 }
 
 /// Puts the start of rays into lanes of a flow.
@@ -90,7 +90,7 @@ void PacketTracer<V>::put(const RayStart (&starts)[W], std::uint64_t lanes, Flow
 /// the medium, or beyond the escape sphere moving outward.
 template <class V>
 void PacketTracer<V>::enter(const RayStart (&starts)[W], std::uint64_t lanes) {
-    std::uint64_t usable = lanes & to_bits(is_finite(sum_of_sizes(flow_.start, flow_.start_velocity)));
+    std::uint64_t usable = lanes & to_bits(is_finite(sum_of_all(flow_.start, flow_.start_velocity)));
     for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         if (starts[i].failure != Failure::none || starts[i].captured || starts[i].escaped) usable &= ~(std::uint64_t(1) << i);
@@ -146,8 +146,9 @@ V PacketTracer<V>::step_length() const {
         h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
     }
     if (task_.kernel.scaled && !task_.straight) {
-        const V speed = sqrt(dot(flow_.start_velocity, flow_.start_velocity));
-        h = pick(h * speed > flow_.start_scale, flow_.start_scale / speed, h);
+        const V square = dot(flow_.start_velocity, flow_.start_velocity);
+        const MaskOf<V> longer = h * h * square > flow_.start_scale * flow_.start_scale;
+        if (any(longer)) h = pick(longer, flow_.start_scale / sqrt(square), h);
     }
     if (std::isfinite(job_.parameter_limit)) {
         // The last step ends at the limit, without a sliver of another one behind it.

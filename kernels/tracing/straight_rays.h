@@ -8,12 +8,12 @@ namespace kagero {
 /// Ends the active rays of a packet, but for those whose step does not lead out of the escape sphere: they come from beyond it and pass it
 /// by, or their numbers do not fit.
 template <class V>
-void PacketTracer<V>::end_straight(Encounter<V>* encounter) {
+void PacketTracer<V>::end_straight() {
     const Vec3<V> from = flow_.start.q(), v = flow_.start_velocity, to = advance(from, flow_.h, v);
-    const std::uint64_t leaving = active_ & to_bits(leaves_space(to, v) & is_finite(sum_of_sizes(flow_.start, v)));
+    const std::uint64_t leaving = active_ & to_bits(leaves_space(to, v) & is_finite(sum_of_all(flow_.start, v)));
     flow_.end.set(to, flow_.start.p());
     flow_.end_velocity = v;
-    const std::uint64_t hits = encounter ? encounter->meet(flow_, leaving) : 0;
+    const std::uint64_t hits = encounter_ ? encounter_->meet(flow_, leaving) : 0;
     const double radius = job_.escape_radius;
     const Level<double> sphere = sphere_level({0, 0, 0}, radius);
     for (std::uint64_t rest = leaving; rest; rest &= rest - 1) {
@@ -21,14 +21,14 @@ void PacketTracer<V>::end_straight(Encounter<V>* encounter) {
         const Vec3<double> a = lane_of(from, i), b = lane_of(to, i);
         double fraction = -1;
         if ((hits >> i) & 1) {
-            const double near = encounter->from[i] + encounter->t[i] * (encounter->to[i] - encounter->from[i]);
-            fraction = chord_fraction(level_of(job_.geometry->surfaces[encounter->surface[i]], encounter->primitive[i]), a, b, near);
+            const double near = encounter_->from[i] + encounter_->t[i] * (encounter_->to[i] - encounter_->from[i]);
+            fraction = chord_fraction(level_of(job_.geometry->surfaces[encounter_->surface[i]], encounter_->primitive[i]), a, b, near);
         }
         const Vec3<double> hit = a + fraction * (b - a);
         const bool on_surface = fraction >= 0 && dot(hit, hit) <= radius * radius;
         if (!on_surface) fraction = chord_fraction(sphere, a, b, 1);
         retire_straight(i, on_surface ? Status::hit : Status::escaped, a + fraction * (b - a), fraction);
-        if (on_surface) ends_[i]->surface = encounter->surface[i], ends_[i]->primitive = encounter->primitive[i];
+        if (on_surface) ends_[i]->surface = encounter_->surface[i], ends_[i]->primitive = encounter_->primitive[i];
     }
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));
@@ -49,7 +49,8 @@ void PacketTracer<V>::retire_straight(int lane, Status status, const Vec3<double
     e.pt = double(get_lane(flow_.start.y[6], lane));
     e.parameter = fraction * double(get_lane(flow_.h, lane));
     e.steps = 1, e.status = status;
-    counters_.steps += 1;
+    if (encounter_) e.queries = encounter_->queries_of(lane);
+    counters_.steps += 1, counters_.queries += e.queries;
 }
 
 }  // namespace kagero

@@ -15,11 +15,13 @@ struct Task {
     const Job& job;
     const Method& method;
     bool straight;
+    bool carries;  ///< steps remember what rounding cuts off
     const SpaceKernel<V>& kernel;
     SystemStorage system;
 
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
-        : job(j), method(methods[j.integrator]), straight(is_straight), kernel(k) {
+        : job(j), method(methods[j.integrator]), straight(is_straight),
+          carries(visit_kind(method.kind, []<class Step>() { return requires { Step::carries; }; })), kernel(k) {
         kernel.construct(system, job.parameters);
     }
     /// Straight rays that nothing stops but surfaces and the escape sphere, and of which nothing is asked but where they end.

@@ -1,14 +1,16 @@
 /// What tiles will cost, before they are traced.
 #pragma once
 
+#include "film/film.h"
 #include "render/schedule.h"
 
 #include <atomic>
 
 namespace kagero {
 
-/// Follows a ray for every 16 × 16 pixels, at least one per tile, and writes the costs of the tiles: the rays of each, times what
-/// one of them takes. The unit is about the time of a gradient.
-void predict_costs(const Plan& plan, WorkList& work, const std::atomic<bool>* stop = nullptr);
+/// Writes what tiles will cost when `film` is rendered, in floating-point operations: follows a ray for every 16 × 16 pixels, at least one per
+/// tile, and counts its gradients, steps and queries; where shading is not the same everywhere it shades one block of pixels of each tile
+/// against the clock.
+void predict_costs(const Plan& plan, const Film& film, WorkList& work, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

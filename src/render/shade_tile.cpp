@@ -1,0 +1,71 @@
+#include "render/shade_tile.h"
+
+#include "render/footprint.h"
+#include "render/sampler.h"
+#include "render/shade.h"
+
+#include <algorithm>
+
+namespace kagero {
+namespace {
+
+/// What shading has to know of rays beside their ends; what is not wanted is left empty.
+struct Wanted {
+    bool starts, footprints, patches;
+
+    Wanted(const Plan& plan, const Film& film)
+        : starts(film.has("depth") || film.has("redshift")), footprints(wants_footprints(plan, film)), patches(plan.geometry->surfaces_have_patterns()) {
+        for (const ObjectDescription& object : plan.scene.objects) starts = starts || object.shape == Shape::disk;
+    }
+};
+
+/// Adds the rays of pixel (x, y), the first of them `first` in the tile.
+void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const RayList& list, std::size_t first, std::uint32_t x,
+            std::uint32_t y, Quad& quad, const std::vector<EndError>& errors) {
+    const FilmDescription& film = plan.scene.film;
+    for (std::uint32_t i = 0; i < film.spp; ++i) {
+        Sighting& ray = quad.rays.emplace_back();
+        ray.end = ends + first + i;
+        if (!errors.empty()) ray.error = &errors[first + i];
+        if (!list.starts.empty())
+            ray.ray = {list.starts[first + i], list.frequencies[first + i]};
+        else if (wanted.starts)
+            ray.ray = camera_ray(plan, x + 0.5, y + 0.5);
+        if (!wanted.footprints && !wanted.patches) continue;
+        const auto [u, v] = film.spp == 1 ? std::array{0.5, 0.5} : place_in_pixel(x, y, i, film.spp, film.seed);
+        quad.places.push_back({x + u, y + v});
+    }
+}
+
+}  // namespace
+
+bool wants_footprints(const Plan& plan, const Film& film) {
+    return plan.geometry->sky_has_pattern() || film.has("footprint") || film.has("magnification");
+}
+
+void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list,
+                const std::vector<EndError>& errors, Film& film) {
+    const Wanted wanted(plan, film);
+    const Shader shader(film);
+    const std::uint32_t spp = plan.scene.film.spp, width = tile.x1 - tile.x0;
+    Quad quad;
+    for (std::uint32_t by = tile.y0 & ~1u; by < tile.y1; by += 2)
+        for (std::uint32_t bx = tile.x0 & ~1u; bx < tile.x1; bx += 2) {
+            const std::uint32_t x0 = std::max(bx, tile.x0), x1 = std::min(bx + 2, tile.x1);
+            const std::uint32_t y0 = std::max(by, tile.y0), y1 = std::min(by + 2, tile.y1);
+            quad.rays.clear(), quad.places.clear();
+            for (std::uint32_t y = y0; y < y1; ++y)
+                for (std::uint32_t x = x0; x < x1; ++x)
+                    gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad, errors);
+            if (wanted.patches) find_patches(plan, quad, spp);
+            const SkyFootprints footprints = wanted.footprints ? footprints_of(plan, quad, spp) : SkyFootprints{};
+            std::span<const Sighting> rays = quad.rays;
+            for (std::uint32_t y = y0; y < y1; ++y)
+                for (std::uint32_t x = x0; x < x1; ++x, rays = rays.subspan(spp)) {
+                    if (x < shown.x0 || x >= shown.x1 || y < shown.y0 || y >= shown.y1) continue;
+                    shader.shade({plan, rays.first(spp), footprints, x, y}, x - shown.x0, y - shown.y0);
+                }
+        }
+}
+
+}  // namespace kagero

@@ -1,6 +1,10 @@
-// What does a picture cost? scenes/room.toml on one thread, by every module this CPU can run.
+// What does a picture cost? scenes/room.toml on one thread, by every module this CPU can run; and with rg = 0, where light is straight,
+// against a loop that knows nothing but Embree, with the same rays and shading.
+#include "bench/bare_embree.h"
 #include "modules/modules.h"
 #include "render/render.h"
+#include "render/schedule.h"
+#include "render/shade_tile.h"
 
 #include <benchmark/benchmark.h>
 
@@ -44,6 +48,38 @@ void picture(benchmark::State& state, const Question& question) {
     if (c.issued_iterations) state.counters["iterating"] = double(c.active_iterations) / double(c.issued_iterations);
 }
 
+std::unique_ptr<Plan> straight_room(const std::string& isa) {
+    Options options;
+    options.isa = isa, options.threads = 1;
+    return make_plan(load_scene(KAGERO_SCENES "/room.toml", {"space.rg=0"}, catalogue(isa)), options);
+}
+void straight_picture(benchmark::State& state, const std::string& isa) {
+    const auto plan = straight_room(isa);
+    Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
+    for (auto _ : state) render(*plan, film);
+}
+void bare_picture(benchmark::State& state, const std::string& isa) {
+    const auto plan = straight_room(isa);
+    Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
+    const Tile all{0, 0, plan->scene.film.width, plan->scene.film.height};
+    std::vector<RayEnd> ends;
+    for (auto _ : state)
+        for (const Tile& tile : cut(*plan, all, Schedule::tiles).tiles) {
+            ends.resize(rays_of(tile, {}));
+            bench::bare_embree(*plan->job.camera, *plan->job.geometry, plan->job.escape_radius, tile, ends.data());
+            shade_tile(*plan, tile, all, ends.data(), {}, {}, film);
+        }
+}
+
+void add_straight(const std::string& isa) {
+    const auto add = [&](const char* way, void (*picture)(benchmark::State&, const std::string&)) {
+        benchmark::RegisterBenchmark(("straight_room/" + isa + "/" + way).c_str(), [=](benchmark::State& state) { picture(state, isa); })
+            ->UseRealTime()->Unit(benchmark::kMillisecond);
+    };
+    add("kagero", straight_picture);
+    add("bare_embree", bare_picture);
+}
+
 void add(const std::string& isa, const std::string& strategy, const std::string& precision, const Integration& integration, bool cull) {
     Question question{{}, integration.overrides};
     question.options.isa = isa, question.options.strategy = strategy, question.options.precision = precision;
@@ -64,6 +100,8 @@ int main(int count, char** arguments) {
                 for (const char* precision : {"double", "float"})
                     for (const bool cull : {true, false})
                         if (isa.supported) add(isa.name, strategy, precision, integration, cull);
+    for (const IsaInfo& isa : find_isas())
+        if (isa.supported) add_straight(isa.name);
     benchmark::Initialize(&count, arguments);
     if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 2;
     benchmark::RunSpecifiedBenchmarks();

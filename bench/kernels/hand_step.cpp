@@ -1,5 +1,5 @@
 // What does automatic differentiation cost in a whole step? The steps of `verlet` and `gauss8` on (16), K = r·H, with derivatives worked out
-// by hand in the place of the tape's; all else is the same code.
+// by hand in the place of the tape's, and with the tape's of (16) as it is printed, term by term; all else is the same code.
 #include "bench/kernels/gradient_rivals.h"
 #include "bench/kernels/steps.h"
 #include "kernels/stepping/steppers.h"
@@ -22,13 +22,23 @@ struct HandSystem : System<Schwarzschild, true, S> {
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return bench::Hand<V, true>(rg).dp(s); }
 };
 
-template <class V>
-constexpr SpaceKernel<V> hand_kernel = [] {
-    using Hand = HandSystem<ScalarOf<V>>;
-    SpaceKernel<V> kernel = detail::kernel_without_steps<Hand, V>();
+/// Satoh (2003), eq. (16), as a user may type it.
+struct PrintedSchwarzschild : Schwarzschild {
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        const V r = norm(q), r2 = r * r, r3 = r2 * r;
+        return -0.5 * (1 + k.rg / r) * pt * pt +
+               0.5 * ((1 - k.rg * q.x * q.x / r3) * p.x * p.x + (1 - k.rg * q.y * q.y / r3) * p.y * p.y + (1 - k.rg * q.z * q.z / r3) * p.z * p.z) -
+               k.rg * pt / r2 * dot(q, p) - k.rg / r3 * (q.x * q.y * p.x * p.y + q.x * q.z * p.x * p.z + q.y * q.z * p.y * p.z);
+    }
+};
+
+template <class Rival, class V>
+constexpr SpaceKernel<V> rival_kernel = [] {
+    SpaceKernel<V> kernel = detail::kernel_without_steps<Rival, V>();
     const auto add = [&]<class Step>(Kind kind) {
-        kernel.begin[static_cast<int>(kind)] = detail::begin<Hand, Step, V>;
-        kernel.step[static_cast<int>(kind)] = detail::step<Hand, Step, V>;
+        kernel.begin[static_cast<int>(kind)] = detail::begin<Rival, Step, V>;
+        kernel.step[static_cast<int>(kind)] = detail::step<Rival, Step, V>;
     };
     add.template operator()<Composition>(Kind::composition);
     add.template operator()<Gauss<4>>(Kind::gauss_of_4);
@@ -36,19 +46,25 @@ constexpr SpaceKernel<V> hand_kernel = [] {
 }();
 
 template <class V>
-void add(const char* type) {
+void add(const char* form, const char* type, const SpaceKernel<V>& kernel) {
     for (const Method& method : methods) {
         const std::string name = method.info.name;
         if (name != "verlet" && name != "gauss8") continue;
-        benchmark::RegisterBenchmark(("step/schwarzschild_by_hand/" + name + "/" + type).c_str(), [&method](benchmark::State& state) {
-            bench::steps<Schwarzschild, V>(state, method, hand_kernel<V>);
-        });
+        benchmark::RegisterBenchmark((std::string("step/schwarzschild_") + form + "/" + name + "/" + type).c_str(),
+                                     [&method, &kernel](benchmark::State& state) { bench::steps<Schwarzschild, V>(state, method, kernel); });
     }
+}
+
+template <class V>
+void add(const char* type) {
+    add<V>("by_hand", type, rival_kernel<HandSystem<ScalarOf<V>>, V>);
+    add<V>("as_printed", type, rival_kernel<System<PrintedSchwarzschild, true, ScalarOf<V>>, V>);
 }
 
 const bool added = [] {
     add<PacketDouble>("packet_double");
     add<PacketFloat>("packet_float");
+    add<Lanes<double, 1>>("one_register_double");
     return true;
 }();
 

@@ -11,9 +11,9 @@ SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
 SCENES = SOURCE / "scenes"
 
 
-def benchmarks(build, isa, quick, wanted):
-    """The medians, by name, of the kernels' benchmarks that `wanted` matches, run by bench/run; none where they were not built."""
-    binary = build / "bin" / f"bench_kernels_{isa}"
+def benchmarks(build, name, quick, wanted):
+    """The medians, by name, of the benchmarks of a program that `wanted` matches, run by bench/run; none where it was not built."""
+    binary = build / "bin" / name
     if not binary.exists():
         return {}
     loader = importlib.machinery.SourceFileLoader("bench_run", str(SOURCE / "bench" / "run"))

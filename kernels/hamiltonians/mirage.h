@@ -29,8 +29,8 @@ struct Mirage {
     };
     static constexpr bool spacetime = false;
     static constexpr double level = 0.5;
-    static constexpr const char* method = "srkn11";
-    static constexpr double step = 0.2;
+    static constexpr const char* method = "srkn6";
+    static constexpr double step = 0.1;
 
     template <class V>
     struct Parameters {

@@ -15,7 +15,7 @@ struct StudyOptions {
     bool full = false;                      ///< every method one ray at a time too
     bool errors_only = false;               ///< of packets alone; nothing is timed, followed or drawn
     unsigned threads = 1;                   ///< of the timed runs
-    unsigned repeats = 5;                   ///< at least; of a quick study fewer, where they would take long
+    unsigned repeats = 5;                   ///< at least; of a quick study 1, for runs that take long
 };
 
 /// One method at one step.

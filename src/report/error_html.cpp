@@ -193,7 +193,8 @@ std::string reference_section(const ErrorStudy& study) {
            " (99 %), " + html_number(r.uncertainty.max) + " at most. " +
            (r.undecided ? html_number(double(r.undecided)) + " rays on which the two disagree are left out. "
                         : std::string("On how each ray ends they agree throughout. ")) +
-           "Times are medians of at least " + std::to_string(study.options.repeats) + " interleaved runs on " +
+           (study.options.repeats == 1 ? std::string("Times are medians of interleaved runs, of long ones that of a single run, on ")
+                                       : "Times are medians of at least " + std::to_string(study.options.repeats) + " interleaved runs on ") +
            std::to_string(study.options.threads) + (study.options.threads == 1 ? " thread" : " threads") + ".</p></section>\n";
 }
 

@@ -64,6 +64,7 @@ public:
         if (!study_.options.errors_only) {
             take_times();
             choose_cheapest();
+            study_.strategies = strategy_times(plan_, study_.sample.starts, study_.options.threads, stop_);
             follow_energy();
             compare_pictures();
         }

@@ -5,7 +5,7 @@
 #include "render/energy_drift.h"
 #include "render/picture_error.h"
 #include "render/reference.h"
-#include "render/timing.h"
+#include "render/strategy_times.h"
 
 namespace kagero {
 
@@ -62,6 +62,7 @@ struct ErrorStudy {
     std::vector<StudyCurve> curves;
     std::vector<Cheapest> cheapest;
     std::vector<std::string> refused;  ///< methods that this space cannot serve
+    std::vector<StrategyTime> strategies;  ///< of the scene's own method at its own step
     std::vector<EnergyTrace> energy;   ///< along one ray, at about equal work
     std::vector<PictureError> pictures;
     ErrorMap map;

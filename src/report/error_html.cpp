@@ -230,9 +230,11 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
                         "Relative to half the square of the momentum at the start plus |H₀|. A small error of H alone does not "
                         "make a path right.");
     body +=
-        html_figure("Packets against single rays", strategy_chart(plan, study),
-                    "Run time per ray of the scene's own method at its own step; the whisker spans the quickest and the slowest "
-                    "run. Factors are over one ray at a time in double precision.");
+        html_figure("Strategies and instruction sets", strategy_chart(study),
+                    "Run time per ray of the scene's own method at its own step, by every instruction set that this machine runs and "
+                    "kagero was built for; the whisker spans the quickest and the slowest run. Scalar: one ray at a time, the same code on "
+                    "plain numbers. Per-ray: one ray, what it computes side by side in the lanes. Packet: one ray in every lane. Factors are "
+                    "over the first of the scalar ones in double precision.");
     body += map_section(study) + pictures_section(study) + reference_section(study) + data_section(study);
     return html_page("Error against run time: " + name,
                      plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);

@@ -17,6 +17,9 @@ constexpr double absurd_work = 200, absurd_work_quick = 60;
 /// Gradients and steps of all rays beyond which a quick study takes no finer step: counted, as a clock would not choose the same
 /// points twice.
 constexpr double most_work_quick = 2e7;
+/// The same before a method has shown as many steps as others, but enough for its order.
+constexpr double hopeless_work_quick = 4e8;
+constexpr std::size_t steps_for_order = 3;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;
 /// The same of a quick study, whose first run of each, the one that shows its errors, may last longer.
@@ -197,7 +200,8 @@ void Study::climb(const Ladder& ladder) {
                 "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
             break;
         }
-        if (rises && enough && study_.options.quick && next * double(study_.sample.starts.size()) > most_work_quick) {
+        const double most_work = enough ? most_work_quick : hopeless_work_quick;
+        if (rises && study_.options.quick && n + 1 >= steps_for_order && next * double(study_.sample.starts.size()) > most_work) {
             curve.stopped = "a finer step is too much work for a quick study";
             break;
         }

@@ -21,7 +21,7 @@ std::string power_of_ten(int exponent) {
 namespace {
 
 // Sizes in SVG units; the picture scales to the width of its page.
-constexpr double width = 940, height = 520, left = 72, right = 158, top = 14, bottom = 52;
+constexpr double width = 940, height = 520, left = 72, right = 172, top = 14, bottom = 52;
 constexpr double plot_right = width - right, plot_bottom = height - bottom;
 constexpr double label_height = 13;
 

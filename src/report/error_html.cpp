@@ -7,6 +7,7 @@
 #include "report/numbers.h"
 #include "report/page.h"
 
+#include <algorithm>
 #include <filesystem>
 
 namespace kagero {
@@ -71,11 +72,15 @@ std::string cheapest_section(const ErrorStudy& study) {
            "otherwise than they should.</p></section>\n";
 }
 
-std::string legend() {
+std::string legend(const ErrorStudy& study) {
     std::string text = "<p class=\"note\">";
-    for (const MethodFamily& family : method_families())
+    for (const MethodFamily& family : method_families()) {
+        if (std::none_of(study.curves.begin(), study.curves.end(),
+                         [&](const StudyCurve& curve) { return same_family(curve.method, family.example); }))
+            continue;
         text += "<span class=\"key\"><span style=\"color:" + style_of(family.example).color + "\">■</span> " +
                 html_text(family.name) + "</span> ";
+    }
     return text + "</p>\n";
 }
 
@@ -147,7 +152,7 @@ std::string curve_details(const StudyCurve& curve) {
     Rows rows;
     for (const StudyPoint& point : curve.points) rows.push_back(point_cells(point));
     return "<details><summary>" + html_text(curve.method) + ", " + name_of(curve.strategy) + ", " + name_of(curve.precision) +
-           "<small>" + html_text(curve.stopped) + "</small></summary>\n" +
+           (curve.loose ? ", loosely solved" : "") + "<small>" + html_text(curve.stopped) + "</small></summary>\n" +
            html_table({curve.info->adaptive ? "tolerance" : "step", "ns", "ns, no surfaces", "gradients", "steps", "position p50",
                        "p90", "p99", "max", "direction p99", "pixels p99", "&gt; ¼ pixel", "flips", "ill", "drift of H"},
                       rows, 0) +
@@ -210,11 +215,11 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
     body +=
         html_figure(
             "Error against run time", work_precision_chart(plan, study, Work::nanoseconds),
-            "Each mark is one step size; steps are halved from left to right. Lower is more exact, further left is quicker: the "
+            "Each mark is one step size, or one tolerance of an adaptive method, finer and finer along a line. Lower is more exact, further left is quicker: the "
             "best method for an error is the "
             "leftmost line at its height. Dashed: single precision. Dotted: implicit equations solved to a hundredth of the "
             "step's own error instead of as the scene asks. Thick: the scene's own method and the recipe as printed.") +
-        legend();
+        legend(study);
     body += html_figure(
         "Error against work", work_precision_chart(plan, study, Work::gradients),
         "The same errors over evaluations of the gradient of H, which do not depend on the machine. Where a method is "

@@ -11,7 +11,9 @@ target_compile_options(kagero_options INTERFACE
   -fno-math-errno -fno-trapping-math)
 target_include_directories(kagero_options INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src)
 if(KAGERO_SANITIZE)
-  target_compile_options(kagero_options INTERFACE -fsanitize=${KAGERO_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_compile_options(kagero_options INTERFACE -fsanitize=${KAGERO_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
+    # With these g++ 12 doubts, in constant expressions, that a variable has an address; the address sanitizer stops at null, too.
+    $<$<CXX_COMPILER_ID:GNU>:-fno-sanitize=null,nonnull-attribute,returns-nonnull-attribute>)
   target_link_options(kagero_options INTERFACE -fsanitize=${KAGERO_SANITIZE})
 endif()
 set(CMAKE_CXX_EXTENSIONS OFF)

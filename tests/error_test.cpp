@@ -1,8 +1,10 @@
 // Error against run time: what the report says, and that it is right where mathematics tells what it must say.
 #include "hole_scene.h"
+#include "modules/modules.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero::test {
@@ -32,6 +34,7 @@ protected:
 json without_times(json study) {
     study.erase("seconds"), study.erase("cheapest");
     for (json& picture : study["pictures"]) picture.erase("seconds");
+    for (json& strategy : study["strategies"]) strategy.erase("ns_per_ray");
     for (json& curve : study["curves"])
         for (json& point : curve["points"]) point.erase("ns_per_ray"), point.erase("ns_per_ray_without_surfaces");
     return study;
@@ -77,6 +80,27 @@ TEST_F(Error, WritesACompleteReport) {
     EXPECT_EQ(pictures, 4u);  // with the scale
     EXPECT_NE(read("report/plot.gp").find("results.csv"), std::string::npos);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_ / "report"), {}), 4);
+}
+
+// Every instruction set that this machine runs, one ray at a time and in packets, in both precisions.
+TEST_F(Error, TimesStrategiesOnEveryInstructionSet) {
+    const json report = study();
+    std::size_t isas = 0;
+    for (const IsaInfo& isa : find_isas()) {
+        if (!isa.supported) continue;
+        ++isas;
+        for (const char* strategy : {"scalar", "packet"})
+            for (const char* precision : {"double", "float"})
+                EXPECT_EQ(std::count_if(report["strategies"].begin(), report["strategies"].end(),
+                                        [&](const json& row) {
+                                            return row["isa"] == isa.name && row["strategy"] == strategy &&
+                                                   row["precision"] == precision && row["ns_per_ray"]["min"] > 0;
+                                        }),
+                          1)
+                    << isa.name << " " << strategy << " " << precision;
+    }
+    for (const json& row : study("--isa " + report["isa"].get<std::string>())["strategies"]) EXPECT_EQ(row["isa"], report["isa"]);
+    EXPECT_GE(report["strategies"].size(), 4 * isas);
 }
 
 TEST_F(Error, OrdersAreThoseOfTheMethods) {

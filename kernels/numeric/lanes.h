@@ -13,7 +13,11 @@
 
 #include <xsimd/xsimd.hpp>
 
+#ifdef KAGERO_SANITIZED  // checks multiply what is inlined, and with it the time of compiling
+#define KAGERO_INLINE inline
+#else
 #define KAGERO_INLINE inline __attribute__((always_inline))
+#endif
 
 namespace kagero {
 

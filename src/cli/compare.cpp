@@ -29,18 +29,10 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-std::vector<std::string> isas_of(const Options& options) {
-    std::vector<std::string> isas;
-    for (const IsaInfo& isa : find_isas())
-        if (isa.supported) isas.push_back(isa.name);
-    if (options.isa != "auto") isas = {options.isa};
-    return isas;
-}
-
 /// --lanes is a list here, and not a key of the scene.
 CompareOptions compare_options(const Arguments& arguments, const Options& options) {
     CompareOptions compared;
-    compared.isas = isas_of(options);
+    compared.isas = isas_for(options.isa);
     if (options.threads) compared.threads = options.threads;
     for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet})
         if (options.strategy == name_of(strategy)) compared.strategy = strategy;

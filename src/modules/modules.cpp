@@ -89,6 +89,14 @@ std::vector<IsaInfo> find_isas() {
     return found;
 }
 
+std::vector<std::string> isas_for(const std::string& wish) {
+    if (wish != "auto") return {wish};
+    std::vector<std::string> names;
+    for (const IsaInfo& isa : find_isas())
+        if (isa.supported) names.push_back(isa.name);
+    return names;
+}
+
 const Module& load_module(const std::string& wanted) {
     static std::mutex mutex;
     static std::map<std::string, const Module*> loaded;

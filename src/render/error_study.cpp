@@ -14,11 +14,16 @@ namespace {
 constexpr std::size_t drift_rays = 8;
 /// Points that do more work per ray than this many times the cheapest are not worth their wait.
 constexpr double absurd_work = 200, absurd_work_quick = 60;
+/// Gradients and steps of all rays beyond which a quick study takes no finer step: counted, as a clock would not choose the same
+/// points twice.
+constexpr double most_work_quick = 2e7;
+/// The same before a method has shown as many steps as others, but enough for its order.
+constexpr double hopeless_work_quick = 4e8;
+constexpr std::size_t steps_for_order = 3;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;
-/// Seconds that a quick study spends on all of them, if a few repetitions of each allow it.
-constexpr double quick_seconds = 20;
-constexpr unsigned quick_repeats = 2;
+/// The same of a quick study, whose first run of each, the one that shows its errors, may last longer.
+constexpr double quick_seconds = 0.25;
 /// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
 /// this.
 constexpr double far_beyond = 30;
@@ -62,6 +67,7 @@ public:
         if (!study_.options.errors_only) {
             take_times();
             choose_cheapest();
+            study_.strategies = strategy_times(plan_, study_.sample.starts, study_.options.threads, stop_);
             follow_energy();
             compare_pictures();
         }
@@ -73,6 +79,8 @@ public:
 private:
     bool stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+    /// The share of the time that passes before any run is repeated.
+    double climbing() const { return study_.options.quick ? 0.6 : 0.3; }
     void tell(double done) const {
         if (progress_) progress_(done, seconds());
     }
@@ -153,7 +161,7 @@ void Study::climb_all() {
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
         if (study_.options.errors_only && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
         climb(ladders[i]);
-        tell(0.3 * double(i + 1) / double(ladders.size()));
+        tell(climbing() * double(i + 1) / double(ladders.size()));
     }
 }
 
@@ -186,9 +194,15 @@ void Study::climb(const Ladder& ladder) {
         // Long steps of implicit methods may cost more than shorter ones, whose equations are solved sooner.
         const bool rises = n > 0 && work > 1.2 * work_before;
         work_before = work;
-        if (rises && (curve.info->adaptive ? 1.5 : 2.0) * work > limit * least_work_) {
+        const double next = (curve.info->adaptive ? 1.5 : 2.0) * work;
+        if (rises && next > limit * least_work_) {
             curve.stopped =
                 "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
+            break;
+        }
+        const double most_work = enough ? most_work_quick : hopeless_work_quick;
+        if (rises && study_.options.quick && n + 1 >= steps_for_order && next * double(study_.sample.starts.size()) > most_work) {
+            curve.stopped = "a finer step is too much work for a quick study";
             break;
         }
     }
@@ -220,6 +234,7 @@ StudyPoint Study::measure(Timed& timed) {
     const double rays = double(study_.sample.starts.size());
     {
         PlanAs as(plan_, variant);
+        if (study_.options.quick) as.on_threads(study_.options.threads);
         std::vector<RayEnd> ends;
         const RunReport report = trace(plan_, study_.sample.starts, ends);
         point.errors = compare_rays(plan_, reference_, ends);
@@ -234,6 +249,7 @@ StudyPoint Study::measure(Timed& timed) {
         const RunReport without = trace(plan_, study_.sample.starts, unhindered);
         point.steps_without = double(without.counters.steps) / rays;
         timed.estimate = (report.seconds + without.seconds) * plan_.threads / study_.options.threads;
+        if (study_.options.quick) timed.with = {1e9 * report.seconds / rays}, timed.without = {1e9 * without.seconds / rays};
     }
     point.drift = energy_drift(plan_, variant, drift_rays_);
     return point;
@@ -247,21 +263,17 @@ void Study::take_times() {
         // Short runs are disturbed more easily, and cost little to repeat.
         const double wanted = std::min(4.0, std::ceil(enough_seconds / (timed.estimate * study_.options.repeats)));
         timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, wanted));
-        total += timed.estimate * timed.repeats, most = std::max(most, timed.repeats);
+        if (study_.options.quick)
+            timed.repeats = static_cast<unsigned>(std::clamp(quick_seconds / timed.estimate, 1.0, double(timed.repeats)));
+        total += timed.estimate * timed.repeats, done += timed.estimate * double(timed.with.size());
+        most = std::max(most, timed.repeats);
     }
-    if (const double share = quick_seconds / total; study_.options.quick && share < 1) {
-        total = 0;
-        for (Timed& timed : timed_) {
-            timed.repeats = std::max(quick_repeats, static_cast<unsigned>(share * timed.repeats));
-            total += timed.estimate * timed.repeats;
-        }
-    }
-    if (study_.options.quick) study_.options.repeats = quick_repeats;
+    if (study_.options.quick) study_.options.repeats = 1;
     const double rays = double(study_.sample.starts.size());
     for (unsigned repeat = 0; repeat < most; ++repeat)
         for (Timed& timed : timed_) {
             if (stopped()) return keep_times();
-            if (repeat >= timed.repeats) continue;
+            if (repeat >= timed.repeats || repeat < timed.with.size()) continue;
             PlanAs as(plan_, timed.variant);
             as.on_threads(study_.options.threads);
             std::vector<RayEnd> ends;
@@ -269,7 +281,7 @@ void Study::take_times() {
             as.without_surfaces(timed.most_steps);
             timed.without.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
             done += timed.estimate;
-            tell(0.3 + 0.65 * done / total);
+            tell(climbing() + (0.95 - climbing()) * done / total);
         }
     keep_times();
 }

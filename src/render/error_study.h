@@ -5,7 +5,7 @@
 #include "render/energy_drift.h"
 #include "render/picture_error.h"
 #include "render/reference.h"
-#include "render/timing.h"
+#include "render/strategy_times.h"
 
 namespace kagero {
 
@@ -15,7 +15,7 @@ struct StudyOptions {
     bool full = false;                      ///< every method one ray at a time too
     bool errors_only = false;               ///< of packets alone; nothing is timed, followed or drawn
     unsigned threads = 1;                   ///< of the timed runs
-    unsigned repeats = 5;                   ///< at least; of a quick study fewer, where they would take long
+    unsigned repeats = 5;                   ///< at least; of a quick study 1, for runs that take long
 };
 
 /// One method at one step.
@@ -62,6 +62,7 @@ struct ErrorStudy {
     std::vector<StudyCurve> curves;
     std::vector<Cheapest> cheapest;
     std::vector<std::string> refused;  ///< methods that this space cannot serve
+    std::vector<StrategyTime> strategies;  ///< of the scene's own method at its own step
     std::vector<EnergyTrace> energy;   ///< along one ray, at about equal work
     std::vector<PictureError> pictures;
     ErrorMap map;

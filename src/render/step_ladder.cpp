@@ -13,7 +13,7 @@ constexpr const char* quick_methods[] = {"satoh2", "satoh4", "verlet", "suzuki4-
 constexpr std::uint32_t highest_float_order = 4;
 
 constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}, float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
-constexpr std::size_t most_halvings = 9, quick_scalar_steps = 3;
+constexpr std::size_t most_halvings = 9, quick_scalar_steps = 3, quick_loose_steps = 3;
 
 /// Higher orders take longer steps.
 double coarsest_step(const Plan& plan, const IntegratorInfo& info) {
@@ -72,6 +72,7 @@ std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice,
             Ladder& ladder = ladders.emplace_back();
             ladder.variant = *variant, ladder.own = info.name == own, ladder.loose = way.loose;
             ladder.steps = steps_of(plan, *variant);
+            if (choice.quick && way.loose) ladder.least = quick_loose_steps;
             // One ray at a time nothing but the time is new, and there is much of it.
             if (choice.quick && way.strategy == Strategy::scalar && ladder.steps.size() > quick_scalar_steps) ladder.steps.resize(quick_scalar_steps);
         }

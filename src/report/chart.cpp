@@ -21,7 +21,7 @@ std::string power_of_ten(int exponent) {
 namespace {
 
 // Sizes in SVG units; the picture scales to the width of its page.
-constexpr double width = 940, height = 520, left = 72, right = 158, top = 14, bottom = 52;
+constexpr double width = 940, height = 520, left = 72, right = 172, top = 14, bottom = 52;
 constexpr double plot_right = width - right, plot_bottom = height - bottom;
 constexpr double label_height = 13;
 
@@ -252,7 +252,9 @@ std::string svg_of(const LineChart& chart) {
 }
 
 std::string svg_of(const BarChart& chart) {
-    constexpr double row = 30, label_width = 190, value_width = 150;
+    constexpr double row = 30, letter = 7.2, value_width = 150;
+    double label_width = 190;
+    for (const Bar& bar : chart.bars) label_width = std::max(label_width, letter * double(bar.label.size()) + 10);
     const double total = row * double(chart.bars.size()) + 12, span = width - label_width - value_width;
     double greatest = 0;
     for (const Bar& bar : chart.bars) greatest = std::max({greatest, bar.value, bar.greatest});

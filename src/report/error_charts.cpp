@@ -1,5 +1,6 @@
 #include "report/error_charts.h"
 
+#include "render/kernels.h"
 #include "report/method_style.h"
 
 #include <algorithm>
@@ -38,13 +39,8 @@ Series series_of(const StudyCurve& curve, Work work) {
     return series;
 }
 
-/// The point of a curve at about the scene's own step.
-const StudyPoint* at_scene_step(const Plan& plan, const StudyCurve& curve) {
-    const StudyPoint* nearest = nullptr;
-    const double wanted = curve.info->adaptive ? plan.job.tolerance : plan.job.step;
-    for (const StudyPoint& point : curve.points)
-        if (!nearest || std::abs(std::log(point.step / wanted)) < std::abs(std::log(nearest->step / wanted))) nearest = &point;
-    return nearest;
+const char* color_of(Strategy strategy) {
+    return strategy == Strategy::scalar ? "var(--soft)" : strategy == Strategy::per_ray ? "#c9741f" : "#2f6fb0";
 }
 
 /// Curves that the first charts show: few enough to be told apart.
@@ -118,27 +114,26 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
     return svg_of(chart);
 }
 
-std::string strategy_chart(const Plan& plan, const ErrorStudy& study) {
+std::string strategy_chart(const ErrorStudy& study) {
     BarChart chart;
-    chart.title = "Run time per ray one ray at a time and in packets";
-    std::optional<double> slowest;
-    for (const Strategy strategy : {Strategy::scalar, Strategy::packet})
-        for (const StudyCurve& curve : study.curves) {
-            if (!curve.own || curve.loose || curve.strategy != strategy) continue;
-            const StudyPoint* point = at_scene_step(plan, curve);
-            if (!point || !std::isfinite(point->time.median)) continue;
-            if (!slowest && curve.precision == Precision::float64) slowest = point->time.median;
-            std::string words = short_number(std::round(point->time.median)) + " ns";
-            if (point->time.median >= 1000) words = short_number(point->time.median / 1000) + " µs";
-            if (slowest && *slowest != point->time.median) words += " · " + short_number(*slowest / point->time.median) + "×";
-            Bar bar{std::string(strategy == Strategy::scalar ? "one ray at a time" : "packets") + ", " + name_of(curve.precision),
-                    strategy == Strategy::scalar ? "var(--soft)" : style_of(curve.method).color,
-                    words,
-                    point->time.median,
-                    point->time.min,
-                    point->time.max};
-            chart.bars.push_back(std::move(bar));
-        }
+    chart.title = "Run time per ray by strategy and instruction set";
+    double yardstick = 0;
+    for (const StrategyTime& one : study.strategies) {
+        const KernelInfo& kernel = *one.kernel;
+        const bool scalar = kernel.strategy == Strategy::scalar;
+        if (yardstick == 0 && scalar && kernel.precision == Precision::float64) yardstick = one.time.median;
+    }
+    for (const StrategyTime& one : study.strategies) {
+        if (!std::isfinite(one.time.median)) continue;
+        const KernelInfo& kernel = *one.kernel;
+        std::string what = one.isa + " " + name_of(kernel.strategy);
+        if (kernel.form != Form::none) what += std::string(" ") + name_of(kernel.form);
+        std::string words = short_number(std::round(one.time.median)) + " ns";
+        if (one.time.median >= 1000) words = short_number(one.time.median / 1000) + " µs";
+        if (yardstick > 0) words += " · " + short_number(yardstick / one.time.median) + "×";
+        chart.bars.push_back({what + ", " + name_of(kernel.precision), color_of(kernel.strategy), words, one.time.median,
+                              one.time.min, one.time.max});
+    }
     return svg_of(chart);
 }
 

@@ -20,7 +20,7 @@ std::string family_chart(const Plan& plan, const ErrorStudy& study, const std::s
 /// |H − H0| along one ray.
 std::string energy_chart(const Plan& plan, const ErrorStudy& study);
 
-/// The scene's own method one ray at a time and in packets.
-std::string strategy_chart(const Plan& plan, const ErrorStudy& study);
+/// The scene's own method by every strategy, instruction set by instruction set.
+std::string strategy_chart(const ErrorStudy& study);
 
 }  // namespace kagero

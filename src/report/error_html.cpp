@@ -7,6 +7,7 @@
 #include "report/numbers.h"
 #include "report/page.h"
 
+#include <algorithm>
 #include <filesystem>
 
 namespace kagero {
@@ -71,11 +72,15 @@ std::string cheapest_section(const ErrorStudy& study) {
            "otherwise than they should.</p></section>\n";
 }
 
-std::string legend() {
+std::string legend(const ErrorStudy& study) {
     std::string text = "<p class=\"note\">";
-    for (const MethodFamily& family : method_families())
+    for (const MethodFamily& family : method_families()) {
+        if (std::none_of(study.curves.begin(), study.curves.end(),
+                         [&](const StudyCurve& curve) { return same_family(curve.method, family.example); }))
+            continue;
         text += "<span class=\"key\"><span style=\"color:" + style_of(family.example).color + "\">■</span> " +
                 html_text(family.name) + "</span> ";
+    }
     return text + "</p>\n";
 }
 
@@ -147,7 +152,7 @@ std::string curve_details(const StudyCurve& curve) {
     Rows rows;
     for (const StudyPoint& point : curve.points) rows.push_back(point_cells(point));
     return "<details><summary>" + html_text(curve.method) + ", " + name_of(curve.strategy) + ", " + name_of(curve.precision) +
-           "<small>" + html_text(curve.stopped) + "</small></summary>\n" +
+           (curve.loose ? ", loosely solved" : "") + "<small>" + html_text(curve.stopped) + "</small></summary>\n" +
            html_table({curve.info->adaptive ? "tolerance" : "step", "ns", "ns, no surfaces", "gradients", "steps", "position p50",
                        "p90", "p99", "max", "direction p99", "pixels p99", "&gt; ¼ pixel", "flips", "ill", "drift of H"},
                       rows, 0) +
@@ -193,7 +198,8 @@ std::string reference_section(const ErrorStudy& study) {
            " (99 %), " + html_number(r.uncertainty.max) + " at most. " +
            (r.undecided ? html_number(double(r.undecided)) + " rays on which the two disagree are left out. "
                         : std::string("On how each ray ends they agree throughout. ")) +
-           "Times are medians of at least " + std::to_string(study.options.repeats) + " interleaved runs on " +
+           (study.options.repeats == 1 ? std::string("Times are medians of interleaved runs, of long ones that of a single run, on ")
+                                       : "Times are medians of at least " + std::to_string(study.options.repeats) + " interleaved runs on ") +
            std::to_string(study.options.threads) + (study.options.threads == 1 ? " thread" : " threads") + ".</p></section>\n";
 }
 
@@ -209,11 +215,11 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
     body +=
         html_figure(
             "Error against run time", work_precision_chart(plan, study, Work::nanoseconds),
-            "Each mark is one step size; steps are halved from left to right. Lower is more exact, further left is quicker: the "
+            "Each mark is one step size, or one tolerance of an adaptive method, finer and finer along a line. Lower is more exact, further left is quicker: the "
             "best method for an error is the "
             "leftmost line at its height. Dashed: single precision. Dotted: implicit equations solved to a hundredth of the "
             "step's own error instead of as the scene asks. Thick: the scene's own method and the recipe as printed.") +
-        legend();
+        legend(study);
     body += html_figure(
         "Error against work", work_precision_chart(plan, study, Work::gradients),
         "The same errors over evaluations of the gradient of H, which do not depend on the machine. Where a method is "
@@ -229,9 +235,11 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
                         "Relative to half the square of the momentum at the start plus |H₀|. A small error of H alone does not "
                         "make a path right.");
     body +=
-        html_figure("Packets against single rays", strategy_chart(plan, study),
-                    "Run time per ray of the scene's own method at its own step; the whisker spans the quickest and the slowest "
-                    "run. Factors are over one ray at a time in double precision.");
+        html_figure("Strategies and instruction sets", strategy_chart(study),
+                    "Run time per ray of the scene's own method at its own step, by every instruction set that this machine runs and "
+                    "kagero was built for; the whisker spans the quickest and the slowest run. Scalar: one ray at a time, the same code on "
+                    "plain numbers. Per-ray: one ray, what it computes side by side in the lanes. Packet: one ray in every lane. Factors are "
+                    "over the first of the scalar ones in double precision.");
     body += map_section(study) + pictures_section(study) + reference_section(study) + data_section(study);
     return html_page("Error against run time: " + name,
                      plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);

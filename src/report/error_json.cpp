@@ -1,3 +1,4 @@
+#include "render/kernels.h"
 #include "report/error_report.h"
 #include "report/json.h"
 #include "report/machine.h"
@@ -89,6 +90,18 @@ Json cheapest_json(const ErrorStudy& study) {
     return all;
 }
 
+Json strategies_json(const ErrorStudy& study) {
+    Json all = Json::array();
+    for (const StrategyTime& one : study.strategies)
+        all.push_back({{"isa", one.isa},
+                       {"strategy", name_of(one.kernel->strategy)},
+                       {"form", one.kernel->form == Form::none ? Json() : Json(name_of(one.kernel->form))},
+                       {"precision", name_of(one.kernel->precision)},
+                       {"lanes", one.kernel->lanes},
+                       {"ns_per_ray", json_of(one.time)}});
+    return all;
+}
+
 Json pictures_json(const ErrorStudy& study) {
     Json all = Json::array();
     for (const PictureError& picture : study.pictures)
@@ -110,6 +123,7 @@ std::string error_json(const Plan& plan, const ErrorStudy& study) {
     json["curves"] = Json::array();
     for (const StudyCurve& curve : study.curves) json["curves"].push_back(json_of(curve));
     json["cheapest"] = cheapest_json(study);
+    json["strategies"] = strategies_json(study);
     json["pictures"] = pictures_json(study);
     json["refused"] = study.refused;
     json["scene"] = plan.scene.path;

@@ -1,0 +1,75 @@
+#include "render/strategy_times.h"
+
+#include "modules/modules.h"
+#include "render/render.h"
+
+#include <algorithm>
+
+namespace kagero {
+namespace {
+
+constexpr unsigned least_rounds = 3, most_rounds = 25;
+/// More rounds than the least are run until this time has been spent on each instruction set.
+constexpr double enough_seconds = 1;
+
+struct Runner {
+    StrategyTime result;
+    Plan* plan;
+    Variant variant;
+    std::vector<double> times;
+};
+
+bool alike(const KernelInfo& a, const KernelInfo& b) {
+    return a.strategy == b.strategy && a.form == b.form && a.precision == b.precision;
+}
+
+/// The first kernel of each strategy, form and precision that serves the scene, as `render` would take it.
+void add_runners(std::vector<Runner>& runners, Plan& plan, const Plan& like) {
+    const std::size_t before = runners.size();
+    for (std::uint32_t i = 0; i < plan.module->kernel_count; ++i) {
+        const KernelInfo& kernel = plan.module->kernels[i];
+        const bool taken = std::any_of(runners.begin() + std::ptrdiff_t(before), runners.end(),
+                                       [&](const Runner& runner) { return alike(*runner.result.kernel, kernel); });
+        if (taken) continue;
+        auto variant = find_variant(plan, like.scene.integrator.method, kernel, 0);
+        if (!variant) continue;
+        variant->step = info_of(plan, *variant).adaptive ? like.job.tolerance : like.job.step;
+        runners.push_back({{plan.module->isa, &kernel, {}}, &plan, *variant, {}});
+    }
+}
+
+}  // namespace
+
+std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<RayStart>& rays, unsigned threads,
+                                         const std::atomic<bool>* stop) {
+    std::vector<std::unique_ptr<Plan>> plans;
+    std::vector<Runner> runners;
+    for (const std::string& isa : isas_for(plan.options.isa)) {
+        Options options = plan.options;
+        options.isa = isa, options.threads = threads;
+        Plan& one = *plans.emplace_back(make_plan(plan.scene, options));
+        one.job.max_steps = plan.job.max_steps;
+        add_runners(runners, one, plan);
+    }
+    const auto stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };
+    std::vector<RayEnd> ends;
+    double spent = 0;
+    for (unsigned round = 0; round < most_rounds; ++round) {
+        if (round >= least_rounds && spent > enough_seconds * double(plans.size())) break;
+        for (Runner& runner : runners) {
+            if (stopped()) break;
+            const PlanAs as(*runner.plan, runner.variant);
+            const double seconds = trace(*runner.plan, rays, ends).seconds;
+            runner.times.push_back(1e9 * seconds / double(rays.size()));
+            spent += seconds;
+        }
+    }
+    std::vector<StrategyTime> results;
+    for (Runner& runner : runners) {
+        runner.result.time = timing_of(std::move(runner.times));
+        results.push_back(std::move(runner.result));
+    }
+    return results;
+}
+
+}  // namespace kagero

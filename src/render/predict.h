@@ -8,7 +8,7 @@
 
 namespace kagero {
 
-/// Writes what tiles will cost when `film` is rendered, in floating-point operations: follows a ray for every 16 × 16 pixels, at least one per
+/// Writes what tiles will cost when `film` is rendered, in floating-point operations: follows a ray for every 11 × 11 pixels, at least one per
 /// tile, and counts its gradients, steps and queries; where shading is not the same everywhere it shades one block of pixels of each tile
 /// against the clock.
 void predict_costs(const Plan& plan, const Film& film, WorkList& work, const std::atomic<bool>* stop = nullptr);

@@ -104,9 +104,10 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
                          const Footprint& footprint) {
     const double texel = std::numbers::pi / image.height;
+    const SkyAxes axes = pole;
     return mean_along(
         image, coarser, length(footprint.major) / texel, length(footprint.minor) / texel, Edge::clamp,
-        [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), pole); });
+        [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes); });
 }
 
 Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,

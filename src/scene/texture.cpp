@@ -112,11 +112,14 @@ PrincipalAxes principal_axes(const UvPatch& patch) {
     return {{along * cosine, along * sine}, {-across * sine, across * cosine}, along, across};
 }
 
-std::array<double, 2> sky_coordinates(const Double3& direction, const Double3& pole) {
-    const Double3 up = unit(pole);
-    const auto [zero, east] = meridians(up);  // the zero meridian runs through +x
-    const double height = std::clamp(dot(direction, up), -1.0, 1.0);
-    const double longitude = std::atan2(dot(direction, east), dot(direction, zero));
+SkyAxes::SkyAxes(const Double3& pole) : up(unit(pole)) {
+    const auto meridian = meridians(up);
+    zero = meridian[0], east = meridian[1];
+}
+
+std::array<double, 2> sky_coordinates(const Double3& direction, const SkyAxes& axes) {
+    const double height = std::clamp(dot(direction, axes.up), -1.0, 1.0);
+    const double longitude = std::atan2(dot(direction, axes.east), dot(direction, axes.zero));
     return {0.5 - longitude / (2 * std::numbers::pi), 0.5 + std::asin(height) / std::numbers::pi};
 }
 

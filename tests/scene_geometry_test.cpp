@@ -95,7 +95,7 @@ TEST_F(SceneSurfaces, SkyHasItsZeroMeridianInTheMiddleAndEastToTheLeft) {
     EXPECT_TRUE(close(geometry.sky_color(direction(90, -45)), blue));
     EXPECT_TRUE(close(geometry.sky_color(direction(-90, -80)), white));  // beyond the last row's middle: clamped
 
-    const auto middle = sky_coordinates({1, 0, 0}, {0, 0, 1});
+    const auto middle = sky_coordinates({1, 0, 0}, Double3{0, 0, 1});
     EXPECT_EQ(middle, (std::array<double, 2>{0.5, 0.5}));
     for (const Double3& pole : {Double3{0, 0, 2}, Double3{0, 3, 0}, Double3{1, 0, 0}, Double3{-1, 0, 0}, Double3{1, 2, 3}}) {
         EXPECT_NEAR(sky_coordinates(unit(pole), pole)[1], 1, 1e-7);

@@ -25,14 +25,18 @@ Coordinates coordinates_of(const RayStart& ray) {
 struct Box {
     Coordinates least, greatest;
 
-    explicit Box(const std::vector<RayStart>& rays) {
+    Box() {
         least.fill(std::numeric_limits<double>::infinity()), greatest.fill(-std::numeric_limits<double>::infinity());
-        for (const RayStart& ray : rays) {
-            if (!starts(ray)) continue;
-            const Coordinates at = coordinates_of(ray);
-            for (std::size_t k = 0; k < dimensions; ++k)
-                least[k] = std::min(least[k], at[k]), greatest[k] = std::max(greatest[k], at[k]);
-        }
+    }
+    void add(const Coordinates& at) {
+        for (std::size_t k = 0; k < dimensions; ++k) least[k] = std::min(least[k], at[k]), greatest[k] = std::max(greatest[k], at[k]);
+    }
+    /// The greatest distance along any dimension, as a share of the box.
+    double distance(const Coordinates& a, const Coordinates& b) const {
+        double most = 0;
+        for (std::size_t k = 0; k < dimensions; ++k)
+            if (greatest[k] > least[k]) most = std::max(most, std::abs(a[k] - b[k]) / (greatest[k] - least[k]));
+        return most;
     }
     /// The bits of all coordinates in turn, highest first.
     std::uint64_t key(const RayStart& ray) const {
@@ -54,8 +58,25 @@ struct Box {
 
 }  // namespace
 
+bool neighbours_go_together(const std::vector<RayStart>& rays) {
+    constexpr std::size_t looked_at = 1000;
+    constexpr double near = 0.2;  // of the box; in no order, neighbours are half of it apart
+    std::vector<std::array<Coordinates, 2>> pairs;
+    Box box;
+    for (std::size_t i = 0; i + 1 < rays.size(); i += 1 + rays.size() / looked_at) {
+        if (!starts(rays[i]) || !starts(rays[i + 1])) continue;
+        pairs.push_back({coordinates_of(rays[i]), coordinates_of(rays[i + 1])});
+        for (const Coordinates& at : pairs.back()) box.add(at);
+    }
+    double sum = 0;
+    for (const auto& [a, b] : pairs) sum += box.distance(a, b);
+    return sum <= near * double(pairs.size());
+}
+
 std::vector<std::uint32_t> coherent_order(const std::vector<RayStart>& rays) {
-    const Box box(rays);
+    Box box;
+    for (const RayStart& ray : rays)
+        if (starts(ray)) box.add(coordinates_of(ray));
     std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
     keys.reserve(rays.size());
     for (std::uint32_t i = 0; i < rays.size(); ++i) keys.emplace_back(box.key(rays[i]), i);

@@ -49,7 +49,7 @@ class OrderedList {
 public:
     OrderedList(const Plan& plan, const std::vector<RayStart>& starts) {
         const auto begin = std::chrono::steady_clock::now();
-        if (starts.size() > plan.kernel->lanes && plan.kernel->lanes > 1) {
+        if (starts.size() > plan.kernel->lanes && plan.kernel->lanes > 1 && !neighbours_go_together(starts)) {
             order_ = coherent_order(starts);
             starts_.reserve(starts.size());
             for (const std::uint32_t place : order_) starts_.push_back(starts[place]);

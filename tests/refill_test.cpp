@@ -80,7 +80,7 @@ double occupancy(const std::vector<RayInput>& list, const std::string& refill, c
     return double(report.counters.active_lane_steps) / double(report.counters.issued_lane_steps);
 }
 
-// A list whose quarters do not begin with a packet.
+// A list whose sixteenths do not begin with a packet.
 TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
     std::vector<RayInput> mixed = rays(9519), coherent;
     const double count = double(mixed.size());

@@ -27,16 +27,17 @@ void to_scene(const Plan& plan, Point& point) {
     point.parameter *= plan.unit;
 }
 
-/// Whether finished lanes are to get new rays: where a few packets of the list say that lanes stand empty, and for long enough to be worth
+/// Whether finished lanes are to get new rays: where some packets of the list say that lanes stand empty, and for long enough to be worth
 /// the start of a packet. (Room, 36864 rays: pays at 28 steps per ray and an occupancy of 0.6, not at 6 steps, never at 0.9.)
 bool refill_pays(const Plan& plan, const Job& job, std::size_t rays) {
     constexpr double full = 0.75, short_of_steps = 20;
-    const std::uint32_t lanes = plan.kernel->lanes, probed = 4 * lanes;
+    constexpr std::uint32_t packets = 16;
+    const std::uint32_t lanes = plan.kernel->lanes, probed = packets * lanes;
     if (lanes == 1 || rays < 32 * std::size_t{probed}) return false;
     Counters counters{};
     std::vector<RayEnd> ends(lanes);
-    for (std::uint32_t i = 0; i < 4; ++i) {
-        const auto first = static_cast<std::uint32_t>(i * (rays / 4)) / lanes * lanes;  // a packet begins there
+    for (std::uint32_t i = 0; i < packets; ++i) {
+        const auto first = static_cast<std::uint32_t>(i * (rays / packets)) / lanes * lanes;  // a packet begins there
         const Tile tile{first, 0, first + lanes, 1};
         plan.kernel->trace(&job, &tile, ends.data(), &counters);
     }

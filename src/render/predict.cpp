@@ -8,6 +8,7 @@
 #include <chrono>
 #include <limits>
 #include <numeric>
+#include <set>
 
 namespace kagero {
 namespace {
@@ -31,9 +32,9 @@ void add_samples(const Plan& plan, const Tile& tile, std::vector<RayStart>& star
             starts.push_back(camera_ray(plan, middle(x, tile.x1), middle(y, tile.y1)).start);
 }
 
-/// The block of 2 × 2 pixels in the middle of a tile.
-Tile middle_of(const Tile& tile) {
-    const std::uint32_t x = (tile.x0 + (tile.x1 - tile.x0) / 2) & ~1u, y = (tile.y0 + (tile.y1 - tile.y0) / 2) & ~1u;
+/// The block of 2 × 2 pixels in a tile that lies at these quarters of its sides.
+Tile block_at(const Tile& tile, std::uint32_t right, std::uint32_t down) {
+    const std::uint32_t x = (tile.x0 + (tile.x1 - tile.x0) * right / 4) & ~1u, y = (tile.y0 + (tile.y1 - tile.y0) * down / 4) & ~1u;
     return {x, y, std::min(x + 2, tile.x1), std::min(y + 2, tile.y1)};
 }
 
@@ -101,31 +102,71 @@ private:
                                      double(c.issued_lane_steps) / double(c.active_lane_steps);
         if (shades_) shade(watch);
     }
-    /// A few blocks at a time, so that their rays fill packets.
+    /// The middle of every tile; and where that is dear, or is next door, four blocks more: around a shadow it changes within a tile.
     void shade(const Watch& watch) {
+        std::vector<Block> middles, more;
+        for (std::uint32_t t = 0; t < tiles_.size(); ++t) middles.push_back({t, block_at(tiles_[t], 2, 2)});
+        for (const auto& [tile, seconds] : timed(middles, watch)) seconds_[tile] = seconds;
+        const std::vector<std::uint32_t> dear = dear_tiles();
+        for (const std::uint32_t t : dear)
+            for (const std::uint32_t down : {1, 3})
+                for (const std::uint32_t right : {1, 3}) more.push_back({t, block_at(tiles_[t], right, down)});
+        const auto seconds = timed(more, watch);
+        for (const auto& [tile, s] : seconds) seconds_[tile] += s;
+        for (const std::uint32_t t : dear) seconds_[t] /= 5;
+    }
+    std::vector<std::uint32_t> dear_tiles() const {
+        std::vector<double> sorted = seconds_;
+        std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+        const double usual = sorted[sorted.size() / 2];
+        const std::uint32_t side = tiles_[0].x1 - tiles_[0].x0;
+        std::set<std::pair<std::uint32_t, std::uint32_t>> around;
+        for (std::size_t t = 0; t < tiles_.size(); ++t) {
+            if (!(seconds_[t] > 1.5 * usual)) continue;
+            const std::uint32_t x = tiles_[t].x0 / side, y = tiles_[t].y0 / side;
+            for (const std::uint32_t dy : {0, 1, 2})
+                for (const std::uint32_t dx : {0, 1, 2}) around.insert({x + dx, y + dy});
+        }
+        std::vector<std::uint32_t> dear;
+        for (std::uint32_t t = 0; t < tiles_.size(); ++t)
+            if (around.contains({tiles_[t].x0 / side + 1, tiles_[t].y0 / side + 1})) dear.push_back(t);
+        return dear;
+    }
+    struct Block {
+        std::uint32_t tile;
+        Tile pixels;
+    };
+    struct BlockTime {
+        std::uint32_t tile;
+        double seconds;  ///< of a pixel
+    };
+    /// Traces and shades a few blocks at a time, so that their rays fill packets.
+    std::vector<BlockTime> timed(const std::vector<Block>& blocks, const Watch& watch) const {
         WorkList work;
-        const auto tiles = static_cast<std::uint32_t>(tiles_.size());
-        constexpr std::uint32_t blocks = chunk / 4;
-        for (std::uint32_t t = 0; t < tiles; t += blocks) work.tiles.push_back({t, 0, std::min(t + blocks, tiles), 1});
+        const auto count = static_cast<std::uint32_t>(blocks.size());
+        constexpr std::uint32_t together = chunk / 4;
+        for (std::uint32_t i = 0; i < count; i += together) work.tiles.push_back({i, 0, std::min(i + together, count), 1});
+        std::vector<BlockTime> times(blocks.size());
         const auto list = [&](const Tile& some, RayList& rays) {
             rays.starts.clear(), rays.frequencies.clear();
-            for (std::uint32_t t = some.x0; t < some.x1; ++t) {
-                const RayList block = rays_of_block(t);
+            for (std::uint32_t i = some.x0; i < some.x1; ++i) {
+                const RayList block = rays_of(blocks[i]);
                 rays.starts.insert(rays.starts.end(), block.starts.begin(), block.starts.end());
             }
         };
         const auto done = [&](const Tile& some, const RayEnd* ends, const RayList&) {
-            for (std::uint32_t t = some.x0; t < some.x1; ++t) {
-                const RayList block = rays_of_block(t);
-                seconds_[t] = seconds_to_shade(plan_, middle_of(tiles_[t]), ends, block);
+            for (std::uint32_t i = some.x0; i < some.x1; ++i) {
+                const RayList block = rays_of(blocks[i]);
+                times[i] = {blocks[i].tile, seconds_to_shade(plan_, blocks[i].pixels, ends, block)};
                 ends += block.starts.size();
             }
         };
         run_tiles(plan_, plan_.job, work, list, done, watch);
+        return times;
     }
-    RayList rays_of_block(std::uint32_t tile) const {
+    RayList rays_of(const Block& block) const {
         RayList rays;
-        list_rays(plan_, middle_of(tiles_[tile]), rays);
+        list_rays(plan_, block.pixels, rays);
         return rays;
     }
 

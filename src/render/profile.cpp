@@ -2,6 +2,7 @@
 
 #include "render/operation_count.h"
 #include "render/peak.h"
+#include "render/timing.h"
 
 #include <algorithm>
 #include <chrono>
@@ -11,15 +12,26 @@
 namespace kagero {
 namespace {
 
-/// One way of rendering the same picture, and the quickest run so far.
+constexpr unsigned least_rounds = 3, most_rounds = 25;
+constexpr double enough_seconds = 10;
+
+/// One way of rendering the same picture, its runs' times, and the quickest of them.
 struct Way {
     unsigned threads;
     Schedule schedule;
     bool recorded = false;
     RunReport best{};
     Recording recording{};
+    std::vector<double> times{};
     double seconds() const { return best.seconds; }
 };
+
+/// Of two ways' times, by rounds: what slows the machine for a while slows both.
+double ratio_of_times(const Way& over, const Way& under) {
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < over.times.size(); ++i) ratios.push_back(over.times[i] / under.times[i]);
+    return timing_of(std::move(ratios)).median;
+}
 
 /// 1 … N, or its powers of two and N where that is many.
 std::vector<unsigned> thread_counts(unsigned most) {
@@ -29,14 +41,16 @@ std::vector<unsigned> thread_counts(unsigned most) {
     return counts;
 }
 
-/// Every schedule on all threads, the plan's own on fewer, and once more with a recording.
+/// The plan's own schedule on all threads, then on fewer, and with a recording: what is compared stands close together. Then the
+/// other schedules.
 std::vector<Way> ways_of(unsigned threads, Schedule own) {
     std::vector<Way> ways;
-    for (const Schedule schedule : {Schedule::scanline, Schedule::tiles, Schedule::predicted})
-        ways.push_back({threads, schedule});
     for (const unsigned n : thread_counts(threads))
         if (n < threads) ways.push_back({n, own});
+    ways.push_back({threads, own});
     ways.push_back({threads, own, true});
+    for (const Schedule schedule : {Schedule::scanline, Schedule::tiles, Schedule::predicted})
+        if (schedule != own) ways.push_back({threads, schedule});
     return ways;
 }
 
@@ -55,6 +69,7 @@ bool run(Plan& plan, Film& film, Way& way, const std::atomic<bool>* stop) {
     if (way.recorded) watch.recording = &recording;
     const RunReport report = render(plan, film, watch);
     if (report.interrupted) return false;
+    way.times.push_back(report.seconds);
     const bool quicker = !way.best.rays || report.seconds < way.best.seconds;
     keep_least(quicker ? way.recording : recording, quicker ? recording : way.recording);
     if (!quicker) return true;
@@ -98,20 +113,22 @@ void count_operations(const Plan& plan, Profile& profile) {
     profile.all_operations = operations_of(plan, profile.report.counters);
 }
 
-void summarize(const std::vector<Way>& ways, Schedule own, Profile& profile) {
+void summarize(const std::vector<Way>& ways, unsigned threads, Schedule own, Profile& profile) {
+    const auto plain = std::find_if(ways.begin(), ways.end(), [&](const Way& way) { return way.threads == threads; });
+    profile.plain_seconds = plain->seconds();
     for (const Way& way : ways) {
         if (way.recorded) {
             profile.report = way.best, profile.recording = way.recording, profile.recorded_seconds = way.seconds();
+            profile.overhead = ratio_of_times(way, *plain) - 1;
             profile.stages = stages_of(way.best, way.recording);
             if (way.schedule == Schedule::predicted) profile.correlation = correlation_of(way.recording);
-        } else if (way.threads == ways.front().threads) {
-            profile.schedules.push_back({way.schedule, way.seconds(), idle_at_end(way.best)});
-            if (way.schedule == own) profile.plain_seconds = way.seconds();
-        } else {
-            profile.scaling.push_back({way.threads, way.seconds()});
+            continue;
         }
+        if (way.threads == threads) profile.schedules.push_back({way.schedule, way.seconds(), idle_at_end(way.best)});
+        if (way.schedule == own) profile.scaling.push_back({way.threads, way.seconds(), ratio_of_times(ways.front(), way)});
     }
-    profile.scaling.push_back({ways.front().threads, profile.plain_seconds});
+    std::sort(profile.schedules.begin(), profile.schedules.end(),
+              [](const ScheduleTime& a, const ScheduleTime& b) { return a.schedule < b.schedule; });
 }
 
 }  // namespace
@@ -137,19 +154,23 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
     std::vector<Way> ways = ways_of(threads, own);
 
     Profile result;
-    result.repeats = repeats;
+    const auto passed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+    unsigned rounds = repeats ? repeats : least_rounds;
     // Interleaved, so that a slow minute of the machine is nobody's alone.
-    for (unsigned r = 0; r < repeats && !result.interrupted; ++r)
+    for (unsigned r = 0; r < rounds && !result.interrupted; ++r) {
         for (std::size_t i = 0; i < ways.size() && !result.interrupted; ++i) {
             result.interrupted = !run(plan, film, ways[i], stop);
-            const double done = double(r * ways.size() + i + 1) / double(repeats * ways.size());
-            if (progress) progress(done, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+            if (progress) progress(double(r * ways.size() + i + 1) / double(rounds * ways.size()), passed());
         }
+        if (r == 0 && !repeats)
+            rounds = unsigned(std::clamp(enough_seconds / passed(), double(least_rounds), double(most_rounds)));
+    }
+    result.repeats = rounds;
     plan.threads = threads;
     plan.options.schedule = asked;
     if (result.interrupted) return result;
 
-    summarize(ways, own, result);
+    summarize(ways, threads, own, result);
     count_operations(plan, result);
     result.peak_of_one = peak_operations(*plan.module, plan.kernel->precision, 1);
     result.peak_of_all = threads > 1 ? peak_operations(*plan.module, plan.kernel->precision, threads) : result.peak_of_one;

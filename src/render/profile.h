@@ -26,6 +26,7 @@ struct ScheduleTime {
 struct ThreadsTime {
     unsigned threads;
     double seconds = 0;
+    double speedup = 1;  ///< over one thread: the median over rounds
 };
 
 struct Profile {
@@ -33,6 +34,7 @@ struct Profile {
     Recording recording;  ///< … and its tiles
     StageTimes stages;
     double plain_seconds = 0, recorded_seconds = 0;  ///< the quickest run without recording, and with it
+    double overhead = 0;                             ///< of recording, as a share: the median over rounds
     std::optional<double> correlation;               ///< of predicted and measured costs, where they were predicted
     std::vector<ScheduleTime> schedules;             ///< all of them, on all threads
     std::vector<ThreadsTime> scaling;                ///< the plan's schedule, on 1 … N threads
@@ -43,7 +45,8 @@ struct Profile {
     bool interrupted = false;
 };
 
-/// Renders `film` over and over. `plan` is put into different states and back.
+/// Renders `film` over and over, all ways in turn. `plan` is put into different states and back.
+/// `repeats`: how many rounds; 0: three, and up to 25 where the picture takes so little time that one round says little.
 Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
 /// Pearson's; nothing where one of them does not vary.

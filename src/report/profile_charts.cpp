@@ -132,9 +132,8 @@ std::string prediction_chart(const Profile& profile) {
 
 std::string scaling_chart(const Profile& profile) {
     Series measured{"measured", blue, Mark::circle, false, false, true, {}, {}};
-    const double one = profile.scaling.front().seconds;
     for (const ThreadsTime& time : profile.scaling) {
-        measured.points.push_back({double(time.threads), ratio(one, time.seconds)});
+        measured.points.push_back({double(time.threads), time.speedup});
         measured.tips.push_back(std::to_string(time.threads) + " threads: " + time_text(time.seconds));
     }
     const double most = double(profile.scaling.back().threads);

@@ -85,9 +85,10 @@ std::string roofline_section(const Plan& plan, const Profile& profile) {
 
 std::string method_section(const Profile& profile) {
     return "<section><h2>How it was measured</h2>\n<p>Times are those of the quickest of " + std::to_string(profile.repeats) +
-           " runs of each kind, interleaved. With recording a render took " + html_number(1e3 * profile.recorded_seconds) +
-           " ms, without it " + html_number(1e3 * profile.plain_seconds) +
-           " ms. Stages within a kernel are told apart by the processor's clock, read around queries and around the delivery "
+           " runs of each kind, interleaved; ratios are medians over rounds. With recording a render took " +
+           html_number(1e3 * profile.recorded_seconds) + " ms, without it " + html_number(1e3 * profile.plain_seconds) + " ms (" +
+           percent(profile.overhead, 2) +
+           " more). Stages within a kernel are told apart by the processor's clock, read around queries and around the delivery "
            "of rays. <code>trace.json</code> beside this page opens in Perfetto (ui.perfetto.dev) and "
            "speedscope.</p></section>\n";
 }
@@ -119,8 +120,8 @@ std::string profile_text(const Profile& profile) {
         text += std::string(name_of(time.schedule)) + ": " + rounded(time.seconds) + " s, idle at the end " +
                 percent(time.idle_at_end, 2) + "\n";
     for (const ThreadsTime& time : profile.scaling)
-        text += std::to_string(time.threads) + (time.threads == 1 ? " thread: " : " threads: ") +
-                fixed(ratio(profile.scaling.front().seconds, time.seconds), 2) + " times as fast as one\n";
+        text += std::to_string(time.threads) + (time.threads == 1 ? " thread: " : " threads: ") + fixed(time.speedup, 2) +
+                " times as fast as one\n";
     if (profile.correlation)
         text += "predicted and measured costs of tiles correlate by " + fixed(*profile.correlation, 4) + "\n";
     if (profile.all_operations > 0)
@@ -128,7 +129,7 @@ std::string profile_text(const Profile& profile) {
                 " GFLOP/s per thread while tracing, of " +
                 rounded(1e-9 * profile.peak_of_all / double(profile.report.threads.size())) + " that multiply-adds alone reach\n";
     return text + "with recording " + rounded(profile.recorded_seconds) + " s, without " + rounded(profile.plain_seconds) +
-           " s\n";
+           " s: " + percent(profile.overhead, 2) + " more\n";
 }
 
 }  // namespace kagero

@@ -48,12 +48,11 @@ Json roofline_json(const Profile& profile) {
 
 Json scaling_json(const Profile& profile) {
     Json rows = Json::array();
-    const double one = profile.scaling.front().seconds;
     for (const ThreadsTime& time : profile.scaling)
         rows.push_back({{"threads", time.threads},
                         {"seconds", time.seconds},
-                        {"speedup", ratio(one, time.seconds)},
-                        {"efficiency", ratio(one, time.seconds * time.threads)}});
+                        {"speedup", time.speedup},
+                        {"efficiency", time.speedup / time.threads}});
     return rows;
 }
 
@@ -94,7 +93,7 @@ std::string profile_json(const Plan& plan, const Profile& profile, double write_
     json["roofline"] = roofline_json(profile);
     json["memory"] = {{"peak_bytes", peak_memory()}};
     json["overhead"] = {
-        {"plain_s", profile.plain_seconds}, {"recorded_s", profile.recorded_seconds}, {"share", overhead(profile)}};
+        {"plain_s", profile.plain_seconds}, {"recorded_s", profile.recorded_seconds}, {"share", profile.overhead}};
     json["schedules"] = schedules_json(profile);
     json["scaling"] = scaling_json(profile);
     json["repeats"] = profile.repeats;

@@ -12,10 +12,6 @@ double tracing_seconds(const Profile& profile) {
     return profile.stages.integrate + profile.stages.query + profile.stages.refine;
 }
 
-double overhead(const Profile& profile) {
-    return ratio(profile.recorded_seconds, profile.plain_seconds) - 1;
-}
-
 ThreadShares shares_of(const RunReport& report, const ThreadTime& time) {
     const double seconds = report.seconds - report.predict_seconds;
     return {ratio(time.busy, seconds), ratio(seconds - time.finished, seconds)};

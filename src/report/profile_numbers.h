@@ -15,9 +15,6 @@ double seconds_per_predicted(const Profile& profile);
 /// Seconds of all threads in the kernels.
 double tracing_seconds(const Profile& profile);
 
-/// How much slower a recorded run is than a plain one, as a share.
-double overhead(const Profile& profile);
-
 /// Where the threads were while tiles were worked on, as shares.
 struct ThreadShares {
     double busy, idle_at_end;

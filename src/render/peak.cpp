@@ -2,9 +2,9 @@
 
 #include "render/threads.h"
 
-#include <algorithm>
 #include <chrono>
 #include <latch>
+#include <numeric>
 #include <vector>
 
 namespace kagero {
@@ -28,23 +28,19 @@ std::uint64_t rounds_for(const Module& module, Precision precision) {
 
 }  // namespace
 
-double peak_operations(const Module& module, Precision precision, unsigned threads) {
-    const std::uint64_t rounds = rounds_for(module, precision);
-    double best = 0;
-    for (int run = 0; run < 5; ++run) {
-        std::vector<double> rates(threads);
-        std::latch start(threads);
-        on_threads(threads, [&](unsigned i) {
-            start.arrive_and_wait();
-            const auto begin = Clock::now();
-            const double operations = module.multiply_adds(precision, rounds);
-            rates[i] = operations / seconds_since(begin);
-        });
-        double sum = 0;
-        for (const double rate : rates) sum += rate;
-        best = std::max(best, sum);
-    }
-    return best;
+Peak::Peak(const Module& module, Precision precision)
+    : module_(module), precision_(precision), rounds_(rounds_for(module, precision)) {}
+
+double Peak::operations_per_second(unsigned threads) const {
+    std::vector<double> rates(threads);
+    std::latch start(threads);
+    on_threads(threads, [&](unsigned i) {
+        start.arrive_and_wait();
+        const auto begin = Clock::now();
+        const double operations = module_.multiply_adds(precision_, rounds_);
+        rates[i] = operations / seconds_since(begin);
+    });
+    return std::accumulate(rates.begin(), rates.end(), 0.0);
 }
 
 }  // namespace kagero

@@ -5,8 +5,18 @@
 
 namespace kagero {
 
-/// Floating-point operations per second that this many threads reach together when nothing but multiply-adds runs: the best of
-/// several short runs.
-double peak_operations(const Module& module, Precision precision, unsigned threads);
+/// How many floating-point operations per second a number of threads reach together when nothing but multiply-adds runs.
+class Peak {
+public:
+    Peak(const Module& module, Precision precision);
+
+    /// In one run of some 20 ms.
+    double operations_per_second(unsigned threads) const;
+
+private:
+    const Module& module_;
+    Precision precision_;
+    std::uint64_t rounds_;
+};
 
 }  // namespace kagero

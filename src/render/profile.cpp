@@ -26,12 +26,19 @@ struct Way {
     double seconds() const { return best.seconds; }
 };
 
-/// Of two ways' times, by rounds: what slows the machine for a while slows both.
-double ratio_of_times(const Way& over, const Way& under) {
+/// The median of ratios by rounds: what slows the machine for a while slows both.
+double median_ratio(const std::vector<double>& over, const std::vector<double>& under) {
     std::vector<double> ratios;
-    for (std::size_t i = 0; i < over.times.size(); ++i) ratios.push_back(over.times[i] / under.times[i]);
+    for (std::size_t i = 0; i < over.size(); ++i) ratios.push_back(over[i] / under[i]);
     return timing_of(std::move(ratios)).median;
 }
+
+/// How fast multiply-adds alone run on so many threads, by rounds.
+struct Roof {
+    unsigned threads;
+    std::vector<double> rates{};
+    double best() const { return *std::max_element(rates.begin(), rates.end()); }
+};
 
 /// 1 … N, or its powers of two and N where that is many.
 std::vector<unsigned> thread_counts(unsigned most) {
@@ -41,16 +48,16 @@ std::vector<unsigned> thread_counts(unsigned most) {
     return counts;
 }
 
-/// The plan's own schedule on all threads, then on fewer, and with a recording: what is compared stands close together. Then the
-/// other schedules.
+/// Every schedule on all threads, the plan's own last; that with a recording, and on fewer threads. What is compared stands close
+/// together, and behind runs of as many threads: after those of fewer a core needs a while to wake up.
 std::vector<Way> ways_of(unsigned threads, Schedule own) {
     std::vector<Way> ways;
-    for (const unsigned n : thread_counts(threads))
-        if (n < threads) ways.push_back({n, own});
-    ways.push_back({threads, own});
-    ways.push_back({threads, own, true});
     for (const Schedule schedule : {Schedule::scanline, Schedule::tiles, Schedule::predicted})
         if (schedule != own) ways.push_back({threads, schedule});
+    ways.push_back({threads, own});
+    ways.push_back({threads, own, true});
+    for (const unsigned n : thread_counts(threads))
+        if (n < threads) ways.push_back({n, own});
     return ways;
 }
 
@@ -113,22 +120,32 @@ void count_operations(const Plan& plan, Profile& profile) {
     profile.all_operations = operations_of(plan, profile.report.counters);
 }
 
-void summarize(const std::vector<Way>& ways, unsigned threads, Schedule own, Profile& profile) {
-    const auto plain = std::find_if(ways.begin(), ways.end(), [&](const Way& way) { return way.threads == threads; });
-    profile.plain_seconds = plain->seconds();
+void summarize(const std::vector<Way>& ways, const std::vector<Roof>& roofs, Schedule own, Profile& profile) {
+    const unsigned threads = roofs.back().threads;
+    const auto way_of = [&](unsigned n) -> const Way& {
+        return *std::find_if(ways.begin(), ways.end(),
+                             [&](const Way& way) { return way.threads == n && way.schedule == own && !way.recorded; });
+    };
+    const Way &plain = way_of(threads), &one = way_of(1);
+    profile.plain_seconds = plain.seconds();
     for (const Way& way : ways) {
         if (way.recorded) {
             profile.report = way.best, profile.recording = way.recording, profile.recorded_seconds = way.seconds();
-            profile.overhead = ratio_of_times(way, *plain) - 1;
+            profile.overhead = median_ratio(way.times, plain.times) - 1;
             profile.stages = stages_of(way.best, way.recording);
             if (way.schedule == Schedule::predicted) profile.correlation = correlation_of(way.recording);
-            continue;
+        } else if (way.threads == threads) {
+            profile.schedules.push_back({way.schedule, way.seconds(), idle_at_end(way.best)});
         }
-        if (way.threads == threads) profile.schedules.push_back({way.schedule, way.seconds(), idle_at_end(way.best)});
-        if (way.schedule == own) profile.scaling.push_back({way.threads, way.seconds(), ratio_of_times(ways.front(), way)});
     }
     std::sort(profile.schedules.begin(), profile.schedules.end(),
               [](const ScheduleTime& a, const ScheduleTime& b) { return a.schedule < b.schedule; });
+    for (const Roof& roof : roofs) {
+        const Way& way = way_of(roof.threads);
+        profile.scaling.push_back(
+            {roof.threads, way.seconds(), median_ratio(one.times, way.times), median_ratio(roof.rates, roofs.front().rates)});
+    }
+    profile.peak_of_one = roofs.front().best(), profile.peak_of_all = roofs.back().best();
 }
 
 }  // namespace
@@ -152,6 +169,9 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
     const std::string asked = plan.options.schedule;
     const Schedule own = schedule_of(plan);
     std::vector<Way> ways = ways_of(threads, own);
+    const Peak peak(*plan.module, plan.kernel->precision);
+    std::vector<Roof> roofs;
+    for (const unsigned n : thread_counts(threads)) roofs.push_back({n});
 
     Profile result;
     const auto passed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
@@ -162,6 +182,7 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
             result.interrupted = !run(plan, film, ways[i], stop);
             if (progress) progress(double(r * ways.size() + i + 1) / double(rounds * ways.size()), passed());
         }
+        for (Roof& roof : roofs) roof.rates.push_back(peak.operations_per_second(roof.threads));
         if (r == 0 && !repeats)
             rounds = unsigned(std::clamp(enough_seconds / passed(), double(least_rounds), double(most_rounds)));
     }
@@ -170,10 +191,8 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
     plan.options.schedule = asked;
     if (result.interrupted) return result;
 
-    summarize(ways, threads, own, result);
+    summarize(ways, roofs, own, result);
     count_operations(plan, result);
-    result.peak_of_one = peak_operations(*plan.module, plan.kernel->precision, 1);
-    result.peak_of_all = threads > 1 ? peak_operations(*plan.module, plan.kernel->precision, threads) : result.peak_of_one;
     return result;
 }
 

@@ -27,6 +27,7 @@ struct ThreadsTime {
     unsigned threads;
     double seconds = 0;
     double speedup = 1;  ///< over one thread: the median over rounds
+    double machine = 1;  ///< the same of multiply-adds alone: what these threads are worth while others use the machine too
 };
 
 struct Profile {

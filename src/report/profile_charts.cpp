@@ -132,14 +132,23 @@ std::string prediction_chart(const Profile& profile) {
 
 std::string scaling_chart(const Profile& profile) {
     Series measured{"measured", blue, Mark::circle, false, false, true, {}, {}};
+    Series machine{"multiply-adds alone", grey, Mark::circle, false, false, true, {}, {}};
     for (const ThreadsTime& time : profile.scaling) {
+        machine.points.push_back({double(time.threads), time.machine});
+        machine.tips.push_back(std::to_string(time.threads) + " threads: " + fixed(time.machine, 2));
         measured.points.push_back({double(time.threads), time.speedup});
         measured.tips.push_back(std::to_string(time.threads) + " threads: " + time_text(time.seconds));
     }
     const double most = double(profile.scaling.back().threads);
     const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {most, most}}, {}};
-    return svg_of(LineChart{
-        "Speed over threads", {"threads", false}, {"times as fast as one thread", false}, {ideal, measured}, {}, 0, "", 0});
+    return svg_of(LineChart{"Speed over threads",
+                            {"threads", false},
+                            {"times as fast as one thread", false},
+                            {ideal, machine, measured},
+                            {},
+                            0,
+                            "",
+                            0});
 }
 
 std::string roofline_chart(const Profile& profile) {

@@ -104,7 +104,9 @@ std::string profile_page(const Plan& plan, const Profile& profile, double write_
         "delivering rays onto it. Write: one thread, after the render.");
     body += threads_section(profile) + schedules_section(profile) + tiles_section(profile);
     if (profile.scaling.size() > 1)
-        body += html_figure("More threads", scaling_chart(profile), "Speed over one thread; dashed: N threads, N times as fast.");
+        body += html_figure("More threads", scaling_chart(profile),
+                            "Speed over one thread, by the median of rounds; grey: multiply-adds alone, what the threads are "
+                            "worth on this machine at this time; dashed: N threads, N times as fast.");
     body += roofline_section(plan, profile) + method_section(profile);
     return html_page("Where the time goes: " + name,
                      plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);
@@ -121,7 +123,7 @@ std::string profile_text(const Profile& profile) {
                 percent(time.idle_at_end, 2) + "\n";
     for (const ThreadsTime& time : profile.scaling)
         text += std::to_string(time.threads) + (time.threads == 1 ? " thread: " : " threads: ") + fixed(time.speedup, 2) +
-                " times as fast as one\n";
+                " times as fast as one, multiply-adds alone " + fixed(time.machine, 2) + "\n";
     if (profile.correlation)
         text += "predicted and measured costs of tiles correlate by " + fixed(*profile.correlation, 4) + "\n";
     if (profile.all_operations > 0)

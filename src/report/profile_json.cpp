@@ -52,7 +52,8 @@ Json scaling_json(const Profile& profile) {
         rows.push_back({{"threads", time.threads},
                         {"seconds", time.seconds},
                         {"speedup", time.speedup},
-                        {"efficiency", time.speedup / time.threads}});
+                        {"efficiency", time.speedup / time.threads},
+                        {"machine_speedup", time.machine}});
     return rows;
 }
 

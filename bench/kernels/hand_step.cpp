@@ -36,12 +36,8 @@ struct PrintedSchwarzschild : Schwarzschild {
 template <class Rival, class V>
 constexpr SpaceKernel<V> rival_kernel = [] {
     SpaceKernel<V> kernel = detail::kernel_without_steps<Rival, V>();
-    const auto add = [&]<class Step>(Kind kind) {
-        kernel.begin[static_cast<int>(kind)] = detail::begin<Rival, Step, V>;
-        kernel.step[static_cast<int>(kind)] = detail::step<Rival, Step, V>;
-    };
-    add.template operator()<Composition>(Kind::composition);
-    add.template operator()<Gauss<4>>(Kind::gauss_of_4);
+    detail::add_step<Rival, Composition>(kernel, static_cast<int>(Kind::composition));
+    detail::add_step<Rival, Gauss<4>>(kernel, static_cast<int>(Kind::gauss_of_4));
     return kernel;
 }();
 

@@ -2,6 +2,7 @@
 /// stages; the stages are independent of each other, which keeps several operations in flight. Newton's method takes what that leaves.
 #pragma once
 
+#include "kernels/stepping/curve.h"
 #include "kernels/stepping/newton_stages.h"
 
 namespace kagero {
@@ -43,6 +44,14 @@ struct Gauss {
         f.open_iterations += iterations;
         if (any(convergence.open())) solve_rest(system, f, w, s, g);
         finish(system, f, w, s, g);
+    }
+
+    /// Dense output of the step in `f`.
+    template <class V>
+    static Curve<V> curve(const Flow<V>& f, const Coefficients& coefficients) {
+        using S = ScalarOf<V>;
+        const auto velocity = [&f](int j) { return Vec3<V>{f.stage[j][3], f.stage[j][4], f.stage[j][5]}; };
+        return Curve<V>::collocation(f, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
     }
 
 private:

@@ -13,6 +13,7 @@ struct GaussTable {
     __float128 b[s];          ///< y' = y + h Σ b_j f(Y_j)
     __float128 c[s];
     __float128 ahead[s][s];   ///< extrapolation of the last step's f to the stages of an equal next one
+    __float128 control[s][s]; ///< Bézier control point i + 1 of the polynomial: y + h Σ control_ij f(Y_j)
 };
 
 namespace detail {
@@ -57,6 +58,22 @@ constexpr __float128 lagrange(const __float128 (&c)[s], int j, __float128 x) {
     return product;
 }
 
+/// The same polynomial's coefficients in Bernstein's basis of degree s − 1, factor by factor.
+template <int s>
+constexpr void bernstein_of_lagrange(const __float128 (&c)[s], int j, __float128 (&coefficient)[s]) {
+    coefficient[0] = 1;
+    int degree = 0;
+    for (int k = 0; k < s; ++k) {
+        if (k == j) continue;
+        ++degree;
+        for (int i = degree; i >= 0; --i) {
+            const __float128 at_0 = i < degree ? (degree - i) * coefficient[i] * -c[k] : __float128(0);
+            const __float128 at_1 = i > 0 ? i * coefficient[i - 1] * (1 - c[k]) : __float128(0);
+            coefficient[i] = (at_0 + at_1) / (degree * (c[j] - c[k]));
+        }
+    }
+}
+
 template <int s>
 constexpr GaussTable<s> make_gauss_table() {
     GaussTable<s> t{};
@@ -76,6 +93,11 @@ constexpr GaussTable<s> make_gauss_table() {
             t.ahead[i][j] = lagrange<s>(t.c, j, 1 + t.c[i]);
         }
     }
+    for (int j = 0; j < s; ++j) {
+        __float128 slope[s]{}, sum = 0;
+        bernstein_of_lagrange<s>(t.c, j, slope);
+        for (int i = 0; i < s; ++i) t.control[i][j] = sum += slope[i] / s;
+    }
     return t;
 }
 
@@ -89,7 +111,7 @@ inline constexpr int max_stages = 8;
 /// The same as run-time data; stages without use are zero.
 template <class S>
 struct GaussNumbers {
-    S a[max_stages][max_stages], b[max_stages], ahead[max_stages][max_stages];
+    S a[max_stages][max_stages], b[max_stages], ahead[max_stages][max_stages], control[max_stages][max_stages];
 };
 /// In every precision, rounded by the compiler: at run time each conversion from quadruple precision is a library call.
 struct GaussTableau {
@@ -113,7 +135,7 @@ constexpr GaussNumbers<S> rounded_gauss_numbers(const GaussTable<s>& t) {
     GaussNumbers<S> n{};
     for (int i = 0; i < s; ++i) {
         n.b[i] = S(t.b[i]);
-        for (int j = 0; j < s; ++j) n.a[i][j] = S(t.a[i][j]), n.ahead[i][j] = S(t.ahead[i][j]);
+        for (int j = 0; j < s; ++j) n.a[i][j] = S(t.a[i][j]), n.ahead[i][j] = S(t.ahead[i][j]), n.control[i][j] = S(t.control[i][j]);
     }
     return n;
 }

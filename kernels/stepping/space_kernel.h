@@ -2,6 +2,7 @@
 /// Hamiltonian once per value type, and neither knows the other.
 #pragma once
 
+#include "kernels/stepping/curve.h"
 #include "kernels/stepping/methods.h"
 
 namespace kagero {
@@ -29,6 +30,8 @@ struct SpaceKernel {
     void (*begin[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
     /// One step from flow.start to flow.end.
     void (*step[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
+    /// Dense output of that step; null where cubic Hermite is all there is.
+    Curve<V> (*curve[kind_count])(const Flow<V>&, const Coefficients&);
     /// The same for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);

@@ -92,12 +92,20 @@ struct StagesInLanes {
         }
     }
 
+    /// Dense output of the step in `f`.
+    template <class S>
+    static Curve<S> curve(const Flow<S>& f, const Coefficients& coefficients) {
+        const S* g = memory(f);
+        const auto velocity = [g](int j) { return Vec3<S>{g[3 * max_stages + j], g[4 * max_stages + j], g[5 * max_stages + j]}; };
+        return Curve<S>::collocation(f, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
+    }
+
 private:
     static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
     /// Flow::stage by components: the derivative of component k at stage i is number 8 k + i.
-    template <class S>
-    KAGERO_INLINE static S* memory(Flow<S>& f) {
-        static_assert(sizeof f.stage == sizeof(S) * 6 * max_stages);
+    template <class AnyFlow>
+    KAGERO_INLINE static auto* memory(AnyFlow& f) {
+        static_assert(sizeof f.stage == sizeof f.h * 6 * max_stages);
         return &f.stage[0][0];
     }
 

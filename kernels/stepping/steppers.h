@@ -78,6 +78,13 @@ constexpr const char* refusal() {
         return Step::template refusal<System>();
 }
 
+template <class System, class Step, class V>
+constexpr void add_step(SpaceKernel<V>& kernel, int kind) {
+    kernel.begin[kind] = begin<System, Step, V>;
+    kernel.step[kind] = step<System, Step, V>;
+    if constexpr (requires { Step::template curve<V>; }) kernel.curve[kind] = Step::template curve<V>;
+}
+
 /// All but the kinds of step.
 template <class System, class V>
 constexpr SpaceKernel<V> kernel_without_steps() {
@@ -97,10 +104,7 @@ constexpr SpaceKernel<V> make_space_kernel() {
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<Kind>(k), [&]<class Step>() {
             kernel.refusal[k] = refusal<System, Step>();
-            if constexpr (!refusal<System, Step>()) {
-                kernel.begin[k] = begin<System, Step, V>;
-                kernel.step[k] = step<System, Step, V>;
-            }
+            if constexpr (!refusal<System, Step>()) add_step<System, Step>(kernel, k);
         });
     }
     return kernel;

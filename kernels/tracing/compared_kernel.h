@@ -25,7 +25,7 @@ constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_n
             kernel.refusal[k] = why_not;
         } else {
             kernel.refusal[k] = refusal<System, Step>();
-            if constexpr (!refusal<System, Step>()) kernel.begin[k] = begin<System, Step, V>, kernel.step[k] = step<System, Step, V>;
+            if constexpr (!refusal<System, Step>()) add_step<System, Step>(kernel, k);
         }
     };
     [&]<int... k>(std::integer_sequence<int, k...>) { (fill.template operator()<k>(), ...); }(std::make_integer_sequence<int, kind_count>{});

@@ -4,10 +4,9 @@
 /// grid. Where the budget is short the dense output is cut into chords that stay within the tolerance and Embree is asked.
 #pragma once
 
-#include "kernels/abi.h"
-#include "kernels/tracing/curve.h"
 #include "kernels/tracing/segment_query.h"
 #include "kernels/tracing/stopwatch.h"
+#include "kernels/tracing/task.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,8 +49,8 @@ public:
     double t[W];              ///< where on that piece's chord, from Embree
     std::uint64_t ticks = 0;
 
-    explicit Encounter(const Job& job) : geometry_(*job.geometry), tolerance_(S(job.chord_tolerance)),
-                                         chord_only_(job.hit == HitModel::chord), timed_(job.timed) {}
+    explicit Encounter(const Task<V>& task) : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
+                                              chord_only_(task.job.hit == HitModel::chord), timed_(task.job.timed) {}
 
     /// New ray in the lanes of `lanes`: nothing known yet, and the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
@@ -66,7 +65,7 @@ public:
         std::uint64_t hits = 0;
         if (asking) {
             const Stopwatch watch(timed_, ticks);
-            hits = ask(Curve<V>::of_step(flow), asking);
+            hits = ask(task_.curve(flow), asking);
         }
         fresh_ &= ~active;
         return hits;
@@ -79,7 +78,7 @@ private:
     /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface.
     std::uint64_t spend(const Flow<V>& flow, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        const V reach = Curve<V>::reach(flow) * V(S(1.01));  // no shorter than the way to the step's end
+        const V reach = reach_of(flow) * V(S(1.01));  // no shorter than the way to the step's end
         const std::uint64_t short_of = active & ~to_bits(reach < budget_);
         std::uint64_t asking = 0;
         if (short_of) {
@@ -90,16 +89,26 @@ private:
         return asking;
     }
 
+    /// Greatest distance of any point of a step from its start.
+    V reach_of(const Flow<V>& f) const {
+        if (task_.own_curve) return task_.curve(f).reach();
+        // Hermite's control points, relative to the first.
+        const V third = f.h * V(S(1.0 / 3));
+        const Vec3<V> way = f.end.q() - f.start.q(), last = retreat(way, third, f.end_velocity);
+        const V first = third * third * dot(f.start_velocity, f.start_velocity);
+        return root(max(max(first, dot(last, last)), dot(way, way)));
+    }
+
     /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries piece after piece.
     std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
         const V one(S(1)), piece = chord_only_ ? one : length_of_pieces(curve.sagitta());
         std::uint64_t hits = 0, now = asking;
         V s0(S(0));
-        Vec3<V> a = curve.q0;
+        Vec3<V> a = curve.point[0];
         while (now) {
             const V s1 = min(s0 + piece, one);
             const MaskOf<V> to_end = s1 >= one;
-            const Vec3<V> b = pick<V>(to_end, curve.q1, curve.at(s1));
+            const Vec3<V> b = pick<V>(to_end, curve.point[curve.degree], curve.at(s1));
             hits |= ask_piece(a, b, s0, s1, now);
             now &= ~(hits | to_bits(to_end));
             a = b, s0 = s1;
@@ -182,6 +191,7 @@ private:
     /// Beyond this segments are cut down to the scene first, in the same coordinates.
     static constexpr float far_away = 32;
 
+    const Task<V>& task_;
     const Geometry& geometry_;
     S tolerance_;
     bool chord_only_, timed_;

@@ -6,9 +6,8 @@
 /// integrator.
 #pragma once
 
-#include "kernels/stepping/space_kernel.h"
-#include "kernels/tracing/curve.h"
 #include "kernels/tracing/surface.h"
+#include "kernels/tracing/task.h"
 
 namespace kagero {
 
@@ -23,6 +22,8 @@ public:
     std::uint64_t unrefined = 0;
     std::uint64_t lost = 0;    ///< lanes whose partial step has no solution, or never arrives: the step was far too long
 
+    explicit Landing(const Task<V>& task) : task_(task) {}
+
     /// Nobody waits any more.
     void clear() { waiting = unrefined = lost = edge_ = 0; }
 
@@ -31,6 +32,7 @@ public:
         Leg<V>& leg = flow;
         if (waiting == lanes) leg = from;  // every other lane holds something harmless
         else copy_lanes<V>(leg, static_cast<const Leg<V>&>(from), from_bits<V>(lanes));
+        if (task_.own_curve) take_curve(task_.curve(from), from_bits<V>(lanes));
     }
     /// A lane that meets `level` within fractions [lo, hi] of its step, probably at s.
     void wait(int lane, const Level<double>& level, double lo, double hi, double s) {
@@ -45,31 +47,35 @@ public:
         edge_ |= std::uint64_t(1) << lane;
     }
 
-    /// `deliver`: redo the step; else the Hermite curve alone places the hit.
-    template <class Begin, class Step>
-    void land(const Begin& begin, const Step& step, bool chord) {
+    /// Everybody who waits to where the level is; with `hit = "chord"` to where the chord meets it.
+    void land() {
         const MaskOf<V> mask = from_bits<V>(waiting);
         s_ = pick(mask, s_, V(S(0)));
         const V full = pick(mask, flow.h, V(S(0)));
         flow.h = full;
-        if (chord) return interpolate(mask, flow);
+        if (task_.job.hit == HitModel::chord) return interpolate(mask, flow);
         const V on_chord = s_;
         const Leg<V> whole = flow;
+        if (!task_.own_curve) curve_ = Curve<V>::hermite(flow);
         refine_on_curve(mask);
-        if (edge_) deliver_to_edge(begin, step, full);
-        deliver(begin, step, mask, full);
+        if (edge_) deliver_to_edge(full);
+        deliver(mask, full);
         keep_grazing_hits(whole, on_chord);
     }
 
 private:
-    /// Newton on the Hermite curve, kept inside the piece that was hit.
+    void take_curve(const Curve<V>& from, const MaskOf<V>& lanes) {
+        curve_.degree = from.degree;
+        for (int i = 0; i <= from.degree; ++i) curve_.point[i] = pick<V>(lanes, from.point[i], curve_.point[i]);
+    }
+
+    /// Newton on the dense output, kept inside the piece that was hit.
     void refine_on_curve(const MaskOf<V>& mask) {
-        const Curve<V> curve = Curve<V>::of_step(flow);
         const V margin = V(S(0.25)) * (hi_ - lo_), least = lo_ - margin, greatest = hi_ + margin;
         V s = s_;
         for (int i = 0; i < 4; ++i) {
-            const Vec3<V> q = curve.at(s);
-            const V next = s - level_.value(q) / level_.slope(q, curve.slope(s));
+            const Vec3<V> q = curve_.at(s);
+            const V next = s - level_.value(q) / level_.slope(q, curve_.slope(s));
             s = pick(is_finite(next), min(max(next, least), greatest), s);
         }
         const MaskOf<V> inside = (s > least) & (s < greatest), smooth = mask & !from_bits<V>(edge_);
@@ -80,8 +86,7 @@ private:
     /// A partial step to where the surface should be, and from there Newton's corrections. Each squares the error, so that after one
     /// shorter than the root of a rounding nothing is left to correct. A lane that has arrived stays there to the last bit, however
     /// long others take.
-    template <class Begin, class Step>
-    void deliver(const Begin& begin, const Step& step, const MaskOf<V>& mask, const V& full) {
+    void deliver(const MaskOf<V>& mask, const V& full) {
         const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_);
         const MaskOf<V> all = mask & !edge;
@@ -89,8 +94,8 @@ private:
         Arrival<V> arrived = flow;
         flow.h = pick(edge, zero, s_ * full);
         for (int i = 0; i < max_corrections; ++i) {
-            begin(flow);
-            step(flow);
+            task_.begin(flow);
+            task_.step(flow);
             copy_lanes<V>(arrived, static_cast<Arrival<V>&>(flow), moving);
             const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end_velocity);
             const V s = max(min(s_ - rest / full, V(S(1.25))), V(S(-0.25)));
@@ -109,17 +114,16 @@ private:
     }
 
     /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.
-    template <class Begin, class Step>
-    void deliver_to_edge(const Begin& begin, const Step& step, const V& full) {
+    void deliver_to_edge(const V& full) {
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_);
         MaskOf<V> open = edge;
         V last_s(zero), last_domain = flow.start_domain, inside(zero), outside(S(1));
         for (int i = 0; i < max_corrections; ++i) {
-            begin(flow);  // every time: what a lane computes must not depend on how long others take
+            task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = pick(edge, s_ * full, zero);
             const V before = flow.gradients;
-            step(flow);
+            task_.step(flow);
             flow.gradients = pick(open, flow.gradients, before);
             const V guess = s_ - flow.domain * (s_ - last_s) / (flow.domain - last_domain);
             inside = pick(flow.domain > zero, s_, inside), outside = pick(flow.domain > zero, outside, s_);
@@ -150,7 +154,7 @@ private:
         const std::uint64_t smooth = lost & ~edge_;
         if (!smooth) return;
         const Vec3<V> way = whole.end.q() - whole.start.q();
-        const V away = level_.value(Curve<V>::of_step(whole).at(on_chord)), near(S(0.01));
+        const V away = level_.value(curve_.at(on_chord)), near(S(0.01));
         const std::uint64_t grazing = smooth & to_bits(away * away <= near * near * dot(way, way));
         s_ = pick(from_bits<V>(grazing), on_chord, s_);
         interpolate(from_bits<V>(grazing), whole);
@@ -169,6 +173,8 @@ private:
 
     static constexpr int max_corrections = 30;
 
+    const Task<V>& task_;
+    Curve<V> curve_{};  ///< of the waiting lanes' last steps
     std::uint64_t edge_ = 0;
     Level<V> level_{};
     V lo_{}, hi_{}, s_{};

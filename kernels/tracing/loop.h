@@ -35,7 +35,7 @@ public:
 
     /// Traces a packet's worth of rays from the queue; all of it where finished lanes are refilled.
     void trace(RayQueue<W>& queue) {
-        if (job_.geometry) encounter_.emplace(job_);
+        if (job_.geometry) encounter_.emplace(task_);
         active_before_ = counters_.active_lane_steps, issued_before_ = counters_.issued_lane_steps;
         if (!fill(queue)) return;
         if (encounter_) encounter_->begin(active_);
@@ -49,7 +49,7 @@ public:
 
 private:
     void step_to_ends(RayQueue<W>& queue) {
-        Landing<V> landing;
+        Landing<V> landing(task_);
         constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
         while (active_) {
             advance_once(landing);

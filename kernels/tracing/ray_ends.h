@@ -10,7 +10,7 @@ template <class V>
 std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, std::uint64_t hits) {
     if (!hits) return 0;
     const Encounter<V>& encounter = *encounter_;
-    const Curve<V> curve = Curve<V>::of_step(flow_);
+    const Curve<V> curve = task_.curve(flow_);
     V from(S(0)), to(S(1));
     for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
@@ -50,7 +50,7 @@ template <class V>
 void PacketTracer<V>::land(Landing<V>& landing) {
     if (!landing.waiting) return;
     const Stopwatch watch(job_.timed, counters_.landing_ticks);
-    landing.land([this](Flow<V>& f) { task_.begin(f); }, [this](Flow<V>& f) { task_.step(f); }, job_.hit == HitModel::chord);
+    landing.land();
     if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
     for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);

@@ -17,23 +17,28 @@ struct Task {
     bool straight;
     bool carries;  ///< steps remember what rounding cuts off
     const SpaceKernel<V>& kernel;
+    Curve<V> (*own_curve)(const Flow<V>&, const Coefficients&);  ///< null: cubic Hermite, where no other is of higher order
     SystemStorage system;
 
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
         : job(j), method(methods[j.integrator]), straight(is_straight),
-          carries(visit_kind(method.kind, []<class Step>() { return requires { Step::carries; }; })), kernel(k) {
+          carries(visit_kind(method.kind, []<class Step>() { return requires { Step::carries; }; })), kernel(k),
+          own_curve(straight || stages() <= 3 ? nullptr : kernel.curve[static_cast<int>(method.kind)]) {
         kernel.construct(system, job.parameters);
     }
     /// Straight rays that nothing stops but surfaces and the escape sphere, and of which nothing is asked but where they end.
     bool in_closed_form() const {
         return straight && !kernel.bounded && !job.path_sink && !std::isfinite(job.parameter_limit) && !(job.inner_escape_radius > 0);
     }
+    int stages() const { return method.coefficients.gauss ? method.coefficients.gauss->stages : 0; }
     void begin(Flow<V>& f) const {
         (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f, method.coefficients);
     }
     void step(Flow<V>& f) const {
         (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.coefficients);
     }
+    /// Dense output of the step in `f`.
+    Curve<V> curve(const Flow<V>& f) const { return own_curve ? own_curve(f, method.coefficients) : Curve<V>::hermite(f); }
 };
 
 }  // namespace kagero

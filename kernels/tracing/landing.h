@@ -83,34 +83,50 @@ private:
         s_ = pick(smooth & inside, s, s_);
     }
 
-    /// A partial step to where the surface should be, and from there Newton's corrections. Each squares the error, so that after one
-    /// shorter than the root of a rounding nothing is left to correct. A lane that has arrived stays there to the last bit, however
-    /// long others take.
+    /// A partial step to where the surface should be, and from there Newton's corrections. Each squares the error, so that of the one
+    /// shorter than the root of a rounding nothing is left but what is straight: it goes on as the correction before it went. A lane
+    /// that has arrived stays there to the last bit, however long others take.
     void deliver(const MaskOf<V>& mask, const V& full) {
         const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_);
         const MaskOf<V> all = mask & !edge;
-        MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined), last = !open;
+        MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);
         Arrival<V> arrived = flow;
         flow.h = pick(edge, zero, s_ * full);
+        task_.begin(flow);
         for (int i = 0; i < max_corrections; ++i) {
-            task_.begin(flow);
             task_.step(flow);
             copy_lanes<V>(arrived, static_cast<Arrival<V>&>(flow), moving);
             const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end_velocity);
             const V s = max(min(s_ - rest / full, V(S(1.25))), V(S(-0.25)));
             const MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);
-            open = open & usable & !last;
+            open = open & usable;
+            if (i > 0) {
+                const MaskOf<V> there = open & (abs(s - s_) <= close);
+                go_straight(arrived, (s - s_) * full, there);
+                s_ = pick(there, s, s_), open = open & !there;
+            }
             if (!any(open)) break;
-            go_on(mask);
+            task_.go_on(flow, mask);
             moving = open;
             flow.h = pick(open, (s - s_) * full, zero);
-            last = abs(s - s_) <= close;
             s_ = pick(open, s, s_);
         }
         lost |= to_bits(open);
         copy_lanes<V>(static_cast<Arrival<V>&>(flow), arrived, mask);
+    }
+
+    /// From the end of the step just taken a little further, everything at the rate that it had in that step.
+    void go_straight(Arrival<V>& arrived, const V& length, const MaskOf<V>& lanes) {
+        const V share = pick(lanes & (abs(flow.h) > V(S(0))), length / flow.h, V(S(0))), way = pick(lanes, length, V(S(0)));
+        const auto further = [&](const V& from, const V& to, V& end) { end = mul_add(share, to - from, end); };
+        arrived.end.set(advance(arrived.end.q(), way, flow.end_velocity), arrived.end.p());
+        for (int k = 3; k < 6; ++k) further(flow.start.y[k], flow.end.y[k], arrived.end.y[k]);
+        further(flow.start_velocity.x, flow.end_velocity.x, arrived.end_velocity.x);
+        further(flow.start_velocity.y, flow.end_velocity.y, arrived.end_velocity.y);
+        further(flow.start_velocity.z, flow.end_velocity.z, arrived.end_velocity.z);
+        further(flow.start_parameter, flow.end_parameter, arrived.end_parameter);
     }
 
     /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.
@@ -137,16 +153,7 @@ private:
             else s_ = pick(open, next, s_);
         }
         if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));
-        go_on(edge);
-    }
-
-    /// The end of a step becomes the start of the next.
-    void go_on(const MaskOf<V>& lanes) {
-        for (int k = 0; k < 6; ++k) {
-            flow.start.y[k] = pick(lanes, flow.end.y[k], flow.start.y[k]);
-            flow.carry[k] = pick(lanes, flow.next_carry[k], flow.carry[k]);
-        }
-        flow.start_parameter = pick(lanes, flow.end_parameter, flow.start_parameter);
+        task_.go_on(flow, edge);
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.

@@ -190,15 +190,7 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
         nominal_ = pick(from_bits<V>(leaving), V(S(0)), nominal_);
     }
     const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
-    for (int k = 0; k < 6; ++k) flow_.start.y[k] = pick(go, flow_.end.y[k], flow_.start.y[k]);
-    if (task_.carries)
-        for (int k = 0; k < 6; ++k) flow_.carry[k] = pick(go, flow_.next_carry[k], flow_.carry[k]);
-    flow_.start_velocity = pick<V>(go, flow_.end_velocity, flow_.start_velocity);
-    flow_.start_parameter = pick(go, flow_.end_parameter, flow_.start_parameter);
-    flow_.start_domain = pick(go, flow_.domain, flow_.start_domain);
-    flow_.start_energy_terms = pick(go, flow_.energy_terms, flow_.start_energy_terms);
-    if (task_.kernel.scaled) flow_.start_scale = pick(go, flow_.scale, flow_.start_scale);
-    if (task_.kernel.creased) flow_.start_side = pick(go, flow_.side, flow_.start_side);
+    task_.go_on(flow_, go);
     flow_.h = pick(go | done, step_length(), flow_.h);
     for (std::uint64_t rest = staying & repeated_; rest; rest &= rest - 1)
         halvings_[__builtin_ctzll(rest)] = rejections_[__builtin_ctzll(rest)] = 0;

@@ -37,6 +37,18 @@ struct Task {
     void step(Flow<V>& f) const {
         (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.coefficients);
     }
+    /// The end of a step becomes the start of the next.
+    void go_on(Leg<V>& f, const MaskOf<V>& lanes) const {
+        for (int k = 0; k < 6; ++k) f.start.y[k] = pick(lanes, f.end.y[k], f.start.y[k]);
+        if (carries)
+            for (int k = 0; k < 6; ++k) f.carry[k] = pick(lanes, f.next_carry[k], f.carry[k]);
+        f.start_velocity = pick<V>(lanes, f.end_velocity, f.start_velocity);
+        f.start_parameter = pick(lanes, f.end_parameter, f.start_parameter);
+        f.start_domain = pick(lanes, f.domain, f.start_domain);
+        f.start_energy_terms = pick(lanes, f.energy_terms, f.start_energy_terms);
+        if (kernel.scaled) f.start_scale = pick(lanes, f.scale, f.start_scale);
+        if (kernel.creased) f.start_side = pick(lanes, f.side, f.start_side);
+    }
     /// Dense output of the step in `f`.
     Curve<V> curve(const Flow<V>& f) const { return own_curve ? own_curve(f, method.coefficients) : Curve<V>::hermite(f); }
 };

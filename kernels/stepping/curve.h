@@ -67,11 +67,11 @@ public:
         }
         return V(S(1.1 * (1 - 2.0 / (1 << degree)))) * root(off);
     }
-    /// Greatest distance of any point of the curve from its start, bounded by its control points.
-    KAGERO_INLINE V reach() const {
+    /// Greatest distance of any point of the curve from q, bounded by its control points.
+    KAGERO_INLINE V reach(const Vec3<V>& q) const {
         V square(S(0));
-        for (int i = 1; i <= degree; ++i) {
-            const Vec3<V> e = point[i] - point[0];
+        for (int i = 0; i <= degree; ++i) {
+            const Vec3<V> e = point[i] - q;
             square = max(square, dot(e, e));
         }
         return root(square);

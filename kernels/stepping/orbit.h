@@ -17,6 +17,9 @@
 namespace kagero {
 
 struct Orbit {
+    static constexpr bool carries = true;  ///< L, which no place along the ray tells as well as its start
+    static constexpr bool resumes = true;
+
     template <class System>
     static constexpr const char* refusal() {
         if (System::rescaled) return "it steps in the angle of the orbit, not in a rescaled parameter";
@@ -26,7 +29,7 @@ struct Orbit {
     template <class System, class V>
     static void begin(const System&, Flow<V>& f, const Coefficients&) {
         const Plane<V> plane(f.start, f.start_velocity);
-        f.stage[1][0] = plane.across * recip(plane.u);
+        f.carry[0] = f.next_carry[0] = plane.across * recip(plane.u);
         f.start_velocity = plane.velocity();
         f.start_scale = f.scale = no_bound<V>();
     }
@@ -36,8 +39,8 @@ struct Orbit {
     template <class System, class V>
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
-        Plane<V> plane(f.start, f.start_velocity);
-        const V momentum = f.stage[1][0];
+        Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
+        const V momentum = f.next_carry[0] = f.carry[0];
         const V longest =
             plane.u * rsqrt(plane.u * plane.u + plane.w * plane.w) * pick(plane.w > V(S(0)), V(S(inward)), V(S(outward)));
         f.h = max(min(f.h, longest), -longest);
@@ -107,6 +110,12 @@ private:
             around = inverse * turning;
             across = recip(inverse);
             w = -(radial * u * inverse);
+        }
+        /// The same where the velocity is dq/dφ: its part along the radius alone tells w, however little the ray turns.
+        KAGERO_INLINE static Plane by_angle(const State<V>& s, const Vec3<V>& velocity) {
+            Plane plane(s, velocity);
+            plane.w = -(dot(plane.out, velocity) * plane.u * plane.u);
+            return plane;
         }
         /// Both axes, by an angle.
         KAGERO_INLINE void turn(const V& angle) {

@@ -15,6 +15,7 @@ struct Recipe {
         if (System::rescaled) return "the printed recipe integrates H itself, not a rescaled one";
         return Parted<typename System::Hamiltonian> ? nullptr : "its Hamiltonian declares no parts H_A and H_B";
     }
+    static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
 

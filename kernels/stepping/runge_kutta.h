@@ -10,6 +10,7 @@ namespace kagero {
 struct RungeKutta {
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
+    static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
 

@@ -12,6 +12,7 @@ struct Nystroem {
     static constexpr const char* refusal() {
         return System::separable ? nullptr : "its Hamiltonian is not of the form |p|^2/2 + V(q)";
     }
+    static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
 
@@ -46,6 +47,7 @@ struct ExactSplit {
         if (System::rescaled) return "the exact split integrates H itself, not a rescaled one";
         return ExactlySplit<typename System::Hamiltonian> ? nullptr : "its Hamiltonian has no exact Kerr-Schild split";
     }
+    static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
 

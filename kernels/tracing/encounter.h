@@ -13,9 +13,9 @@
 
 namespace kagero {
 
-/// Raises `known`, lower bounds of the distances from q to the nearest surface, in the lanes of `lanes`.
+/// Lower bounds of the distances from q to the nearest surface in the lanes of `lanes`; less in others.
 template <class V>
-void look_up_clearance(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes, V& known) {
+V clearance_at(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes) {
     using S = ScalarOf<V>;
     const V per_cell(S(1 / grid.cell)), zero(S(0));
     const V at[3] = {q.x, q.y, q.z};
@@ -33,8 +33,7 @@ void look_up_clearance(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_
         const std::size_t place = (std::size_t(index(2)) * grid.cells[1] + index(1)) * grid.cells[0] + index(0);
         set_lane(inside, i, S(grid.distance[place]));
     }
-    const V distance = max(known, pick(outside > zero, outside, inside));
-    known = pick(from_bits<V>(lanes), distance, known);
+    return pick(outside > zero, outside, inside);
 }
 
 template <class V>
@@ -75,23 +74,24 @@ public:
     std::uint32_t queries_of(int lane) const { return static_cast<std::uint32_t>(get_lane(queries_, lane)); }
 
 private:
-    /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface.
+    /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface. Where a budget is short, the
+    /// clearance in the middle of the step tells more than that at its start: no point of the step is further than half of it away.
     std::uint64_t spend(const Flow<V>& flow, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        const V reach = reach_of(flow) * V(S(1.01));  // no shorter than the way to the step's end
+        const V spare(S(1.01)), reach = reach_of(flow) * spare;  // no shorter than the way to the step's end
         const std::uint64_t short_of = active & ~to_bits(reach < budget_);
-        std::uint64_t asking = 0;
-        if (short_of) {
-            look_up_clearance(*geometry_.clearance, flow.start.q(), active, budget_);
-            asking = short_of & ~to_bits(reach < budget_);
-        }
         budget_ -= reach;
-        return asking;
+        if (!short_of) return 0;
+        const Curve<V> curve = task_.curve(flow);
+        const Vec3<V> middle = curve.at(V(S(0.5))), rest = flow.end.q() - middle;
+        const V clearance = clearance_at(*geometry_.clearance, middle, active);
+        budget_ = max(budget_, clearance - root(dot(rest, rest)) * spare);
+        return short_of & ~to_bits(curve.reach(middle) * spare < clearance);
     }
 
     /// Greatest distance of any point of a step from its start.
     V reach_of(const Flow<V>& f) const {
-        if (task_.own_curve) return task_.curve(f).reach();
+        if (task_.own_curve) return task_.curve(f).reach(f.start.q());
         // Hermite's control points, relative to the first.
         const V third = f.h * V(S(1.0 / 3));
         const Vec3<V> way = f.end.q() - f.start.q(), last = retreat(way, third, f.end_velocity);

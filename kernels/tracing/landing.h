@@ -93,7 +93,7 @@ private:
         MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);
         Arrival<V> arrived = flow;
         flow.h = pick(edge, zero, s_ * full);
-        task_.begin(flow);
+        if (!task_.resumes) task_.begin(flow);
         for (int i = 0; i < max_corrections; ++i) {
             task_.step(flow);
             copy_lanes<V>(arrived, static_cast<Arrival<V>&>(flow), moving);
@@ -117,9 +117,11 @@ private:
         copy_lanes<V>(static_cast<Arrival<V>&>(flow), arrived, mask);
     }
 
-    /// From the end of the step just taken a little further, everything at the rate that it had in that step.
+    /// From the end of the step just taken a little further, everything at the rate that it had in that step; no further than that
+    /// went, or roundings would be stretched.
     void go_straight(Arrival<V>& arrived, const V& length, const MaskOf<V>& lanes) {
-        const V share = pick(lanes & (abs(flow.h) > V(S(0))), length / flow.h, V(S(0))), way = pick(lanes, length, V(S(0)));
+        const V one(S(1)), zero(S(0)), way = pick(lanes, length, zero);
+        const V share = pick(lanes & (abs(flow.h) > zero), max(min(length / flow.h, one), -one), zero);
         const auto further = [&](const V& from, const V& to, V& end) { end = mul_add(share, to - from, end); };
         arrived.end.set(advance(arrived.end.q(), way, flow.end_velocity), arrived.end.p());
         for (int k = 3; k < 6; ++k) further(flow.start.y[k], flow.end.y[k], arrived.end.y[k]);
@@ -136,7 +138,7 @@ private:
         MaskOf<V> open = edge;
         V last_s(zero), last_domain = flow.start_domain, inside(zero), outside(S(1));
         for (int i = 0; i < max_corrections; ++i) {
-            task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
+            if (!task_.resumes) task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = pick(edge, s_ * full, zero);
             const V before = flow.gradients;
             task_.step(flow);

@@ -15,14 +15,16 @@ struct Task {
     const Job& job;
     const Method& method;
     bool straight;
-    bool carries;  ///< steps remember what rounding cuts off
+    bool carries;  ///< from step to step, Leg::carry
+    bool resumes;  ///< a step starts from its Leg alone, wherever that comes from
     const SpaceKernel<V>& kernel;
     Curve<V> (*own_curve)(const Flow<V>&, const Coefficients&);  ///< null: cubic Hermite, where no other is of higher order
     SystemStorage system;
 
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
         : job(j), method(methods[j.integrator]), straight(is_straight),
-          carries(visit_kind(method.kind, []<class Step>() { return requires { Step::carries; }; })), kernel(k),
+          carries(visit_kind(method.kind, []<class Step>() { return requires { Step::carries; }; })),
+          resumes(straight || visit_kind(method.kind, []<class Step>() { return requires { Step::resumes; }; })), kernel(k),
           own_curve(straight || stages() <= 3 ? nullptr : kernel.curve[static_cast<int>(method.kind)]) {
         kernel.construct(system, job.parameters);
     }

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 8;
+inline constexpr std::uint32_t abi_version = 9;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -158,6 +158,15 @@ struct PathPoint {
     double parameter, q[3], p[3], v[3], pt, energy;
 };
 
+/// The path of one ray, and what is seen at its end, to first order: two numbers, in pixels of the film, and how they move with the
+/// end and with the unit direction there.
+struct RayPath {
+    const PathPoint* points;  ///< from the start
+    std::uint32_t count;
+    double normal[3];         ///< of what the ray ends on, of any length
+    double by_position[2][3], by_direction[2][3];
+};
+
 /// Operations of a formula. Numbers and variables are leaves; `a` of a variable is 0 … 6 for x y z px py pz pt.
 enum class FormulaOp : std::uint8_t { number, variable, add, sub, mul, div, neg, sqrt, exp, log, sin, cos, tan, tanh, abs, atan2, min, max };
 
@@ -276,6 +285,9 @@ struct Module {
 
     /// What a gradient and a step of this integrator cost one ray.
     Operations (*operations)(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator, bool rescaled);
+    /// The most that the roundings of this method, in the job's space, can do to what is seen at the ends of rays, where numbers have this
+    /// half of a last place: pixels, by a reverse sweep along their paths.
+    void (*bound_roundings)(const Job*, const RayPath*, std::uint32_t count, double half_place, double* pixels);
     /// Multiply-adds that wait for nothing: the most this instruction set can do. Returns the floating-point operations done.
     double (*multiply_adds)(Precision, std::uint64_t rounds);
 };

@@ -6,6 +6,7 @@
 #include "kernels/tracing/compared.h"
 #include "kernels/tracing/emitter.h"
 #include "kernels/tracing/observers.h"
+#include "kernels/tracing/paths.h"
 #include "kernels/tracing/trace_entry.h"
 #include "all_hamiltonians.inc"
 
@@ -149,7 +150,8 @@ constexpr Module module{
     frequency,
     formula_index,       compile,
     sizeof(formula::Programs) / sizeof(double), formula_refusal,
-    operations,          multiply_adds,
+    operations,          bound_roundings<PacketDouble>,
+    multiply_adds,
 };
 
 }  // namespace

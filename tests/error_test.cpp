@@ -143,6 +143,18 @@ TEST_F(Error, OfALensIsConfirmedByAnotherCollocation) {
     EXPECT_GT(report["reference"]["decided"], 100);
 }
 
+// However much more work a method does than the others; those that cannot have the rescaled H begin with longer steps.
+TEST_F(Error, ShowsEveryMethodAtFiveSteps) {
+    const Outcome outcome = run("error " KAGERO_SCENES "/kerr.toml --quick --sample 4x4 -o spin --json spin.json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(read("spin.json"));
+    for (const json& curve : report["curves"]) {
+        const bool apart = curve["loose"] || curve["strategy"] == "scalar";
+        EXPECT_GE(curve["points"].size(), apart ? 3u : 5u) << curve["method"] << curve["strategy"];
+    }
+    EXPECT_EQ(curve_of(report, "satoh4")["points"][0]["step"], 2 * curve_of(report, "verlet")["points"][0]["step"].get<double>());
+}
+
 TEST_F(Error, TwoRunsDifferInTimesAlone) {
     EXPECT_EQ(without_times(study()), without_times(study()));
 }

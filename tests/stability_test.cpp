@@ -1,5 +1,6 @@
 // kagero stability: the table of cases, its verdicts, and what the program makes of them.
 #include "stability/stability.h"
+#include "plan_fixture.h"
 #include "program.h"
 
 #include <gtest/gtest.h>
@@ -60,6 +61,23 @@ TEST_F(Stability, RunsInOnePrecisionAndStrategy) {
     const Outcome outcome = run("stability trapped --precision double --strategy scalar --json out.json");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("pass  trapped"), std::string::npos);
+}
+
+// A column for each that was built and that this machine has.
+TEST_F(Stability, RunsOnSeveralInstructionSets) {
+    const auto isas = supported_isas();
+    const Outcome outcome = run("stability trapped --isa all --json out.json -o page");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const json row = json::parse(read("out.json"))["cases"][0];
+    const std::string page = read("page/stability.html");
+    ASSERT_EQ(row["isas"].size(), isas.size());
+    for (std::size_t i = 0; i < isas.size(); ++i) {
+        EXPECT_EQ(row["isas"][i]["isa"], isas[i]);
+        EXPECT_TRUE(row["isas"][i]["pass"].get<bool>());
+        EXPECT_NE(page.find(">" + isas[i] + "</th>"), std::string::npos) << isas[i];
+    }
+    EXPECT_EQ(json::parse(run("stability trapped --isa " + isas[0] + "," + isas[0] + " --json").out)["cases"][0]["isas"].size(), 2u);
+    EXPECT_EQ(run("stability trapped --isa mmx").status, 2);
 }
 
 TEST_F(Stability, KnowsAMisspeltCase) {

@@ -65,6 +65,15 @@ bool write(const Tape& t, const std::array<int, n>& outputs, Varying varying, Co
     return CodeWriter(program, varying, code).write();
 }
 
+Nodes listed(const Tape& t, const std::array<int, 6>& outputs) {
+    const auto program = detail::extract_all<6>(t, outputs, {});
+    Nodes list{};
+    list.size = program.size;
+    std::copy_n(program.nodes.begin(), program.size, list.nodes);
+    std::copy_n(program.outputs.begin(), 6, list.outputs);
+    return list;
+}
+
 constexpr Varying everything{};
 
 /// Force and velocity of a function of q and p, and whether it is separable.
@@ -102,6 +111,7 @@ bool write_motion(const Formula& f, Programs& p) {
     if (f.capture >= 0) survey[7] = r.expression(f.capture);
     if (f.length_scale >= 0) survey[9] = r.expression(f.length_scale);
     if (t.full || !write(t, std::array{excess}, everything, p.value)) return false;
+    p.derivative_nodes = listed(t, g);
     if (!write(t, g, everything, p.derivatives) || !write(t, survey, everything, p.survey)) return false;
     return write(t, std::array{pace}, everything, p.pace) && write_sides(t, g, p.force, p.velocity, p.separable);
 }

@@ -159,6 +159,12 @@ public:
     }
 
     template <class V>
+    V roundings(const State<V>& s, const V (&seeds)[12]) const {
+        const formula::Nodes& n = p_.derivative_nodes;
+        return sum_of_roundings<V>({n.nodes, nullptr, n.outputs, n.size}, static_cast<const double*>(nullptr), s.y, seeds, 6);
+    }
+
+    template <class V>
     V energy(const State<V>& s) const {
         V out[1] = {};
         formula::evaluate(p_.value, s.y, out);

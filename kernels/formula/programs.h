@@ -6,8 +6,16 @@
 
 namespace kagero::formula {
 
+/// The gradient's program as it was before it became code.
+struct Nodes {
+    Node nodes[Tape::capacity];
+    int outputs[6];
+    int size;
+};
+
 struct Programs {
     Code derivatives, force, velocity;  ///< of K: H, or Ω·(H − H0)
+    Nodes derivative_nodes;
     Code value;                         ///< H − H0
     Code pace, survey;
     Code part_force[2], part_velocity[2];

@@ -12,6 +12,22 @@ struct alignas(64) SystemStorage {
     unsigned char bytes[1 << 14];
 };
 
+namespace detail {
+
+template <class System>
+const System& system_in(const SystemStorage& storage) {
+    static_assert(sizeof(System) <= sizeof(SystemStorage) && alignof(System) <= alignof(SystemStorage));
+    return *reinterpret_cast<const System*>(storage.bytes);
+}
+
+}  // namespace detail
+
+template <class V>
+struct View;
+template <class V>
+struct Sweep;
+struct RoundingCounts;
+
 /// One Hamiltonian, rescaled or not, on one value type.
 template <class V>
 struct SpaceKernel {
@@ -35,6 +51,9 @@ struct SpaceKernel {
     /// The same for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
+    /// The reverse sweep along rays (sweep.h): from their ends, and back by one step. Packets of double alone have it.
+    void (*begin_sweep)(const SystemStorage&, const View<V>&, Sweep<V>&);
+    void (*sweep_step)(const SystemStorage&, const State<V>& from, const V& length, const RoundingCounts&, Sweep<V>&);
 };
 
 /// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.

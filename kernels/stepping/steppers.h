@@ -1,7 +1,7 @@
 /// The definition of `space_kernel`: a Hamiltonian joined with every kind of step.
 #pragma once
 
-#include "kernels/stepping/space_kernel.h"
+#include "kernels/stepping/sweep.h"
 
 namespace kagero {
 
@@ -19,12 +19,6 @@ struct Straight {
 };
 
 namespace detail {
-
-template <class System>
-const System& system_in(const SystemStorage& storage) {
-    static_assert(sizeof(System) <= sizeof(SystemStorage) && alignof(System) <= alignof(SystemStorage));
-    return *reinterpret_cast<const System*>(storage.bytes);
-}
 
 /// A step may lose this share of H's terms; one that loses more leads to a state that has little to do with the ray.
 template <class S>
@@ -107,6 +101,8 @@ constexpr SpaceKernel<V> make_space_kernel() {
             if constexpr (!refusal<System, Step>()) add_step<System, Step>(kernel, k);
         });
     }
+    if constexpr (std::is_same_v<ScalarOf<V>, double> && lane_count<V> > 1)
+        kernel.begin_sweep = begin_sweep<System, V>, kernel.sweep_step = sweep_step<System, V>;
     return kernel;
 }
 

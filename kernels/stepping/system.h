@@ -7,6 +7,7 @@
 
 #include "kernels/numeric/dual.h"
 #include "kernels/numeric/operations.h"
+#include "kernels/numeric/rounding.h"
 #include "kernels/stepping/recording.h"
 
 namespace kagero {
@@ -204,6 +205,12 @@ public:
             run<derivatives_>(derivatives_u_.values, in, g);
             for (int k = 0; k < 6; ++k) out[6 * k + variable] = g[k].derivative[0];
         }
+    }
+    /// What roundings in `derivatives` do to two numbers with these adjoints (2 × 6), in units of half the last place of 1.
+    template <class V>
+    V roundings(const State<V>& s, const V (&seeds)[12]) const {
+        constexpr Listing listing{derivatives_.nodes.data(), derivatives_.slot.data(), derivatives_.outputs.data(), derivatives_.size};
+        return sum_of_roundings<V>(listing, derivatives_u_.values, s.y, seeds, 6);
     }
     /// The parameters, for flows that a Hamiltonian states in closed form.
     template <class V>

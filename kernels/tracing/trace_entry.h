@@ -25,8 +25,9 @@ void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, 
     trace_tile(task, tile, ends, counters);
 }
 
+/// The kernel of a job's Hamiltonian.
 template <class V>
-void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
+const SpaceKernel<V>& space_of(const Job& job) {
     using Lookup = const SpaceKernel<V>& (*)(const Job&);
     static constexpr Lookup kernels[] = {
 #define KAGERO_HAMILTONIAN(TYPE) [](const Job& j) -> const SpaceKernel<V>& { return space_kernel<hamiltonians::TYPE, V>(j.rescaled); },
@@ -34,7 +35,12 @@ void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* count
 #undef KAGERO_HAMILTONIAN
         [](const Job& j) -> const SpaceKernel<V>& { return formula::space_kernel<V>(formula::programs_in(j.parameters)); },
     };
-    trace_with(kernels[job->hamiltonian](*job), *job, *tile, ends, *counters);
+    return kernels[job.hamiltonian](job);
+}
+
+template <class V>
+void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
+    trace_with(space_of<V>(*job), *job, *tile, ends, *counters);
 }
 
 }  // namespace kagero

@@ -3,6 +3,7 @@
 
 #include "cli/verb.h"
 #include "error.h"
+#include "modules/modules.h"
 #include "report/stability_report.h"
 
 #include <CLI/CLI.hpp>
@@ -17,16 +18,23 @@ namespace {
 void declare(CLI::App& app, Arguments& arguments) {
     app.add_option("CASE", arguments.cases, "The cases to run; default: all")->type_name("");
     app.add_option("-o,--output", arguments.output, "A directory for stability.html and stability.json")->type_name("DIR");
-    app.add_option("--isa", arguments.isa, "Instruction set; see `kagero list isas`")->type_name("NAME")->envname("KAGERO_ISA");
+    app.add_option("--isa", arguments.isa, "Instruction sets, or all that this processor has; see `kagero list isas`")->type_name("A,B")->envname("KAGERO_ISA");
     add_json(app, arguments);
     add_machine(app, arguments);
     add_messages(app, arguments);
 }
 
+std::vector<std::string> isas_of(const std::string& wish) {
+    if (wish == "all") return isas_for("auto");
+    std::vector<std::string> isas;
+    for (const std::string& name : split(wish, ',')) isas.push_back(load_module(name).isa);
+    return isas;
+}
+
 StabilityRequest request_of(const Arguments& arguments) {
     const Options options = options_of(arguments);
     StabilityRequest request;
-    request.isa = options.isa, request.threads = options.threads;
+    request.isas = isas_of(options.isa), request.threads = options.threads;
     if (options.precision != "auto") request.precisions = {options.precision};
     if (options.strategy != "auto") request.strategies = {options.strategy};
     return request;
@@ -59,7 +67,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         write_output(path_in(arguments.output, "stability.json"), [&](std::ostream& out) { out << stability_json(rows); });
         terminal.note("the page is in " + path_in(arguments.output, "stability.html"));
     }
-    return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass; }) ? exit_done : exit_bound;
+    return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass(); }) ? exit_done : exit_bound;
 }
 
 }  // namespace

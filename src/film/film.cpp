@@ -40,7 +40,7 @@ const std::vector<LayerInfo>& all_layers() {
         {"position_error", one, Scale::logarithmic,
          "estimated error of the ends of the pixel's rays, pixels, the greatest: against half the step, or another method; nan where that ends otherwise"},
         {"rounding_error", one, Scale::logarithmic,
-         "what rounding did to these ends, pixels, the greatest: against the same in double, or of double the spread of ends with other roundings"},
+         "the most that rounding can have done to these ends, pixels, the greatest: the sum of |adjoint * ulp| by a reverse sweep along the ray"},
         {"newton", one, Scale::linear, "iterations of implicit solves; mean"},
         {"occupancy", one, Scale::linear, "share of active lanes over the steps of the packet that traced the first ray; packets change with --schedule and --crop"},
         {"depth", one, Scale::linear, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},

@@ -2,6 +2,7 @@
 
 #include "render/camera.h"
 #include "render/ray_errors.h"
+#include "render/rounding_bounds.h"
 #include "render/variant.h"
 
 #include <algorithm>
@@ -10,13 +11,9 @@
 namespace kagero {
 namespace {
 
-/// Runs in double with roundings of their own.
-constexpr int samples = 3;
 /// A method of order 8, for spaces that bound steps themselves; an error far below any that is asked for.
 constexpr const char* partner_method = "rkf78";
 constexpr double partner_tolerance = 1e-12;
-/// By how much steps are longer: far less than any error of a method matters, far more than a rounding.
-constexpr double slightly = 0x1p-40;
 /// Adaptive methods reach no less.
 constexpr double least_tolerance = 1e-14, tolerance_ratio = 100;
 
@@ -40,35 +37,22 @@ Variant own_variant(const Plan& plan) {
 }  // namespace
 
 EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(plan), position_(position), rounding_(rounding) {
-    if (plan.straight) return;
+    if (plan.straight || !position) return;
     const IntegratorInfo& info = plan.module->integrators[plan.job.integrator];
     const Variant own = own_variant(plan);
-    if (position) {
-        const bool bounded = plan.module->hamiltonians[plan.job.hamiltonian].scaled && !info.adaptive;
-        const auto partner = find_variant(plan, partner_method, *own.kernel, partner_tolerance);
-        Variant finer = bounded && partner ? *partner : own;
-        finer.solver_tolerance = 0;
-        if (!(bounded && partner)) {
-            finer.step = info.adaptive ? std::max(least_tolerance, own.step / tolerance_ratio) : 0.5 * own.step;
-            // Hits on chords are of second order, whatever the method.
-            const bool chords = plan.job.geometry && plan.job.hit == HitModel::chord;
-            const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
-            const double less = std::pow(finer.step / own.step, order);
-            error_over_difference_ = 1 / (1 - less);
-        }
-        finer_.push_back({own.kernel, job_as(plan, finer)});
+    const bool bounded = plan.module->hamiltonians[plan.job.hamiltonian].scaled && !info.adaptive;
+    const auto partner = find_variant(plan, partner_method, *own.kernel, partner_tolerance);
+    Variant finer = bounded && partner ? *partner : own;
+    finer.solver_tolerance = 0;
+    if (!(bounded && partner)) {
+        finer.step = info.adaptive ? std::max(least_tolerance, own.step / tolerance_ratio) : 0.5 * own.step;
+        // Hits on chords are of second order, whatever the method.
+        const bool chords = plan.job.geometry && plan.job.hit == HitModel::chord;
+        const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
+        const double less = std::pow(finer.step / own.step, order);
+        error_over_difference_ = 1 / (1 - less);
     }
-    if (rounding && plan.kernel->precision == Precision::float32) {
-        rounded_.push_back({own.kernel, job_as(plan, own)});
-    } else if (rounding) {
-        rounding_over_difference_ = std::sqrt(0.5);  // both ends have errors of rounding
-        for (int i = 1; i <= samples; ++i) {
-            Variant longer = own;
-            longer.step *= 1 + i * slightly;
-            rounded_.push_back({plan.kernel, job_as(plan, longer)});
-            rounded_.back().job.step = plan.job.step * (1 + i * slightly);
-        }
-    }
+    finer_ = Way{own.kernel, job_as(plan, finer)};
 }
 
 /// Numbers of this precision tell ends apart no better.
@@ -84,24 +68,19 @@ std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const 
     if (!position_ && !rounding_) return errors;
     const std::size_t count = rays_of(tile, list);
     for (std::size_t i = 0; i < count; ++i) errors.push_back({least_error(ends[i]), least_error(ends[i])});
-    std::vector<RayEnd> others;
-    Counters unused{};
-    for (const Way& way : finer_) {
-        trace_tile(*way.kernel, way.job, tile, list, others, unused);
+    if (finer_) {
+        std::vector<RayEnd> others;
+        Counters unused{};
+        trace_tile(*finer_->kernel, finer_->job, tile, list, others, unused);
         for (std::size_t i = 0; i < count; ++i) {
             const double difference = pixel_error(plan_, others[i], ends[i]);
             errors[i].position =
                 std::isnan(difference) ? difference : std::max(errors[i].position, error_over_difference_ * difference);
         }
     }
-    std::vector<double> squares(count, 0);
-    for (const Way& way : rounded_) {
-        trace_tile(*way.kernel, way.job, tile, list, others, unused);
-        for (std::size_t i = 0; i < count; ++i) squares[i] += std::pow(pixel_error(plan_, others[i], ends[i]), 2);
-    }
-    for (std::size_t i = 0; i < count && !rounded_.empty(); ++i) {
-        const double spread = rounding_over_difference_ * std::sqrt(squares[i] / double(rounded_.size()));
-        errors[i].rounding = std::isnan(spread) ? spread : std::max(errors[i].rounding, spread);
+    if (rounding_ && !plan_.straight) {
+        const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list);
+        for (std::size_t i = 0; i < count; ++i) errors[i].rounding = bounds[i];
     }
     return errors;
 }

@@ -1,4 +1,4 @@
-/// How wrong the ends of a picture's rays may be, estimated by tracing them again.
+/// How wrong the ends of a picture's rays may be, from tracing them again.
 #pragma once
 
 #include "render/run.h"
@@ -9,7 +9,7 @@ namespace kagero {
 /// on different objects or not at all, so that there is nothing to measure.
 struct EndError {
     double position = 0;  ///< of method, step and precision
-    double rounding = 0;  ///< of precision alone
+    double rounding = 0;  ///< the most that precision alone can have done
 };
 
 /// Estimates what a film's layers `position_error` and `rounding_error` want.
@@ -19,11 +19,7 @@ struct EndError {
 /// space itself bounds steps, halving them changes nothing where it matters; there an adaptive method of order 8 at a tight
 /// tolerance takes their place.
 ///
-/// Rounding, of float: the difference to the same method and step in double. Of double, whose roundings no better number shows:
-/// the rays again by steps longer by one part in 10^12 or so, which changes the method's error as little and every rounding; the
-/// spread of the ends is that of their rounding errors (Vignes, Math. Comput. Simul. 35, 1993, perturbs single roundings to the
-/// same end). It sees what the arithmetic does, sums that carry their rounding along included, where the sum of all |adjoint ·
-/// ulp| (Iri 1988) is a bound.
+/// Rounding: a bound, see rounding_bounds.h.
 class EndErrors {
 public:
     EndErrors(const Plan& plan, bool position, bool rounding);
@@ -39,9 +35,8 @@ private:
 
     const Plan& plan_;
     bool position_, rounding_;
-    std::vector<Way> finer_;    ///< one where positions are wanted
-    std::vector<Way> rounded_;  ///< in double, or with roundings of their own
-    double error_over_difference_ = 1, rounding_over_difference_ = 1;
+    std::optional<Way> finer_;  ///< where positions are wanted
+    double error_over_difference_ = 1;
 };
 
 }  // namespace kagero

@@ -190,12 +190,12 @@ void Study::climb(const Ladder& ladder) {
             curve.stopped = "rounding: a finer step gains nothing";
             break;
         }
-        const double limit = enough && study_.options.quick ? absurd_work_quick : absurd_work;
+        const double limit = study_.options.quick ? absurd_work_quick : absurd_work;
         // Long steps of implicit methods may cost more than shorter ones, whose equations are solved sooner.
         const bool rises = n > 0 && work > 1.2 * work_before;
         work_before = work;
         const double next = (curve.info->adaptive ? 1.5 : 2.0) * work;
-        if (rises && next > limit * least_work_) {
+        if (enough && rises && next > limit * least_work_) {
             curve.stopped =
                 "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
             break;

@@ -24,11 +24,11 @@ double angle(const Double3& a, const Double3& b) {
     return 2 * std::asin(std::min(1.0, 0.5 * length(subtract(a, b))));
 }
 
-bool by_direction(const Plan& plan, const RayEnd& end) {
+}  // namespace
+
+bool seen_by_direction(const Plan& plan, const RayEnd& end) {
     return end.status != Status::hit && plan.scene.camera.type != "orthographic";
 }
-
-}  // namespace
 
 RayEnd in_space(const Plan& plan, RayEnd end) {
     for (std::size_t k = 0; k < 3; ++k) end.q[k] = end.q[k] / plan.unit - plan.scene.space.center[k];
@@ -41,13 +41,13 @@ bool has_end(const RayEnd& end) {
 
 double pixel_at(const Plan& plan, const RayEnd& end) {
     const Double3 &eye = plan.scene.camera.position, &center = plan.scene.space.center;
-    if (by_direction(plan, end)) return pixel_size(plan.scene, 1);
+    if (seen_by_direction(plan, end)) return pixel_size(plan.scene, 1);
     return pixel_size(plan.scene, std::hypot(end.q[0] + center[0] - eye[0], end.q[1] + center[1] - eye[1], end.q[2] + center[2] - eye[2]));
 }
 
 double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is) {
     const double size = pixel_at(plan, should);
-    if (!by_direction(plan, should)) return distance(should.q, is.q) / size;
+    if (!seen_by_direction(plan, should)) return distance(should.q, is.q) / size;
     const SkyView a = sky_view(plan, should), b = sky_view(plan, is);
     return a.far == b.far ? angle(a.direction, b.direction) / size : angle(should.v, is.v) / size;
 }

@@ -25,6 +25,9 @@ struct ReferenceRays {
 /// Whether there is something to see at the end of a ray.
 bool has_end(const RayEnd& end);
 
+/// Whether the direction tells what is seen at the end of a ray, and not the place.
+bool seen_by_direction(const Plan& plan, const RayEnd& end);
+
 /// How large a pixel of the film is where a ray ends: a length where it hits, else an angle.
 double pixel_at(const Plan& plan, const RayEnd& end);
 

@@ -15,9 +15,10 @@ constexpr std::uint32_t highest_float_order = 4;
 constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}, float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 constexpr std::size_t most_halvings = 9, quick_scalar_steps = 3, quick_loose_steps = 3;
 
-/// Higher orders take longer steps.
-double coarsest_step(const Plan& plan, const IntegratorInfo& info) {
-    const double doublings = info.order >= 8 ? 2 : info.order >= 4 ? 1 : 0;
+/// Higher orders take longer steps, and so do methods that cannot have the plan's rescaled H: far out their steps are many.
+double coarsest_step(const Plan& plan, const Variant& variant) {
+    const std::uint32_t order = info_of(plan, variant).order;
+    const double doublings = (order >= 8 ? 2 : order >= 4 ? 1 : 0) + (plan.job.rescaled && !variant.rescaled ? 1 : 0);
     return plan.job.step * std::exp2(doublings);
 }
 
@@ -27,7 +28,7 @@ std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
     if (info.adaptive && variant.kernel->precision == Precision::float32)
         return {std::begin(float_tolerances), std::end(float_tolerances)};
     if (info.adaptive) return {std::begin(tolerances), std::end(tolerances)};
-    std::vector<double> steps{coarsest_step(plan, info)};
+    std::vector<double> steps{coarsest_step(plan, variant)};
     for (std::size_t i = 0; i < most_halvings; ++i) steps.push_back(0.5 * steps.back());
     return steps;
 }

@@ -39,33 +39,54 @@ std::string escaped(const std::string& text) {
     return html;
 }
 
+std::string verdict(bool pass) {
+    return pass ? "pass" : "FAIL";
+}
+
 }  // namespace
 
 std::string stability_text(const StabilityRow& row) {
-    return std::string(row.pass ? "pass  " : "FAIL  ") + row.name + ": " + row.what + "\n      expected  " + row.expected +
-           "\n      got       " + row.got + "\n";
+    std::string text = verdict(row.pass()) + "  " + row.name + ": " + row.what + "\n      expected  " + row.expected + "\n";
+    if (row.outcomes.size() == 1) return text + "      got       " + row.outcomes[0].got + "\n";
+    for (const StabilityOutcome& outcome : row.outcomes) {
+        std::string label = outcome.isa;
+        label.resize(std::max(label.size(), std::size_t{8}), ' ');
+        text += "      " + label + "  " + verdict(outcome.pass) + "  " + outcome.got + "\n";
+    }
+    return text;
 }
 
 std::string stability_summary(const std::vector<StabilityRow>& rows) {
-    const auto passed = std::count_if(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass; });
+    const auto passed = std::count_if(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass(); });
     return std::to_string(passed) + " of " + std::to_string(rows.size()) + " cases pass\n";
 }
 
 std::string stability_json(const std::vector<StabilityRow>& rows) {
     Json cases = Json::array();
-    for (const StabilityRow& row : rows)
-        cases.push_back(
-            {{"name", row.name}, {"what", row.what}, {"expected", row.expected}, {"got", row.got}, {"pass", row.pass}});
+    for (const StabilityRow& row : rows) {
+        Json isas = Json::array();
+        std::string got;
+        for (const StabilityOutcome& outcome : row.outcomes) {
+            isas.push_back({{"isa", outcome.isa}, {"got", outcome.got}, {"pass", outcome.pass}});
+            got += row.outcomes.size() == 1 ? outcome.got : (got.empty() ? "" : "; ") + outcome.isa + ": " + outcome.got;
+        }
+        cases.push_back({{"name", row.name}, {"what", row.what}, {"expected", row.expected}, {"got", got}, {"pass", row.pass()}, {"isas", isas}});
+    }
     return text_of(Json{{"cases", cases}});
 }
 
 std::string stability_page(const std::vector<StabilityRow>& rows) {
-    std::string page = page_head + ("<p>" + stability_summary(rows)) +
-                       "</p>\n<table><tr><th>case</th><th></th><th>what</th><th>expected</th><th>got</th></tr>\n";
+    std::string page = page_head + ("<p>" + stability_summary(rows)) + "</p>\n<table><tr><th>case</th><th>what</th><th>expected</th>";
+    if (!rows.empty())
+        for (const StabilityOutcome& outcome : rows[0].outcomes) page += "<th colspan=\"2\">" + escaped(outcome.isa) + "</th>";
+    page += "</tr>\n";
     for (const StabilityRow& row : rows) {
-        const std::string verdict = row.pass ? "pass" : "fail";
-        page += "<tr><td>" + escaped(row.name) + "</td><td class=\"" + verdict + "\">" + verdict + "</td><td>" +
-                escaped(row.what) + "</td><td>" + escaped(row.expected) + "</td><td>" + escaped(row.got) + "</td></tr>\n";
+        page += "<tr><td>" + escaped(row.name) + "</td><td>" + escaped(row.what) + "</td><td>" + escaped(row.expected) + "</td>";
+        for (const StabilityOutcome& outcome : row.outcomes) {
+            const std::string kind = outcome.pass ? "pass" : "fail";
+            page += "<td class=\"" + kind + "\">" + kind + "</td><td>" + escaped(outcome.got) + "</td>";
+        }
+        page += "</tr>\n";
     }
     return page + "</table>\n</body></html>\n";
 }

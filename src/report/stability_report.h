@@ -8,7 +8,7 @@
 
 namespace kagero {
 
-/// One row as text: verdict, name, what; below it what was expected and, where it differs, what was got.
+/// One row as text: verdict, name, what; below it what was expected, and what was got on each instruction set.
 std::string stability_text(const StabilityRow& row);
 /// How many passed.
 std::string stability_summary(const std::vector<StabilityRow>& rows);

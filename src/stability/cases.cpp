@@ -55,13 +55,13 @@ constexpr Case cases[] = {
     {"straight-picture", "rg = 0 and constant indices", "the straight-ray picture, pixel by pixel", stability::straight_picture},
 };
 
-StabilityRow run_case(const Case& chosen, const StabilityRequest& request) {
+StabilityOutcome run_case(const Case& chosen, const StabilityRequest& request, const std::string& isa) {
     Findings findings;
     for (const std::string& precision : request.precisions) {
         std::vector<Status> first;
         for (std::size_t i = 0; i < request.strategies.size(); ++i) {
             Options options;
-            options.isa = request.isa, options.precision = precision, options.strategy = request.strategies[i];
+            options.isa = isa, options.precision = precision, options.strategy = request.strategies[i];
             options.threads = request.threads;
             std::vector<Status> statuses;
             Trial trial(options, findings, statuses);
@@ -76,10 +76,14 @@ StabilityRow run_case(const Case& chosen, const StabilityRequest& request) {
                 trial.expect(statuses == first, "rays end otherwise than with " + request.strategies[0]);
         }
     }
-    return {chosen.name, chosen.what, chosen.expected, findings.text(), findings.holds()};
+    return {isa, findings.text(), findings.holds()};
 }
 
 }  // namespace
+
+bool StabilityRow::pass() const {
+    return std::all_of(outcomes.begin(), outcomes.end(), [](const StabilityOutcome& outcome) { return outcome.pass; });
+}
 
 std::vector<std::string> stability_case_names() {
     std::vector<std::string> names;
@@ -96,8 +100,9 @@ std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, c
     std::vector<StabilityRow> rows;
     for (const Case& each : cases) {
         if (!names.empty() && std::find(names.begin(), names.end(), each.name) == names.end()) continue;
-        rows.push_back(run_case(each, request));
-        if (done) done(rows.back());
+        StabilityRow& row = rows.emplace_back(StabilityRow{each.name, each.what, each.expected, {}});
+        for (const std::string& isa : request.isas) row.outcomes.push_back(run_case(each, request, isa));
+        if (done) done(row);
     }
     return rows;
 }

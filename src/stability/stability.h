@@ -8,15 +8,21 @@
 
 namespace kagero {
 
-/// What one case came to.
-struct StabilityRow {
-    std::string name, what, expected, got;
+/// What one case came to on one instruction set.
+struct StabilityOutcome {
+    std::string isa, got;
     bool pass = false;
+};
+
+struct StabilityRow {
+    std::string name, what, expected;
+    std::vector<StabilityOutcome> outcomes;  ///< one per instruction set, in the order of the request
+    bool pass() const;                       ///< on all of them
 };
 
 /// The ways every case is run: all combinations.
 struct StabilityRequest {
-    std::string isa = "auto";
+    std::vector<std::string> isas{"auto"};
     std::vector<std::string> precisions{"double", "float"};
     std::vector<std::string> strategies{"packet", "scalar"};
     unsigned threads = 0;  ///< 0: all

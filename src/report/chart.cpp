@@ -21,8 +21,8 @@ std::string power_of_ten(int exponent) {
 namespace {
 
 // Sizes in SVG units; the picture scales to the width of its page.
-constexpr double width = 940, height = 520, left = 72, right = 172, top = 14, bottom = 52;
-constexpr double plot_right = width - right, plot_bottom = height - bottom;
+constexpr double chart_width = 940, chart_height = 520;
+constexpr double plot_left = 72, plot_right = chart_width - 172, plot_top = 14, plot_bottom = chart_height - 52;
 constexpr double label_height = 13;
 
 std::string general(double value) {
@@ -192,8 +192,8 @@ std::string draw_labels(const LineChart& chart, const Scale& x, const Scale& y) 
                 break;
             }
     std::stable_sort(labels.begin(), labels.end(), [](const Label& a, const Label& b) { return a.y < b.y; });
-    const double room = std::max(1.0, double(labels.size()) - 1), apart = std::min(label_height, (plot_bottom - top) / room);
-    for (std::size_t i = 0; i < labels.size(); ++i) labels[i].at = std::max(labels[i].at, i ? labels[i - 1].at + apart : top + 6);
+    const double room = std::max(1.0, double(labels.size()) - 1), apart = std::min(label_height, (plot_bottom - plot_top) / room);
+    for (std::size_t i = 0; i < labels.size(); ++i) labels[i].at = std::max(labels[i].at, i ? labels[i - 1].at + apart : plot_top + 6);
     for (std::size_t i = labels.size(); i-- > 0;)
         labels[i].at = std::min(labels[i].at, i + 1 < labels.size() ? labels[i + 1].at - apart : plot_bottom);
     std::string svg;
@@ -210,27 +210,27 @@ std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
     std::string svg;
     if (chart.doubtful > y.least && chart.y.logarithmic) {
         const double edge = y.place(std::min(chart.doubtful, y.greatest));
-        svg += "<rect x=\"" + fixed(left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(plot_right - left) + "\" height=\"" +
+        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(plot_right - plot_left) + "\" height=\"" +
                fixed(plot_bottom - edge) + "\" style=\"fill:var(--soft);opacity:.12\"/>\n";
-        svg += text(left + 8, std::min(edge + 15, plot_bottom - 4), "start", "label", chart.doubtful_label);
+        svg += text(plot_left + 8, std::min(edge + 15, plot_bottom - 4), "start", "label", chart.doubtful_label);
     }
     for (const Tick& tick : ticks_of(x)) {
-        svg += line(x.place(tick.value), top, x.place(tick.value), plot_bottom, "stroke:var(--grid)");
+        svg += line(x.place(tick.value), plot_top, x.place(tick.value), plot_bottom, "stroke:var(--grid)");
         svg += text(x.place(tick.value), plot_bottom + 18, "middle", "tick", tick.label);
     }
     for (const Tick& tick : ticks_of(y)) {
-        svg += line(left, y.place(tick.value), plot_right, y.place(tick.value), "stroke:var(--grid)");
-        svg += text(left - 8, y.place(tick.value) + 4, "end", "tick", tick.label);
+        svg += line(plot_left, y.place(tick.value), plot_right, y.place(tick.value), "stroke:var(--grid)");
+        svg += text(plot_left - 8, y.place(tick.value) + 4, "end", "tick", tick.label);
     }
-    svg += line(left, plot_bottom, plot_right, plot_bottom, "stroke:var(--ink)") +
-           line(left, top, left, plot_bottom, "stroke:var(--ink)");
-    svg += text(0.5 * (left + plot_right), height - 10, "middle", "axis", chart.x.title);
+    svg += line(plot_left, plot_bottom, plot_right, plot_bottom, "stroke:var(--ink)") +
+           line(plot_left, plot_top, plot_left, plot_bottom, "stroke:var(--ink)");
+    svg += text(0.5 * (plot_left + plot_right), chart_height - 10, "middle", "axis", chart.x.title);
     svg += text(0, 0, "middle", "axis", chart.y.title,
-                " transform=\"translate(16 " + fixed(0.5 * (top + plot_bottom)) + ") rotate(-90)\"");
+                " transform=\"translate(16 " + fixed(0.5 * (plot_top + plot_bottom)) + ") rotate(-90)\"");
     for (const Bound& bound : chart.bounds) {
         if (!y.shows(bound.y)) continue;
-        svg += line(left, y.place(bound.y), plot_right, y.place(bound.y), "stroke:var(--soft);stroke-dasharray:2 3");
-        svg += text(left + 8, y.place(bound.y) - 4, "start", "label", bound.label);
+        svg += line(plot_left, y.place(bound.y), plot_right, y.place(bound.y), "stroke:var(--soft);stroke-dasharray:2 3");
+        svg += text(plot_left + 8, y.place(bound.y) - 4, "start", "label", bound.label);
     }
     return svg;
 }
@@ -243,8 +243,8 @@ std::string opening(double w, double h, const std::string& title) {
 }  // namespace
 
 std::string svg_of(const LineChart& chart) {
-    const Scale x = scale_of(chart, 0, left, plot_right), y = scale_of(chart, 1, plot_bottom, top);
-    std::string svg = opening(width, height, chart.title) + draw_axes(chart, x, y) + draw_labels(chart, x, y);
+    const Scale x = scale_of(chart, 0, plot_left, plot_right), y = scale_of(chart, 1, plot_bottom, plot_top);
+    std::string svg = opening(chart_width, chart_height, chart.title) + draw_axes(chart, x, y) + draw_labels(chart, x, y);
     for (const bool strong : {false, true})
         for (const Series& series : chart.series)
             if (series.strong == strong) svg += draw(series, x, y);
@@ -255,13 +255,13 @@ std::string svg_of(const BarChart& chart) {
     constexpr double row = 30, letter = 7.2, value_width = 150;
     double label_width = 190;
     for (const Bar& bar : chart.bars) label_width = std::max(label_width, letter * double(bar.label.size()) + 10);
-    const double total = row * double(chart.bars.size()) + 12, span = width - label_width - value_width;
+    const double total = row * double(chart.bars.size()) + 12, span = chart_width - label_width - value_width;
     double greatest = 0;
     for (const Bar& bar : chart.bars) greatest = std::max({greatest, bar.value, bar.greatest});
     const auto place = [&](double value) {
         return label_width + (greatest > 0 && std::isfinite(value) ? span * value / greatest : 0);
     };
-    std::string svg = opening(width, total, chart.title);
+    std::string svg = opening(chart_width, total, chart.title);
     for (std::size_t i = 0; i < chart.bars.size(); ++i) {
         const Bar& bar = chart.bars[i];
         const double y = 6 + row * double(i), middle = y + 0.5 * row;

@@ -75,7 +75,7 @@ public:
 
 private:
     /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface. Where a budget is short, the
-    /// clearance in the middle of the step tells more than that at its start: no point of the step is further than half of it away.
+    /// clearance in the middle of the step tells more than that at its start: from there the ends are half as far.
     std::uint64_t spend(const Flow<V>& flow, std::uint64_t active) {
         if (!geometry_.clearance) return active;
         const V spare(S(1.01)), reach = reach_of(flow) * spare;  // no shorter than the way to the step's end

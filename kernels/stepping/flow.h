@@ -26,6 +26,7 @@ struct Leg : Arrival<V> {
     V h;                       ///< step length in the integration parameter τ; 0 in finished lanes, which makes a step the identity
     V start_parameter;         ///< λ of H
     V start_domain;            ///< `domain` at the start
+    V start_captured;          ///< `captured` at the start
     V start_side;              ///< `side` at the start
     V start_scale;             ///< `scale` at the start
     V start_energy_terms;      ///< `energy_terms` at the start
@@ -62,6 +63,18 @@ struct Flow : Leg<V> {
     V stage[max_stages][6];  ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
 };
 
+/// A way past nothing, which a stepper may go by itself.
+template <class V>
+struct Passage {
+    V h;                       ///< length of its steps; 0 in finished lanes
+    double radius;             ///< of the escape sphere
+    std::uint32_t max_steps;
+    // Set by the stepper.
+    MaskOf<V> arrived;         ///< flow.end lies on the sphere
+    V steps;                   ///< that each ray has taken
+    std::uint64_t issued_steps = 0, active_lane_steps = 0;
+};
+
 /// The lanes of `from` that `lanes` selects, to `to`.
 template <class V>
 void copy_lanes(Arrival<V>& to, const Arrival<V>& from, const MaskOf<V>& lanes) {
@@ -80,7 +93,8 @@ void copy_lanes(Leg<V>& to, const Leg<V>& from, const MaskOf<V>& lanes) {
     for (int k = 0; k < 6; ++k) copy(to.carry[k], from.carry[k]), copy(to.next_carry[k], from.next_carry[k]);
     to.start_velocity = pick<V>(lanes, from.start_velocity, to.start_velocity);
     copy(to.h, from.h), copy(to.start_parameter, from.start_parameter);
-    copy(to.start_domain, from.start_domain), copy(to.start_side, from.start_side), copy(to.start_scale, from.start_scale);
+    copy(to.start_domain, from.start_domain), copy(to.start_captured, from.start_captured);
+    copy(to.start_side, from.start_side), copy(to.start_scale, from.start_scale);
     copy(to.start_energy_terms, from.start_energy_terms), copy(to.energy_terms, from.energy_terms);
     copy(to.domain, from.domain), copy(to.side, from.side), copy(to.scale, from.scale), copy(to.captured, from.captured);
 }

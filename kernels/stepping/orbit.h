@@ -34,46 +34,56 @@ struct Orbit {
         f.start_scale = f.scale = no_bound<V>();
     }
 
-    /// The step is cut where r would change by too much: beyond it the curve in space would no longer be a smooth function of the
-    /// angle.
     template <class System, class V>
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
+        Motion<V> m(f, plane);
+        f.h = longest(m, f.h);
+        turn(system, coefficients, f.h, m);
+        f.gradients += kicks<V>(coefficients);
+        leave(system, f, plane, m, f.h);
+    }
+
+    /// The way of rays that meet nothing, to the escape sphere: all of it in the plane, where nothing but u and w is needed. Those that are
+    /// captured, or get lost, stop at the last place before.
+    template <class System, class V>
+    static void pass(const System& system, Flow<V>& f, const Coefficients& coefficients, Passage<V>& way) {
         using S = ScalarOf<V>;
-        Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
-        const V momentum = f.next_carry[0] = f.carry[0];
-        const V longest =
-            plane.u * rsqrt(plane.u * plane.u + plane.w * plane.w) * pick(plane.w > V(S(0)), V(S(inward)), V(S(outward)));
-        f.h = max(min(f.h, longest), -longest);
-        const V pt = f.start.y[6];
-        const auto twice_energy = [&] { return V(S(2)) * system.orbit().energy(plane.u, plane.w, momentum, pt); };
-        const V pace = f.want_parameter ? recip(momentum * twice_energy()) : V(S(0));
-        V gained = plane.w * recip(plane.u);
-        bool kick = coefficients.kick_first;
-        for (const double fraction : coefficients.fractions) {
-            const V angle = f.h * V(S(fraction));
-            if (kick) {
-                const V slope = system.orbit().slope(plane.u, momentum, pt);
-                if (f.want_parameter) {
-                    const V rest = neg_mul_add(plane.w, plane.w, neg_mul_add(plane.u, slope, twice_energy()));
-                    gained = mul_add(angle, rest * recip(plane.u * plane.u), gained);
-                }
-                plane.w = neg_mul_add(angle, slope, plane.w);
-                f.gradients += V(S(1));
-            } else {
-                plane.u = mul_add(angle, plane.w, plane.u);
-            }
-            kick = !kick;
+        const V zero(S(0)), rim(S(1 / way.radius));
+        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
+        Motion<V> m(f, plane);
+        V angle(zero), steps(zero);
+        MaskOf<V> open = way.h > zero, arriving = zero > zero;
+        for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
+            Motion<V> next = m;
+            const V h = pick(open, longest(m, way.h), zero);
+            turn(system, coefficients, h, next);
+            way.issued_steps += 1, way.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(open)));
+            open = open & is_finite(next.u + next.w) & (next.u > zero);
+            const MaskOf<V> beyond = open & (next.u <= rim) & (next.w < zero);
+            if constexpr (System::capturing) open = beyond | (open & (captured(system, next) > zero));
+            if (f.want_energy) worst_energy(system, f, next, open);
+            m.take(next, open);
+            angle = pick(open, angle + h, angle), steps = pick(open, steps + V(S(1)), steps);
+            arriving = arriving | beyond, open = open & !beyond;
         }
-        gained = neg_mul_add(plane.w, recip(plane.u), gained);
-        plane.turn(f.h);
-        const V radial = radial_momentum<typename System::Hamiltonian>(system, plane.u, -(momentum * plane.w), momentum, pt);
-        const MaskOf<V> still = abs(f.h) <= V(S(0));
-        f.end.set(pick<V>(still, f.start.q(), plane.position()),
-                  pick<V>(still, f.start.p(), advance(radial * plane.out, momentum * plane.u, plane.around)));
-        f.end_parameter = mul_add(gained, pace, f.start_parameter);
-        const Vec3<V> velocity = pick<V>(still, f.start_velocity, plane.velocity());
-        f.stage[0][0] = velocity.x, f.stage[0][1] = velocity.y, f.stage[0][2] = velocity.z;
-        f.solved = V(S(0)) <= V(S(0));
+        // From beyond the sphere back onto it: the angle to second order, until what that leaves out is a rounding.
+        const V close(S(0.5) * std::cbrt(machine_epsilon<S>));
+        MaskOf<V> moving = arriving;
+        way.arrived = zero > zero;
+        for (int i = 0; i < max_corrections && any(moving); ++i) {
+            const V fall = rim - m.u, slope = system.orbit().slope(m.u, m.momentum, m.pt);
+            const V rest = fall / (m.w - V(S(0.5)) * slope * fall / m.w), back = pick(moving, max(min(rest, way.h), -way.h), zero);
+            Motion<V> next = m;
+            turn(system, coefficients, back, next);
+            m.take(next, moving);
+            angle += back;
+            const MaskOf<V> there = moving & (abs(back) <= close);
+            way.arrived = way.arrived | there, moving = moving & !there;
+        }
+        way.steps = steps;
+        f.gradients += steps * kicks<V>(coefficients);
+        leave(system, f, plane, m, angle);
     }
 
     /// After the end has been surveyed: its velocity is that along the orbit, by the angle.
@@ -86,6 +96,8 @@ struct Orbit {
 private:
     /// Greatest share by which u may change in a step.
     static constexpr double outward = 0.6, inward = 1.5;
+    static constexpr int max_corrections = 20;
+
     template <class V>
     static V no_bound() {
         return V(ScalarOf<V>(std::numeric_limits<float>::max()));
@@ -124,13 +136,101 @@ private:
             out = advance(c * before, s, around);
             around = retreat(c * around, s, before);
         }
-        KAGERO_INLINE Vec3<V> position() const { return recip(u) * out; }
         /// dq/dφ.
         KAGERO_INLINE Vec3<V> velocity() const {
             const V r = recip(u);
             return retreat(r * around, w * r * r, out);
         }
     };
+
+    /// A ray in its plane.
+    template <class V>
+    struct Motion {
+        V u, w;          ///< 1/r, du/dφ
+        V momentum, pt;  ///< L, p_t
+        V parameter;     ///< λ
+        bool want_parameter;
+
+        KAGERO_INLINE Motion(const Flow<V>& f, const Plane<V>& plane)
+            : u(plane.u), w(plane.w), momentum(f.carry[0]), pt(f.start.y[6]), parameter(f.start_parameter), want_parameter(f.want_parameter) {}
+        /// From now on as `next`, in these lanes.
+        KAGERO_INLINE void take(const Motion& next, const MaskOf<V>& lanes) {
+            u = pick(lanes, next.u, u), w = pick(lanes, next.w, w);
+            if (want_parameter) parameter = pick(lanes, next.parameter, parameter);
+        }
+    };
+
+    /// A step is cut where r would change by too much: beyond it the curve in space would no longer be a smooth function of the angle.
+    template <class V>
+    KAGERO_INLINE static V longest(const Motion<V>& m, const V& h) {
+        using S = ScalarOf<V>;
+        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * pick(m.w > V(S(0)), V(S(inward)), V(S(outward)));
+        return max(min(h, most), -most);
+    }
+
+    /// Along the ray by an angle.
+    template <class System, class V>
+    KAGERO_INLINE static void turn(const System& system, const Coefficients& coefficients, const V& h, Motion<V>& m) {
+        using S = ScalarOf<V>;
+        const auto twice_energy = [&] { return V(S(2)) * system.orbit().energy(m.u, m.w, m.momentum, m.pt); };
+        V pace(S(0)), gained(S(0));
+        if (m.want_parameter) pace = recip(m.momentum * twice_energy()), gained = m.w * recip(m.u);
+        bool kick = coefficients.kick_first;
+        for (const double fraction : coefficients.fractions) {
+            const V angle = h * V(S(fraction));
+            if (kick) {
+                const V slope = system.orbit().slope(m.u, m.momentum, m.pt);
+                if (m.want_parameter) {
+                    const V rest = neg_mul_add(m.w, m.w, neg_mul_add(m.u, slope, twice_energy()));
+                    gained = mul_add(angle, rest * recip(m.u * m.u), gained);
+                }
+                m.w = neg_mul_add(angle, slope, m.w);
+            } else {
+                m.u = mul_add(angle, m.w, m.u);
+            }
+            kick = !kick;
+        }
+        if (m.want_parameter) m.parameter = mul_add(neg_mul_add(m.w, recip(m.u), gained), pace, m.parameter);
+    }
+    /// How often `turn` differentiates.
+    template <class V>
+    static V kicks(const Coefficients& coefficients) {
+        return V(ScalarOf<V>((coefficients.fractions.size() + coefficients.kick_first) / 2));
+    }
+
+    /// The ray as a state of H, in axes of its own: x outward, y across.
+    template <class System, class V>
+    KAGERO_INLINE static State<V> in_plane(const System& system, const Motion<V>& m) {
+        const V zero(ScalarOf<V>(0)), radial = radial_momentum<typename System::Hamiltonian>(system, m.u, -(m.momentum * m.w), m.momentum, m.pt);
+        return {{recip(m.u), zero, zero, radial, m.momentum * m.u, zero, m.pt}};
+    }
+    /// ≤ 0 where it is captured.
+    template <class System, class V>
+    KAGERO_INLINE static V captured(const System& system, const Motion<V>& m) {
+        const V zero(ScalarOf<V>(0)), r = recip(m.u);
+        return System::Hamiltonian::captured(system.template parameters<V>(), Vec3<V>{r, zero, zero}, Vec3<V>{-(m.w * r * r), r, zero}, m.pt);
+    }
+    template <class System, class V>
+    KAGERO_INLINE static void worst_energy(const System& system, Flow<V>& f, const Motion<V>& m, const MaskOf<V>& lanes) {
+        const Survey<V> here = system.survey(in_plane(system, m));
+        f.energy_error = pick(lanes, max(f.energy_error, abs(here.excess) / here.size), f.energy_error);
+    }
+
+    /// The end of a step in space again, but for rays that have not turned.
+    template <class System, class V>
+    static void leave(const System& system, Flow<V>& f, Plane<V> plane, const Motion<V>& m, const V& angle) {
+        const MaskOf<V> still = abs(angle) <= V(ScalarOf<V>(0));
+        const State<V> here = in_plane(system, m);
+        plane.u = m.u, plane.w = m.w;
+        plane.turn(angle);
+        f.end.set(pick<V>(still, f.start.q(), here.y[0] * plane.out),
+                  pick<V>(still, f.start.p(), advance(here.y[3] * plane.out, here.y[4], plane.around)));
+        f.end_parameter = m.parameter;
+        f.next_carry[0] = m.momentum;
+        const Vec3<V> velocity = pick<V>(still, f.start_velocity, plane.velocity());
+        f.stage[0][0] = velocity.x, f.stage[0][1] = velocity.y, f.stage[0][2] = velocity.z;
+        f.solved = V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0));
+    }
 
     /// p·q/r from dr/dλ, which it is where ∂H/∂p = p.
     template <class H, class System, class V>

@@ -48,7 +48,9 @@ struct SpaceKernel {
     void (*step[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
     /// Dense output of that step; null where cubic Hermite is all there is.
     Curve<V> (*curve[kind_count])(const Flow<V>&, const Coefficients&);
-    /// The same for rays known to be straight.
+    /// As many steps as it takes to the escape sphere, or to where a ray that is captured takes its last; null where steps end in space.
+    void (*pass[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&, Passage<V>&);
+    /// The first two for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
     /// The reverse sweep along rays (sweep.h): from their ends, and back by one step. Packets of double alone have it.

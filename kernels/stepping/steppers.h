@@ -29,7 +29,7 @@ template <class System, class V>
 __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
     const Survey<V> here = system.survey(f.start);
     f.start_velocity = here.velocity, f.start_energy_terms = here.terms;
-    f.start_domain = f.domain = here.domain, f.captured = here.captured;
+    f.start_domain = f.domain = here.domain, f.start_captured = f.captured = here.captured;
     f.start_side = f.side = here.side, f.start_scale = here.scale;
     if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
     if (f.want_path) f.energy = system.energy(f.start) + V(ScalarOf<V>(system.level()));
@@ -63,6 +63,16 @@ void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coeffici
     if constexpr (requires { Step::arrived(f); }) Step::arrived(f);
 }
 
+template <class System, class Step, class V>
+void pass(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients, Passage<V>& way) {
+    const System& system = system_in<System>(storage);
+    Step::pass(system, f, coefficients, way);
+    const V worst = f.energy_error;
+    arrive(system, f);
+    Step::arrived(f);
+    if (f.want_energy) f.energy_error = max(f.energy_error, worst);
+}
+
 /// Where the slope of H jumps steps end; a derivative taken there, or in a stage that reaches across, is that of the wrong side.
 template <class System, class Step>
 constexpr const char* refusal() {
@@ -77,6 +87,7 @@ constexpr void add_step(SpaceKernel<V>& kernel, int kind) {
     kernel.begin[kind] = begin<System, Step, V>;
     kernel.step[kind] = step<System, Step, V>;
     if constexpr (requires { Step::template curve<V>; }) kernel.curve[kind] = Step::template curve<V>;
+    if constexpr (requires { Step::template pass<System, V>; }) kernel.pass[kind] = pass<System, Step, V>;
 }
 
 /// All but the kinds of step.

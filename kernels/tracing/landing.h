@@ -11,6 +11,9 @@
 
 namespace kagero {
 
+/// What ends a ray without being a surface: a number of its own that falls to zero.
+enum class Edge : std::uint8_t { domain, capture };
+
 template <class V>
 class Landing {
     using S = ScalarOf<V>;
@@ -20,12 +23,13 @@ public:
     Flow<V> flow;              ///< the waiting lanes' last steps; after `land` flow.end is where they stand
     std::uint64_t waiting = 0;
     std::uint64_t unrefined = 0;
+    std::uint64_t captured = 0;
     std::uint64_t lost = 0;    ///< lanes whose partial step has no solution, or never arrives: the step was far too long
 
     explicit Landing(const Task<V>& task) : task_(task) {}
 
     /// Nobody waits any more.
-    void clear() { waiting = unrefined = lost = edge_ = 0; }
+    void clear() { waiting = unrefined = lost = captured = edge_ = 0; }
 
     /// The step of `from` for the lanes that have been told to wait since the last call.
     void take(const Flow<V>& from, std::uint64_t lanes) {
@@ -40,11 +44,15 @@ public:
         set_lane(lo_, lane, S(lo)), set_lane(hi_, lane, S(hi)), set_lane(s_, lane, S(s));
         waiting |= std::uint64_t(1) << lane;
     }
-    /// A lane of `from` that leaves the medium during its step: where the Hamiltonian's `domain` falls to zero.
-    void wait_for_edge(const Flow<V>& from, int lane) {
-        const double inside = double(get_lane(from.start_domain, lane)), outside = double(get_lane(from.domain, lane));
+    /// A lane of `from` that leaves the medium during its step, or is captured: where the Hamiltonian's `domain`, or `captured`, falls to
+    /// zero.
+    void wait_for_edge(const Flow<V>& from, int lane, Edge edge) {
+        const bool capture = edge == Edge::capture;
+        const double inside = double(get_lane(capture ? from.start_captured : from.start_domain, lane));
+        const double outside = double(get_lane(capture ? from.captured : from.domain, lane));
         wait(lane, {}, 0, 1, inside / (inside - outside));
         edge_ |= std::uint64_t(1) << lane;
+        captured |= std::uint64_t(capture) << lane;
     }
 
     /// Everybody who waits to where the level is; with `hit = "chord"` to where the chord meets it.
@@ -58,7 +66,7 @@ public:
         const Leg<V> whole = flow;
         if (!task_.own_curve) curve_ = Curve<V>::hermite(flow);
         refine_on_curve(mask);
-        if (edge_) deliver_to_edge(full);
+        if (edge_) deliver_to_edge(full, whole);
         deliver(mask, full);
         keep_grazing_hits(whole, on_chord);
     }
@@ -132,21 +140,22 @@ private:
     }
 
     /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.
-    void deliver_to_edge(const V& full) {
+    void deliver_to_edge(const V& full, const Leg<V>& whole) {
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
-        const MaskOf<V> edge = from_bits<V>(edge_);
+        const MaskOf<V> edge = from_bits<V>(edge_), capture = from_bits<V>(captured);
         MaskOf<V> open = edge;
-        V last_s(zero), last_domain = flow.start_domain, inside(zero), outside(S(1));
+        V last_s(zero), last_height = pick(capture, flow.start_captured, flow.start_domain), inside(zero), outside(S(1));
         for (int i = 0; i < max_corrections; ++i) {
             if (!task_.resumes) task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = pick(edge, s_ * full, zero);
             const V before = flow.gradients;
             task_.step(flow);
             flow.gradients = pick(open, flow.gradients, before);
-            const V guess = s_ - flow.domain * (s_ - last_s) / (flow.domain - last_domain);
-            inside = pick(flow.domain > zero, s_, inside), outside = pick(flow.domain > zero, outside, s_);
+            const V height = pick(capture, flow.captured, flow.domain);
+            const V guess = s_ - height * (s_ - last_s) / (height - last_height);
+            inside = pick(height > zero, s_, inside), outside = pick(height > zero, outside, s_);
             const V next = pick((guess > inside) & (guess <= outside), guess, V(S(0.5)) * (inside + outside));
-            last_s = s_, last_domain = flow.domain;
+            last_s = s_, last_height = height;
             const MaskOf<V> usable = is_finite(next) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);
             open = open & usable & (abs(next - s_) > close);
@@ -155,6 +164,9 @@ private:
             else s_ = pick(open, next, s_);
         }
         if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));
+        // Captured it is all the same.
+        copy_lanes<V>(static_cast<Arrival<V>&>(flow), static_cast<const Arrival<V>&>(whole), from_bits<V>(lost & captured));
+        lost &= ~captured;
         task_.go_on(flow, edge);
     }
 

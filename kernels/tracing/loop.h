@@ -40,6 +40,7 @@ public:
         if (!fill(queue)) return;
         if (encounter_) encounter_->begin(active_);
         if (task_.in_closed_form()) end_straight();
+        if (task_.passes() && active_) pass();
         if (active_) step_to_ends(queue);
         tell_occupancy(filled_);
         if (encounter_) counters_.query_ticks += encounter_->ticks;
@@ -53,11 +54,12 @@ private:
         constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
         while (active_) {
             advance_once(landing);
-            while (job_.refill && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing);
+            while ((job_.refill && !task_.passes()) && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing);
         }
         land(landing);
     }
     void end_straight();
+    void pass();
     void retire_straight(int lane, Status status, const Vec3<double>& q, double fraction);
     std::uint64_t take(RayQueue<W>& queue, std::uint64_t free, RayStart (&starts)[W]);
     bool fill(RayQueue<W>& queue);
@@ -161,14 +163,15 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, std::uint64_t moving) 
     std::uint64_t staying = moving;
     if (encounter_) staying &= ~wait_for_surface(landing, encounter_->meet(flow_, moving));
     const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.domain <= V(S(0))) : 0;
-    for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest));
+    for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest), Edge::domain);
     if (beyond) landing.take(flow_, beyond);
     staying &= ~beyond;
     const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
     if (outside) wait_for_sphere(landing, outside);
     staying &= ~outside;
     const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.captured <= V(S(0))) : 0;
-    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
+    for (std::uint64_t rest = captured; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest), Edge::capture);
+    if (captured) landing.take(flow_, captured);
     staying &= ~captured;
     std::uint64_t limited = 0;
     if (std::isfinite(job_.parameter_limit)) {
@@ -199,6 +202,7 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
 
 }  // namespace kagero
 
+#include "kernels/tracing/passing_rays.h"
 #include "kernels/tracing/ray_ends.h"
 #include "kernels/tracing/ray_starts.h"
 #include "kernels/tracing/retries.h"

@@ -59,8 +59,8 @@ void PacketTracer<V>::land(Landing<V>& landing) {
             tell_iterations(i, iterations_after_);
             continue;
         }
-        const bool hit = (fell_on_surface_ >> i) & 1;
-        retire(landing.flow, i, hit ? Status::hit : Status::escaped, Failure::none);
+        const bool hit = (fell_on_surface_ >> i) & 1, captured = (landing.captured >> i) & 1;
+        retire(landing.flow, i, hit ? Status::hit : captured ? Status::captured : Status::escaped, Failure::none);
         tell_iterations(i, iterations_after_);
         if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
         ends_[i]->unrefined = (landing.unrefined >> i) & 1;

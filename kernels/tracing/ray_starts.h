@@ -127,8 +127,8 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
         const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
         for (V& y : flow_.start.y) copy(y);
         for (V& c : flow_.carry) copy(c);
-        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain), copy(flow_.start_side);
-        copy(flow_.start_scale), copy(flow_.start_energy_terms);
+        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain);
+        copy(flow_.start_captured), copy(flow_.start_side), copy(flow_.start_scale), copy(flow_.start_energy_terms);
         for (auto& stage : flow_.stage)
             for (V& g : stage) copy(g);
     }

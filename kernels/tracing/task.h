@@ -25,20 +25,26 @@ struct Task {
         : job(j), method(methods[j.integrator]), straight(is_straight),
           carries(visit_kind(method.kind, []<class Step>() { return requires { Step::carries; }; })),
           resumes(straight || visit_kind(method.kind, []<class Step>() { return requires { Step::resumes; }; })), kernel(k),
-          own_curve(straight || stages() <= 3 ? nullptr : kernel.curve[static_cast<int>(method.kind)]) {
+          own_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]) {
         kernel.construct(system, job.parameters);
     }
     /// Straight rays that nothing stops but surfaces and the escape sphere, and of which nothing is asked but where they end.
     bool in_closed_form() const {
         return straight && !kernel.bounded && !job.path_sink && !std::isfinite(job.parameter_limit) && !(job.inner_escape_radius > 0);
     }
+    /// Rays that nothing stops but the escape sphere and capture, and of whose way nothing is asked, where a stepper leads them by itself.
+    bool passes() const {
+        return !straight && kernel.pass[kind()] && !job.geometry && !job.path_sink && !std::isfinite(job.parameter_limit) &&
+               !(job.inner_escape_radius > 0);
+    }
     int stages() const { return method.coefficients.gauss ? method.coefficients.gauss->stages : 0; }
     void begin(Flow<V>& f) const {
-        (straight ? kernel.begin_straight : kernel.begin[static_cast<int>(method.kind)])(system, f, method.coefficients);
+        (straight ? kernel.begin_straight : kernel.begin[kind()])(system, f, method.coefficients);
     }
     void step(Flow<V>& f) const {
-        (straight ? kernel.step_straight : kernel.step[static_cast<int>(method.kind)])(system, f, method.coefficients);
+        (straight ? kernel.step_straight : kernel.step[kind()])(system, f, method.coefficients);
     }
+    void pass(Flow<V>& f, Passage<V>& way) const { kernel.pass[kind()](system, f, method.coefficients, way); }
     /// The end of a step becomes the start of the next.
     void go_on(Leg<V>& f, const MaskOf<V>& lanes) const {
         for (int k = 0; k < 6; ++k) f.start.y[k] = pick(lanes, f.end.y[k], f.start.y[k]);
@@ -46,11 +52,13 @@ struct Task {
             for (int k = 0; k < 6; ++k) f.carry[k] = pick(lanes, f.next_carry[k], f.carry[k]);
         f.start_velocity = pick<V>(lanes, f.end_velocity, f.start_velocity);
         f.start_parameter = pick(lanes, f.end_parameter, f.start_parameter);
-        f.start_domain = pick(lanes, f.domain, f.start_domain);
+        if (kernel.bounded) f.start_domain = pick(lanes, f.domain, f.start_domain);
+        if (kernel.capturing) f.start_captured = pick(lanes, f.captured, f.start_captured);
         f.start_energy_terms = pick(lanes, f.energy_terms, f.start_energy_terms);
         if (kernel.scaled) f.start_scale = pick(lanes, f.scale, f.start_scale);
         if (kernel.creased) f.start_side = pick(lanes, f.side, f.start_side);
     }
+    int kind() const { return static_cast<int>(method.kind); }
     /// Dense output of the step in `f`.
     Curve<V> curve(const Flow<V>& f) const { return own_curve ? own_curve(f, method.coefficients) : Curve<V>::hermite(f); }
 };

@@ -44,10 +44,10 @@ struct Request {
     std::vector<RayInput> rays;
 };
 
-std::unique_ptr<Plan> plan_of(const Request& request, bool energy_error) {
+std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
     SceneDescription scene = request.scene;
     Options options = request.options;
-    options.energy_error = energy_error;
+    options.energy_error = options.parameter = every_column;
     const std::string& limit = request.arguments.parameter;
     // λ belongs to H: a ray that follows another clock cannot be ended at a given λ.
     if (!limit.empty()) {
@@ -78,7 +78,7 @@ void write_csv(const Request& request, const std::string& output) {
     write_output(output, [&](std::ostream& out) { write_ends(out, *plan, ends); });
 }
 
-/// Tracing alone, after one run that is not counted and without watching H.
+/// Tracing alone, after one run that is not counted, to where rays end: without watching H, without λ.
 void write_timing(const Request& request, std::uint32_t repetitions) {
     const auto plan = plan_of(request, false);
     const auto starts = start_rays(*plan, request.rays, request.arguments.observer);

@@ -20,6 +20,7 @@ struct Options {
     unsigned threads = 0;              ///< 0: all
     std::array<std::uint32_t, 4> crop{0, 0, 0, 0};  ///< x0, y0, x1, y1, half-open; all zero: the whole film
     bool energy_error = false;         ///< watch H along every ray
+    bool parameter = true;             ///< λ at the ends of listed rays
 };
 
 /// Where the camera looks: unit vectors in its observer's rest frame.

@@ -74,7 +74,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     job.camera = nullptr;
     job.rays = starts.data();
     job.parameter_limit /= plan.unit;
-    job.outputs |= output_parameter;
+    if (plan.options.parameter) job.outputs |= output_parameter;
     if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
     ends.resize(starts.size());
     RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {

@@ -38,7 +38,7 @@ struct Orbit {
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
         Motion<V> m(f, plane);
-        f.h = longest(m, f.h);
+        f.h = longest<V>(m, f.h, outward, inward);
         turn(system, coefficients, f.h, m);
         f.gradients += kicks<V>(coefficients);
         leave(system, f, plane, m, f.h);
@@ -56,7 +56,7 @@ struct Orbit {
         MaskOf<V> open = way.h > zero, arriving = zero > zero;
         for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
             Motion<V> next = m;
-            const V h = pick(open, longest(m, way.h), zero);
+            const V h = pick(open, longest<V>(m, way.h, outward_alone, inward_alone), zero);
             turn(system, coefficients, h, next);
             way.issued_steps += 1, way.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(open)));
             open = open & is_finite(next.u + next.w) & (next.u > zero);
@@ -94,8 +94,8 @@ struct Orbit {
     }
 
 private:
-    /// Greatest share by which u may change in a step.
-    static constexpr double outward = 0.6, inward = 1.5;
+    /// Greatest share by which u may change in a step; and in one that no point of space is asked of, so that its stages keep off u = 0.
+    static constexpr double outward = 0.6, inward = 1.5, outward_alone = 0.8, inward_alone = 4;
     static constexpr int max_corrections = 20;
 
     template <class V>
@@ -162,9 +162,9 @@ private:
 
     /// A step is cut where r would change by too much: beyond it the curve in space would no longer be a smooth function of the angle.
     template <class V>
-    KAGERO_INLINE static V longest(const Motion<V>& m, const V& h) {
+    KAGERO_INLINE static V longest(const Motion<V>& m, const V& h, double out, double in) {
         using S = ScalarOf<V>;
-        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * pick(m.w > V(S(0)), V(S(inward)), V(S(outward)));
+        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * pick(m.w > V(S(0)), V(S(in)), V(S(out)));
         return max(min(h, most), -most);
     }
 

@@ -43,10 +43,13 @@ struct StageSteps {
         else return Chosen<void>{};
     }
 };
-/// Straight rays alone.
-struct NoSteps {
-    template <Kind>
-    constexpr auto operator()() const { return Chosen<void>{}; }
+/// Of a Hamiltonian whose rays are those of the rescaled one: the plane of the orbit, and straight rays, which need no kind of step.
+struct PlainSteps {
+    template <Kind kind>
+    constexpr auto operator()() const {
+        if constexpr (kind == Kind::orbit) return Chosen<Orbit>{};
+        else return Chosen<void>{};
+    }
 };
 /// All that may turn out the cheapest: neither the printed recipe nor the exact split does.
 struct WidthSteps {
@@ -71,7 +74,7 @@ constexpr auto make_compared_kernel() {
     else {
         using Own = std::conditional_t<Way::form == Form::auto_vectorized, AutoVectorizedSystem<H, Rescaled, S>, System<H, Rescaled, S>>;
         if constexpr (Rescaled == Rescalable<H>) return kernel_of_kinds<Own, V>(WidthSteps{}, "it is not compiled for this kind of step");
-        else return kernel_of_kinds<Own, V>(NoSteps{}, "of this space it is compiled for the rescaled Hamiltonian alone");
+        else return kernel_of_kinds<Own, V>(PlainSteps{}, "of this space it is compiled for the rescaled Hamiltonian alone");
     }
 }
 

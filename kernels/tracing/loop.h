@@ -81,7 +81,7 @@ private:
     std::uint64_t wait_for_surface(Landing<V>& landing, std::uint64_t hits);
     void wait_for_sphere(Landing<V>& landing, std::uint64_t lanes);
     void land(Landing<V>& landing);
-    void retire(const Flow<V>& f, int lane, Status status, Failure failure);
+    void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
     void tell_iterations(int lane, const V& now);
     void tell_occupancy(std::uint64_t lanes);
     void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
@@ -180,7 +180,7 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, std::uint64_t moving) 
         flow_.end_parameter = pick(from_bits<V>(limited), V(limit), flow_.end_parameter);
     }
     limited |= staying & to_bits(steps_ >= V(S(job_.max_steps)));
-    for (std::uint64_t rest = limited; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::step_limit, Failure::none);
+    retire(flow_, limited, Status::step_limit);
     return moving & ~(staying & ~limited);
 }
 

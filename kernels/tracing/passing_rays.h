@@ -8,16 +8,18 @@ namespace kagero {
 
 template <class V>
 void PacketTracer<V>::pass() {
-    Passage<V> way{.h = nominal_, .radius = job_.escape_radius, .max_steps = job_.max_steps};
+    Passage<V> way;
+    way.h = nominal_, way.radius = job_.escape_radius, way.max_steps = job_.max_steps;
     task_.pass(flow_, way);
     const std::uint64_t usable = active_ & to_bits(is_finite(sum_of_all(flow_.end, flow_.end_velocity)) & flow_.energy_holds);
     const MaskOf<V> here = from_bits<V>(usable);
     steps_ = pick(here, way.steps, steps_);
     worst_energy_ = pick(here, flow_.energy_error, worst_energy_);
     const std::uint64_t arrived = usable & to_bits(way.arrived);
-    for (std::uint64_t rest = arrived; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
+    retire(flow_, arrived, Status::escaped);
     counters_.issued_lane_steps += way.issued_steps * W, counters_.active_lane_steps += way.active_lane_steps;
-    commit(usable, usable & ~arrived);
+    if (active_ == arrived) active_ = 0;
+    else commit(usable, usable & ~arrived);
 }
 
 }  // namespace kagero

@@ -52,50 +52,54 @@ void PacketTracer<V>::land(Landing<V>& landing) {
     const Stopwatch watch(job_.timed, counters_.landing_ticks);
     landing.land();
     if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
-    for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) {
+    const std::uint64_t there = landing.waiting & ~landing.lost, hits = there & fell_on_surface_, captured = there & landing.captured;
+    retire(landing.flow, landing.waiting & landing.lost, Status::failed, Failure::not_converged);
+    retire(landing.flow, hits, Status::hit);
+    retire(landing.flow, captured, Status::captured);
+    retire(landing.flow, there & ~(hits | captured), Status::escaped);
+    for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) tell_iterations(__builtin_ctzll(rest), iterations_after_);
+    for (std::uint64_t rest = there; rest; rest &= rest - 1) ends_[__builtin_ctzll(rest)]->unrefined = (landing.unrefined >> __builtin_ctzll(rest)) & 1;
+    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
-        if ((landing.lost >> i) & 1) {
-            retire(landing.flow, i, Status::failed, Failure::not_converged);
-            tell_iterations(i, iterations_after_);
-            continue;
-        }
-        const bool hit = (fell_on_surface_ >> i) & 1, captured = (landing.captured >> i) & 1;
-        retire(landing.flow, i, hit ? Status::hit : captured ? Status::captured : Status::escaped, Failure::none);
-        tell_iterations(i, iterations_after_);
-        if (hit) ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
-        ends_[i]->unrefined = (landing.unrefined >> i) & 1;
+        ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
     }
 }
 
 /// Ends a ray that starts so far out that its numbers may not fit the packet's.
 template <class V>
 void PacketTracer<V>::retire_far_out(const RayStart& start, int lane) {
-    retire(flow_, lane, Status::escaped, Failure::none);
+    retire(flow_, std::uint64_t(1) << lane, Status::escaped);
     RayEnd& e = *ends_[lane];
     const double inverse = 1 / norm(Vec3<double>{start.p[0], start.p[1], start.p[2]});
     for (int k = 0; k < 3; ++k) e.q[k] = start.q[k], e.p[k] = start.p[k], e.v[k] = start.p[k] * inverse;
     e.pt = start.pt, e.parameter = e.energy_error = 0;
 }
 
-/// Writes the end of a ray from the end of the step in `f`.
+/// Writes the ends of the rays of `lanes` from the end of the step in `f`.
 template <class V>
-void PacketTracer<V>::retire(const Flow<V>& f, int lane, Status status, Failure failure) {
-    RayEnd& e = *ends_[lane];
-    e = {};
-    for (int k = 0; k < 3; ++k) e.q[k] = double(get_lane(f.end.y[k], lane)), e.p[k] = double(get_lane(f.end.y[3 + k], lane));
-    const Vec3<double> v = lane_of(f.end_velocity, lane);
-    const double speed = norm(v), inverse = speed > 0 && std::isfinite(speed) ? 1 / speed : 0;
-    e.v[0] = v.x * inverse, e.v[1] = v.y * inverse, e.v[2] = v.z * inverse;
-    e.pt = double(get_lane(f.start.y[6], lane));
-    e.parameter = double(get_lane(f.end_parameter, lane));
-    e.energy_error = double(get_lane(worst_energy_, lane));
-    e.steps = static_cast<std::uint32_t>(get_lane(steps_, lane));
-    e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, lane));
-    tell_iterations(lane, flow_.open_iterations);
-    e.status = status, e.failure = failure;
-    if (encounter_) e.queries = encounter_->queries_of(lane);
-    counters_.steps += e.steps, counters_.gradients += e.gradients, counters_.queries += e.queries;
-    if (job_.path_sink && e.steps > 0) report_path(f, std::uint64_t(1) << lane, false);
+void PacketTracer<V>::retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure) {
+    if (!lanes) return;
+    const V square = dot(f.end_velocity, f.end_velocity), inverse = V(S(1)) / sqrt(square);
+    const V usable = pick(is_finite(inverse), inverse, V(S(0)));
+    const Vec3<V> along = usable * f.end_velocity;
+    for (; lanes; lanes &= lanes - 1) {
+        const int i = __builtin_ctzll(lanes);
+        RayEnd& e = *ends_[i];
+        const Vec3<double> v = lane_of(along, i);
+        for (int k = 0; k < 3; ++k) e.q[k] = double(get_lane(f.end.y[k], i)), e.p[k] = double(get_lane(f.end.y[3 + k], i));
+        e.v[0] = v.x, e.v[1] = v.y, e.v[2] = v.z;
+        e.pt = double(get_lane(f.start.y[6], i));
+        e.parameter = double(get_lane(f.end_parameter, i));
+        e.energy_error = double(get_lane(worst_energy_, i));
+        e.steps = static_cast<std::uint32_t>(get_lane(steps_, i));
+        e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, i));
+        tell_iterations(i, flow_.open_iterations);
+        e.queries = encounter_ ? encounter_->queries_of(i) : 0;
+        e.occupancy = 0, e.surface = e.primitive = 0;
+        e.status = status, e.failure = failure, e.unrefined = false;
+        counters_.steps += e.steps, counters_.gradients += e.gradients, counters_.queries += e.queries;
+        if (job_.path_sink && e.steps > 0) report_path(f, std::uint64_t(1) << i, false);
+    }
 }
 
 template <class V>

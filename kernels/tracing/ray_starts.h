@@ -102,12 +102,13 @@ void PacketTracer<V>::enter(const RayStart (&starts)[W], std::uint64_t lanes) {
     for (std::uint64_t rest = lanes & ~usable; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
         const Failure failure = starts[i].failure;
-        if (starts[i].captured) retire(flow_, i, Status::captured, Failure::none);
+        const std::uint64_t lane = std::uint64_t(1) << i;
+        if (starts[i].captured) retire(flow_, lane, Status::captured);
         else if (starts[i].escaped) retire_far_out(starts[i], i);
-        else retire(flow_, i, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
+        else retire(flow_, lane, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
     }
-    for (std::uint64_t rest = away; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::escaped, Failure::none);
-    for (std::uint64_t rest = captured; rest; rest &= rest - 1) retire(flow_, __builtin_ctzll(rest), Status::captured, Failure::none);
+    retire(flow_, away, Status::escaped);
+    retire(flow_, captured, Status::captured);
     const std::uint64_t entered = usable & ~away & ~captured;
     const MaskOf<V> here = from_bits<V>(lanes);
     nominal_ = pick(here, pick(from_bits<V>(entered), V(S(job_.step)), V(S(0))), nominal_);
@@ -120,7 +121,7 @@ void PacketTracer<V>::enter(const RayStart (&starts)[W], std::uint64_t lanes) {
 /// Lanes without a usable state follow a neighbour that has one, with steps of length zero.
 template <class V>
 void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
-    if (!active_) return;
+    if (!active_ || !lanes) return;
     const int donor = __builtin_ctzll(active_);
     for (int i = 0; i < W; ++i) {
         if (!((lanes >> i) & 1)) continue;

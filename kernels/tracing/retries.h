@@ -71,11 +71,9 @@ template <class V>
 void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
     Flow<V> last = flow_;
     last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const auto in = [i](std::uint64_t set) { return (set >> i) & 1; };
-        retire(last, i, Status::failed, in(unsolved) ? Failure::not_converged : in(lossy) ? Failure::energy_lost : Failure::not_finite);
-    }
+    retire(last, lanes & unsolved, Status::failed, Failure::not_converged);
+    retire(last, lanes & lossy & ~unsolved, Status::failed, Failure::energy_lost);
+    retire(last, lanes & ~(unsolved | lossy), Status::failed, Failure::not_finite);
     const MaskOf<V> gone = from_bits<V>(lanes);
     flow_.h = pick(gone, V(S(0)), flow_.h);
     nominal_ = pick(gone, V(S(0)), nominal_);

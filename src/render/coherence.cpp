@@ -1,23 +1,25 @@
 #include "render/coherence.h"
 
+#include <boost/sort/spreadsort/integer_sort.hpp>
+
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace kagero {
 namespace {
 
 constexpr std::size_t dimensions = 6;  ///< position, unit direction
-constexpr int bits = 10;               ///< of each
+constexpr int most_bits = 10;          ///< of each
 
 using Coordinates = std::array<double, dimensions>;
 
 bool starts(const RayStart& ray) { return ray.failure == Failure::none && !ray.captured && !ray.escaped; }
 
 Coordinates coordinates_of(const RayStart& ray) {
-    const double inverse = 1 / std::hypot(ray.p[0], ray.p[1], ray.p[2]);
+    const double inverse = 1 / std::sqrt(ray.p[0] * ray.p[0] + ray.p[1] * ray.p[1] + ray.p[2] * ray.p[2]);
     return {ray.q[0], ray.q[1], ray.q[2], ray.p[0] * inverse, ray.p[1] * inverse, ray.p[2] * inverse};
 }
 
@@ -38,20 +40,24 @@ struct Box {
             if (greatest[k] > least[k]) most = std::max(most, std::abs(a[k] - b[k]) / (greatest[k] - least[k]));
         return most;
     }
-    /// The bits of all coordinates in turn, highest first.
-    std::uint64_t key(const RayStart& ray) const {
-        if (!starts(ray)) return std::numeric_limits<std::uint64_t>::max();
-        const Coordinates at = coordinates_of(ray);
-        std::array<std::uint32_t, dimensions> cell{};
-        for (std::size_t k = 0; k < dimensions; ++k) {
-            const double size = greatest[k] - least[k];
-            // Not a number where a momentum is none; the ray then fails wherever it stands.
-            const double share = size > 0 ? (at[k] - least[k]) / size : 0;
-            cell[k] = share > 0 ? static_cast<std::uint32_t>(std::min(share, 1.0) * ((1 << bits) - 1)) : 0;
-        }
+    /// How many dimensions the rays differ in.
+    std::size_t extent() const {
+        std::size_t n = 0;
+        for (std::size_t k = 0; k < dimensions; ++k) n += greatest[k] > least[k];
+        return n;
+    }
+    /// The first `bits` bits of those coordinates in turn, highest first.
+    std::uint64_t key(const Coordinates& at, int bits) const {
         std::uint64_t key = 0;
-        for (int bit = bits - 1; bit >= 0; --bit)
-            for (const std::uint32_t c : cell) key = key << 1 | (c >> bit & 1);
+        for (std::size_t k = 0, place = extent(); k < dimensions; ++k) {
+            const double size = greatest[k] - least[k];
+            if (!(size > 0)) continue;
+            // Not a number where a momentum is none; the ray then fails wherever it stands.
+            const double share = (at[k] - least[k]) / size;
+            const std::uint32_t cell = share > 0 ? static_cast<std::uint32_t>(std::min(share, 1.0) * ((1 << bits) - 1)) : 0;
+            --place;
+            for (int bit = 0; bit < bits; ++bit) key |= std::uint64_t(cell >> bit & 1) << (std::size_t(bit) * extent() + place);
+        }
         return key;
     }
 };
@@ -59,7 +65,7 @@ struct Box {
 }  // namespace
 
 bool neighbours_go_together(const std::vector<RayStart>& rays) {
-    constexpr std::size_t looked_at = 1000;
+    constexpr std::size_t looked_at = 200;
     constexpr double near = 0.2;  // of the box; in no order, neighbours are half of it apart
     std::vector<std::array<Coordinates, 2>> pairs;
     Box box;
@@ -74,16 +80,24 @@ bool neighbours_go_together(const std::vector<RayStart>& rays) {
 }
 
 std::vector<std::uint32_t> coherent_order(const std::vector<RayStart>& rays) {
+    std::vector<Coordinates> all;
+    all.reserve(rays.size());
     Box box;
-    for (const RayStart& ray : rays)
-        if (starts(ray)) box.add(coordinates_of(ray));
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
+    for (const RayStart& ray : rays) {
+        all.push_back(coordinates_of(ray));
+        if (starts(ray)) box.add(all.back());
+    }
+    // Key and place in one number; rays that end where they start come last.
+    const int place_bits = std::bit_width(rays.size());
+    const int bits = std::min(most_bits, (63 - place_bits) / std::max(1, static_cast<int>(box.extent())));
+    std::vector<std::uint64_t> keys;
     keys.reserve(rays.size());
-    for (std::uint32_t i = 0; i < rays.size(); ++i) keys.emplace_back(box.key(rays[i]), i);
-    std::sort(keys.begin(), keys.end());
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        keys.push_back((starts(rays[i]) ? box.key(all[i], bits) : std::uint64_t(1) << (63 - place_bits)) << place_bits | i);
+    boost::sort::spreadsort::integer_sort(keys.begin(), keys.end());
     std::vector<std::uint32_t> order;
     order.reserve(keys.size());
-    for (const auto& [key, place] : keys) order.push_back(place);
+    for (const std::uint64_t key : keys) order.push_back(static_cast<std::uint32_t>(key & ((std::uint64_t(1) << place_bits) - 1)));
     return order;
 }
 

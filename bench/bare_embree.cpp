@@ -16,23 +16,27 @@ void bare_embree(const CameraRays& camera, const Geometry& geometry, double esca
     for (std::uint32_t by = tile.y0; by < tile.y1; by += side)
         for (std::uint32_t bx = tile.x0; bx < tile.x1; bx += side) {
             Segments<W> segments{};
+            double x[W], y[W];
+            for (int i = 0; i < W; ++i) x[i] = bx + i % side + 0.5, y[i] = by + i / side + 0.5;
+            RayStarts<W> rays;
+            look(camera, x, y, rays);
             std::uint64_t active = 0;
             RayEnd* end[W];
             for (int i = 0; i < W; ++i) {
-                const std::uint32_t x = bx + i % side, y = by + i / side;
-                if (x >= tile.x1 || y >= tile.y1) continue;
+                const std::uint32_t column = bx + i % side, row = by + i / side;
+                if (column >= tile.x1 || row >= tile.y1) continue;
                 active |= std::uint64_t(1) << i;
-                end[i] = ends + std::size_t(y - tile.y0) * width + (x - tile.x0);
-                const RayStart ray = camera_ray(camera, x, y);
-                const double inverse = 1 / std::sqrt(ray.p[0] * ray.p[0] + ray.p[1] * ray.p[1] + ray.p[2] * ray.p[2]);
-                *end[i] = {};
+                RayEnd& e = *(end[i] = ends + std::size_t(row - tile.y0) * width + (column - tile.x0));
+                e = {};
+                for (int k = 0; k < 3; ++k) e.q[k] = rays.y[k][i], e.p[k] = rays.y[3 + k][i];
+                const double inverse = 1 / std::sqrt(e.p[0] * e.p[0] + e.p[1] * e.p[1] + e.p[2] * e.p[2]);
                 for (int k = 0; k < 3; ++k) {
-                    end[i]->p[k] = ray.p[k], end[i]->v[k] = ray.p[k] * inverse;
-                    end[i]->q[k] = ray.q[k] + length * end[i]->v[k];
-                    segments.org[k][i] = float((ray.q[k] - geometry.shift[k]) * geometry.scale);
-                    segments.dir[k][i] = float(end[i]->v[k] * length * geometry.scale);
+                    e.v[k] = e.p[k] * inverse;
+                    segments.org[k][i] = float((e.q[k] - geometry.shift[k]) * geometry.scale);
+                    segments.dir[k][i] = float(e.v[k] * length * geometry.scale);
+                    e.q[k] += length * e.v[k];
                 }
-                end[i]->pt = ray.pt, end[i]->status = Status::escaped;
+                e.pt = rays.y[6][i], e.status = Status::escaped;
             }
             for (std::uint64_t hits = query(geometry.embree_scene, segments, active); hits; hits &= hits - 1) {
                 const int i = __builtin_ctzll(hits);

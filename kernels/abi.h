@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 9;
+inline constexpr std::uint32_t abi_version = 10;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -78,12 +78,13 @@ struct IntegratorInfo {
     bool angular = false;  ///< steps are angles, not lengths of the integration parameter
 };
 
-/// One surface of the scene, in the order of Embree's geometry identifiers. Vertices stay in double for refinement.
+/// One surface of the scene, in the order of Embree's geometry identifiers; in double, for refinement.
 struct Surface {
     enum class Kind : std::uint8_t { triangles, sphere };
     Kind kind;
     const double* vertices;          ///< 3 per vertex (triangles)
     const std::uint32_t* triangles;  ///< 3 indices per triangle
+    const double* planes;            ///< 4 per triangle: unit normal n and d of n·q = d
     double center[3];                ///< sphere
     double radius;
 };

@@ -334,6 +334,15 @@ template <class V>
 KAGERO_INLINE void set_lane(V& v, int lane, ScalarOf<V> x) {
     std::memcpy(reinterpret_cast<char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, &x, sizeof x);
 }
+/// From a number for each lane.
+template <class V>
+KAGERO_INLINE V lanes_of(const double* numbers) {
+    ScalarOf<V> narrow[lane_count<V>];
+    for (int i = 0; i < lane_count<V>; ++i) narrow[i] = static_cast<ScalarOf<V>>(numbers[i]);
+    V v;
+    std::memcpy(&v, narrow, sizeof v);
+    return v;
+}
 /// The mask whose lane i is bit i.
 template <class V>
 KAGERO_INLINE MaskOf<V> from_bits(std::uint64_t bits) {

@@ -6,6 +6,7 @@
 
 #include "kernels/tracing/segment_query.h"
 #include "kernels/tracing/stopwatch.h"
+#include "kernels/tracing/surface.h"
 #include "kernels/tracing/task.h"
 
 #include <algorithm>
@@ -44,8 +45,8 @@ class Encounter {
 public:
     /// What each hit lane met.
     std::uint32_t surface[W], primitive[W];
-    double from[W], to[W];    ///< the piece of the step that was hit, as fractions
-    double t[W];              ///< where on that piece's chord, from Embree
+    alignas(64) double from[W], to[W];  ///< the piece of the step that was hit, as fractions
+    alignas(64) double t[W];            ///< where on that piece's chord, from Embree
     std::uint64_t ticks = 0;
 
     explicit Encounter(const Task<V>& task) : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
@@ -68,6 +69,21 @@ public:
         }
         fresh_ &= ~active;
         return hits;
+    }
+
+    /// What the lanes of `hits` met.
+    Level<V> levels(std::uint64_t hits) const {
+        Level<V> level{};
+        for (; hits; hits &= hits - 1) {
+            const int i = __builtin_ctzll(hits);
+            set_lane(level, i, geometry_.surfaces[surface[i]], primitive[i]);
+        }
+        return level;
+    }
+    /// The same for the straight way of the step in `flow`, however long: one query, as no clearance is of use to it.
+    std::uint64_t meet_straight(const Flow<V>& flow, std::uint64_t active) {
+        const Stopwatch watch(timed_, ticks);
+        return ask_piece(flow.start.q(), flow.end.q(), V(S(0)), V(S(1)), active);
     }
 
     /// How often the ray of a lane has been asked about.

@@ -38,21 +38,22 @@ public:
         else copy_lanes<V>(leg, static_cast<const Leg<V>&>(from), from_bits<V>(lanes));
         if (task_.own_curve) take_curve(task_.curve(from), from_bits<V>(lanes));
     }
-    /// A lane that meets `level` within fractions [lo, hi] of its step, probably at s.
-    void wait(int lane, const Level<double>& level, double lo, double hi, double s) {
-        set_lane(level_, lane, level);
-        set_lane(lo_, lane, S(lo)), set_lane(hi_, lane, S(hi)), set_lane(s_, lane, S(s));
-        waiting |= std::uint64_t(1) << lane;
+    /// Lanes that meet `level` within fractions [lo, hi] of their step, probably at s.
+    void wait(std::uint64_t lanes, const Level<V>& level, const V& lo, const V& hi, const V& s) {
+        const MaskOf<V> here = from_bits<V>(lanes);
+        level_.take(here, level);
+        lo_ = pick(here, lo, lo_), hi_ = pick(here, hi, hi_), s_ = pick(here, s, s_);
+        waiting |= lanes;
     }
-    /// A lane of `from` that leaves the medium during its step, or is captured: where the Hamiltonian's `domain`, or `captured`, falls to
+    /// Lanes of `from` that leave the medium during their step, or are captured: where the Hamiltonian's `domain`, or `captured`, falls to
     /// zero.
-    void wait_for_edge(const Flow<V>& from, int lane, Edge edge) {
+    void wait_for_edge(const Flow<V>& from, std::uint64_t lanes, Edge edge) {
         const bool capture = edge == Edge::capture;
-        const double inside = double(get_lane(capture ? from.start_captured : from.start_domain, lane));
-        const double outside = double(get_lane(capture ? from.captured : from.domain, lane));
-        wait(lane, {}, 0, 1, inside / (inside - outside));
-        edge_ |= std::uint64_t(1) << lane;
-        captured |= std::uint64_t(capture) << lane;
+        const V inside = capture ? from.start_captured : from.start_domain, outside = capture ? from.captured : from.domain;
+        wait(lanes, Level<V>{}, V(S(0)), V(S(1)), inside / (inside - outside));
+        take(from, lanes);
+        edge_ |= lanes;
+        if (capture) captured |= lanes;
     }
 
     /// Everybody who waits to where the level is; with `hit = "chord"` to where the chord meets it.

@@ -60,12 +60,10 @@ private:
     }
     void end_straight();
     void pass();
-    void retire_straight(int lane, Status status, const Vec3<double>& q, double fraction);
-    std::uint64_t take(RayQueue<W>& queue, std::uint64_t free, RayStart (&starts)[W]);
     bool fill(RayQueue<W>& queue);
     void refill(RayQueue<W>& queue, Landing<V>& landing);
-    static void put(const RayStart (&starts)[W], std::uint64_t lanes, Flow<V>& flow);
-    void enter(const RayStart (&starts)[W], std::uint64_t lanes);
+    static void put(const RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow);
+    void enter(const RayStarts<W>& starts, std::uint64_t lanes);
     void advance_once(Landing<V>& landing);
     std::uint64_t leave(Landing<V>& landing, std::uint64_t moving);
     std::uint64_t crosses_crease(std::uint64_t moving) const;
@@ -73,9 +71,10 @@ private:
     void retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy);
     void repeat(std::uint64_t lanes, const V& length);
     void restart(std::uint64_t lanes, const V& length);
+    MaskOf<V> is_beyond(const Vec3<V>& q) const;
     MaskOf<V> leaves_space(const Vec3<V>& q, const Vec3<V>& v) const;
     void fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy);
-    void retire_far_out(const RayStart& start, int lane);
+    void retire_far_out(const RayStarts<W>& starts, int lane);
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
     std::uint64_t wait_for_surface(Landing<V>& landing, std::uint64_t hits);
@@ -163,15 +162,13 @@ std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, std::uint64_t moving) 
     std::uint64_t staying = moving;
     if (encounter_) staying &= ~wait_for_surface(landing, encounter_->meet(flow_, moving));
     const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.domain <= V(S(0))) : 0;
-    for (std::uint64_t rest = beyond; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest), Edge::domain);
-    if (beyond) landing.take(flow_, beyond);
+    if (beyond) landing.wait_for_edge(flow_, beyond, Edge::domain);
     staying &= ~beyond;
     const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
     if (outside) wait_for_sphere(landing, outside);
     staying &= ~outside;
     const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.captured <= V(S(0))) : 0;
-    for (std::uint64_t rest = captured; rest; rest &= rest - 1) landing.wait_for_edge(flow_, __builtin_ctzll(rest), Edge::capture);
-    if (captured) landing.take(flow_, captured);
+    if (captured) landing.wait_for_edge(flow_, captured, Edge::capture);
     staying &= ~captured;
     std::uint64_t limited = 0;
     if (std::isfinite(job_.parameter_limit)) {

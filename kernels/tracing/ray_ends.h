@@ -11,38 +11,34 @@ std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, std::uint64
     if (!hits) return 0;
     const Encounter<V>& encounter = *encounter_;
     const Curve<V> curve = task_.curve(flow_);
-    V from(S(0)), to(S(1));
-    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        set_lane(from, i, S(encounter.from[i])), set_lane(to, i, S(encounter.to[i]));
-    }
-    const Vec3<V> a = curve.at(from), b = curve.at(to);
-    std::uint64_t accepted = 0;
-    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const Vec3<double> a1 = lane_of(a, i), b1 = lane_of(b, i), hit = a1 + encounter.t[i] * (b1 - a1);
-        const double square = dot(hit, hit), inner = job_.inner_escape_radius;
-        if (square > job_.escape_radius * job_.escape_radius || square < inner * inner) continue;
-        const Level<double> level = level_of(job_.geometry->surfaces[encounter.surface[i]], encounter.primitive[i]);
-        const double lo = encounter.from[i], hi = encounter.to[i];
-        landing.wait(i, level, lo, hi, lo + (hi - lo) * chord_fraction(level, a1, b1, encounter.t[i]));
-        surface_[i] = encounter.surface[i], primitive_[i] = encounter.primitive[i];
-        accepted |= std::uint64_t(1) << i;
-    }
-    if (accepted) landing.take(flow_, accepted);
+    const V from = lanes_of<V>(encounter.from), to = lanes_of<V>(encounter.to), t = lanes_of<V>(encounter.t);
+    const Vec3<V> a = curve.at(from), b = curve.at(to), hit = advance(a, t, b - a);
+    const std::uint64_t accepted = hits & ~to_bits(is_beyond(hit));
+    if (!accepted) return 0;
+    const Level<V> levels = encounter.levels(accepted);
+    landing.wait(accepted, levels, from, to, mul_add(to - from, chord_fraction(levels, a, b, t), from));
+    landing.take(flow_, accepted);
     fell_on_surface_ |= accepted;
+    for (std::uint64_t rest = accepted; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest);
+        surface_[i] = encounter.surface[i], primitive_[i] = encounter.primitive[i];
+    }
     return accepted;
+}
+
+/// Whether places lie beyond the escape sphere, or beyond the other universe's.
+template <class V>
+MaskOf<V> PacketTracer<V>::is_beyond(const Vec3<V>& q) const {
+    const V square = dot(q, q);
+    return (square > V(S(job_.escape_radius) * S(job_.escape_radius))) | (square < V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
 }
 
 template <class V>
 void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) {
+    const V zero(S(0)), one(S(1));
     const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
-        const Level<double> sphere = sphere_level({0, 0, 0}, dot(to, to) < dot(from, from) ? job_.inner_escape_radius : job_.escape_radius);
-        landing.wait(i, sphere, 0, 1, chord_fraction(sphere, from, to, 1));
-    }
+    const Level<V> sphere = sphere_level<V>(pick(dot(b, b) < dot(a, a), V(S(job_.inner_escape_radius)), V(S(job_.escape_radius))));
+    landing.wait(lanes, sphere, zero, one, chord_fraction(sphere, a, b, one));
     landing.take(flow_, lanes);
 }
 
@@ -67,12 +63,13 @@ void PacketTracer<V>::land(Landing<V>& landing) {
 
 /// Ends a ray that starts so far out that its numbers may not fit the packet's.
 template <class V>
-void PacketTracer<V>::retire_far_out(const RayStart& start, int lane) {
+void PacketTracer<V>::retire_far_out(const RayStarts<W>& starts, int lane) {
     retire(flow_, std::uint64_t(1) << lane, Status::escaped);
     RayEnd& e = *ends_[lane];
-    const double inverse = 1 / norm(Vec3<double>{start.p[0], start.p[1], start.p[2]});
-    for (int k = 0; k < 3; ++k) e.q[k] = start.q[k], e.p[k] = start.p[k], e.v[k] = start.p[k] * inverse;
-    e.pt = start.pt, e.parameter = e.energy_error = 0;
+    const auto y = [&](int k) { return starts.y[k][lane]; };
+    const double inverse = 1 / norm(Vec3<double>{y(3), y(4), y(5)});
+    for (int k = 0; k < 3; ++k) e.q[k] = y(k), e.p[k] = y(3 + k), e.v[k] = y(3 + k) * inverse;
+    e.pt = y(6), e.parameter = e.energy_error = 0;
 }
 
 /// Writes the ends of the rays of `lanes` from the end of the step in `f`.

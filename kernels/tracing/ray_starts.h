@@ -5,22 +5,11 @@
 
 namespace kagero {
 
-/// Takes rays from the queue for the lanes of `free`; returns those that got one.
-template <class V>
-std::uint64_t PacketTracer<V>::take(RayQueue<W>& queue, std::uint64_t free, RayStart (&starts)[W]) {
-    std::uint64_t taken = 0;
-    for (; free && !queue.empty(); free &= free - 1) {
-        const int i = __builtin_ctzll(free);
-        if (queue.take(starts[i], ends_[i], numbers_[i])) taken |= std::uint64_t(1) << i;
-    }
-    return taken;
-}
-
 /// A packet's first rays; false where there are none. Lanes without one follow another.
 template <class V>
 bool PacketTracer<V>::fill(RayQueue<W>& queue) {
-    RayStart starts[W];
-    const std::uint64_t lanes = take(queue, all_lanes, starts);
+    RayStarts<W> starts;
+    const std::uint64_t lanes = queue.take(all_lanes, starts, ends_, numbers_);
     if (!lanes) return false;
     flow_.want_energy = !task_.straight && (job_.outputs & output_energy) != 0;
     flow_.want_path = job_.path_sink;
@@ -31,8 +20,7 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     filled_ = lanes;
     flow_.open_iterations = iterations_before_ = iterations_after_ = steps_ = nominal_ = flow_.h = V(S(0));
     tried_h_ = tried_side_ = V(S(0));
-    for (int i = 0; i < W; ++i)
-        if (!((lanes >> i) & 1)) starts[i] = starts[__builtin_ctzll(lanes)];
+    starts.fill_up(lanes);
     put(starts, all_lanes, flow_);
     task_.begin(flow_);
     flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
@@ -47,8 +35,8 @@ void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing) {
     land(landing);
     landing.clear();
     tell_occupancy(~active_ & filled_);
-    RayStart starts[W];
-    const std::uint64_t lanes = take(queue, ~active_ & all_lanes, starts);
+    RayStarts<W> starts;
+    const std::uint64_t lanes = queue.take(~active_ & all_lanes, starts, ends_, numbers_);
     if (!lanes) return;
     if (encounter_) encounter_->begin(lanes);
     Flow<V> fresh = flow_;
@@ -73,14 +61,9 @@ void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing) {
 
 /// Puts the start of rays into lanes of a flow.
 template <class V>
-void PacketTracer<V>::put(const RayStart (&starts)[W], std::uint64_t lanes, Flow<V>& flow) {
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const RayStart& r = starts[i];
-        for (int k = 0; k < 3; ++k) set_lane(flow.start.y[k], i, S(r.q[k])), set_lane(flow.start.y[3 + k], i, S(r.p[k]));
-        set_lane(flow.start.y[6], i, S(r.pt));
-    }
+void PacketTracer<V>::put(const RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow) {
     const MaskOf<V> here = from_bits<V>(lanes);
+    for (int k = 0; k < 7; ++k) flow.start.y[k] = pick(here, lanes_of<V>(starts.y[k]), flow.start.y[k]);
     const auto clear = [&](V& v) { v = pick(here, V(S(0)), v); };
     clear(flow.start_parameter), clear(flow.end_parameter), clear(flow.gradients), clear(flow.energy_error), clear(flow.energy);
     for (int k = 0; k < 6; ++k) clear(flow.carry[k]), clear(flow.next_carry[k]);
@@ -89,22 +72,20 @@ void PacketTracer<V>::put(const RayStart (&starts)[W], std::uint64_t lanes, Flow
 /// New rays of `lanes` become active, except those that end where they start: unusable and captured ones, and those that start outside
 /// the medium, or beyond the escape sphere moving outward.
 template <class V>
-void PacketTracer<V>::enter(const RayStart (&starts)[W], std::uint64_t lanes) {
+void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     std::uint64_t usable = lanes & to_bits(is_finite(sum_of_all(flow_.start, flow_.start_velocity)));
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if (starts[i].failure != Failure::none || starts[i].captured || starts[i].escaped) usable &= ~(std::uint64_t(1) << i);
-    }
+    for (int i = 0; i < W; ++i) usable &= ~(std::uint64_t(starts.failure[i] != Failure::none) << i);
+    usable &= ~(starts.captured | starts.escaped);
     const std::uint64_t away =
         usable & to_bits(leaves_space(flow_.start.q(), flow_.start_velocity) | (flow_.start_domain <= V(S(0))));
     const std::uint64_t captured = usable & ~away & to_bits(flow_.captured <= V(S(0)));
     report_path(flow_, away | captured, true);
     for (std::uint64_t rest = lanes & ~usable; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
-        const Failure failure = starts[i].failure;
         const std::uint64_t lane = std::uint64_t(1) << i;
-        if (starts[i].captured) retire(flow_, lane, Status::captured);
-        else if (starts[i].escaped) retire_far_out(starts[i], i);
+        const Failure failure = starts.failure[i];
+        if (starts.captured & lane) retire(flow_, lane, Status::captured);
+        else if (starts.escaped & lane) retire_far_out(starts, i);
         else retire(flow_, lane, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
     }
     retire(flow_, away, Status::escaped);

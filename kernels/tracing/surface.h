@@ -21,50 +21,50 @@ struct Level {
     }
     /// dg along v.
     KAGERO_INLINE V slope(const Vec3<V>& q, const Vec3<V>& v) const { return (a + a) * dot(q - center, v) + dot(normal, v); }
+
+    void take(const MaskOf<V>& lanes, const Level& from) {
+        a = pick(lanes, from.a, a), radius2 = pick(lanes, from.radius2, radius2), d = pick(lanes, from.d, d);
+        center = pick<V>(lanes, from.center, center), normal = pick<V>(lanes, from.normal, normal);
+    }
 };
 
-inline Level<double> sphere_level(const double (&center)[3], double radius) {
-    return {0.5 / radius, radius * radius, {center[0], center[1], center[2]}, {0, 0, 0}, 0};
-}
-
-/// The plane of a triangle, or the sphere, of a surface.
-inline Level<double> level_of(const Surface& surface, std::uint32_t primitive) {
-    if (surface.kind == Surface::Kind::sphere) return sphere_level(surface.center, surface.radius);
-    const auto corner = [&](int k) {
-        const double* v = surface.vertices + 3 * std::size_t(surface.triangles[3 * std::size_t(primitive) + k]);
-        return Vec3<double>{v[0], v[1], v[2]};
-    };
-    const Vec3<double> a = corner(0), u = corner(1) - a, w = corner(2) - a;
-    Vec3<double> n{u.y * w.z - u.z * w.y, u.z * w.x - u.x * w.z, u.x * w.y - u.y * w.x};
-    n = (1 / norm(n)) * n;
-    return {0, 0, {0, 0, 0}, n, dot(n, a)};
-}
-
-/// Where the straight segment a → b meets the surface, as a fraction, in double; the root nearest to `near`, which Embree found in
-/// float. Refinement starts here, so that no result depends on how Embree was asked.
-inline double chord_fraction(const Level<double>& g, const Vec3<double>& a, const Vec3<double>& b, double near) {
-    const Vec3<double> d = b - a;
-    if (g.a == 0) {
-        const double linear = dot(g.normal, d);
-        return linear != 0 ? -g.value(a) / linear : near;
-    }
-    // From the point nearest to the centre, so that nothing cancels for a segment that comes from far away.
-    const Vec3<double> e = a - g.center;
-    const double length2 = dot(d, d), middle = -dot(e, d) / length2;
-    const Vec3<double> nearest = e + middle * d;
-    const double half2 = (g.radius2 - dot(nearest, nearest)) / length2;
-    if (!(half2 >= 0)) return near;
-    const double half = std::sqrt(half2);
-    return std::abs(middle - half - near) < std::abs(middle + half - near) ? middle - half : middle + half;
-}
-
+/// The sphere around the origin.
 template <class V>
-void set_lane(Level<V>& level, int lane, const Level<double>& one) {
-    using S = ScalarOf<V>;
-    set_lane(level.a, lane, S(one.a)), set_lane(level.radius2, lane, S(one.radius2)), set_lane(level.d, lane, S(one.d));
-    set_lane(level.center.x, lane, S(one.center.x)), set_lane(level.center.y, lane, S(one.center.y));
-    set_lane(level.center.z, lane, S(one.center.z)), set_lane(level.normal.x, lane, S(one.normal.x));
-    set_lane(level.normal.y, lane, S(one.normal.y)), set_lane(level.normal.z, lane, S(one.normal.z));
+Level<V> sphere_level(const V& radius) {
+    const V zero(ScalarOf<V>(0));
+    return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero};
+}
+
+/// Puts the plane of a triangle, or the sphere, of a surface into a lane.
+template <class V>
+void set_lane(Level<V>& level, int lane, const Surface& surface, std::uint32_t primitive) {
+    const auto put = [lane](V& v, double x) { set_lane(v, lane, ScalarOf<V>(x)); };
+    const bool ball = surface.kind == Surface::Kind::sphere;
+    static constexpr double nothing[4] = {};
+    const double* plane = ball ? nothing : surface.planes + 4 * std::size_t(primitive);
+    const double* center = ball ? surface.center : nothing;
+    put(level.a, ball ? 0.5 / surface.radius : 0), put(level.radius2, ball ? surface.radius * surface.radius : 0);
+    put(level.center.x, center[0]), put(level.center.y, center[1]), put(level.center.z, center[2]);
+    put(level.normal.x, plane[0]), put(level.normal.y, plane[1]), put(level.normal.z, plane[2]), put(level.d, plane[3]);
+}
+
+/// Where the straight segment a → b meets the surface, as a fraction; the root nearest to `near`, which Embree found in float. Refinement
+/// starts here, so that no result depends on how Embree was asked.
+template <class V>
+V chord_fraction(const Level<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V& near) {
+    const V zero(ScalarOf<V>(0));
+    const Vec3<V> d = b - a;
+    const V linear = dot(g.normal, d), on_plane = pick(abs(linear) > zero, -g.value(a) / linear, near);
+    const MaskOf<V> flat = abs(g.a) <= zero;
+    if (!any(!flat)) return on_plane;
+    // From the point nearest to the centre, so that nothing cancels for a segment that comes from far away.
+    const Vec3<V> e = a - g.center;
+    const V length2 = dot(d, d), middle = -dot(e, d) / length2;
+    const Vec3<V> nearest = advance(e, middle, d);
+    const V half2 = (g.radius2 - dot(nearest, nearest)) / length2, half = sqrt(max(half2, zero));
+    const V first = middle - half, second = middle + half;
+    const V on_sphere = pick(half2 >= zero, pick(abs(first - near) < abs(second - near), first, second), near);
+    return pick(flat, on_plane, on_sphere);
 }
 
 }  // namespace kagero

@@ -8,6 +8,7 @@ namespace kagero {
 /// The rays of a block of 2 × 2 pixels, those of a pixel after those of another, and their places on the picture in pixels.
 struct Quad {
     std::vector<Sighting> rays;
+    std::vector<CameraRay> starts;  ///< what their `ray` points to
     std::vector<std::array<double, 2>> places;
     std::vector<Double3> group_points;  ///< for find_patches, kept from block to block
     std::vector<std::array<double, 2>> group_places;

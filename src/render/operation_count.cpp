@@ -1,13 +1,15 @@
 #include "render/operation_count.h"
 
+#include "render/camera.h"
+
 namespace kagero {
 namespace {
 
-/// What packets do ray by ray: the camera's ray and its momentum (kernels/tracing/ray_source.h), and the direction at the end.
-constexpr double start_and_end = 50 + 10;
-/// Where the chord of the last step meets what ends the ray (chord_fraction in kernels/tracing/surface.h, and before it in ray_ends.h).
-constexpr double landing = 45;
-/// Where a segment that starts on a surface may meet the next (kernels/tracing/encounter.h), once per ray with objects.
+/// What packets do ray by ray: a camera's ray and its momentum (render/camera.cpp), where the kernel does not make it;
+constexpr double start = 50;
+/// the plane of the triangle that was hit (kernels/tracing/surface.h);
+constexpr double plane = 20;
+/// and where a segment that starts on a surface may meet the next (kernels/tracing/encounter.h), once per ray with objects.
 constexpr double first_query = 7;
 
 }  // namespace
@@ -22,8 +24,8 @@ std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& rep
     if (plan.straight || plan.kernel->strategy == Strategy::per_ray) return {};
     if (plan.kernel->strategy == Strategy::scalar) return 0;
     const double packed = operations_of(plan, report.counters);
-    const double landed = double(report.status[int(Status::hit)] + report.status[int(Status::escaped)]);
-    const double single = double(report.rays) * (start_and_end + (plan.job.geometry ? first_query : 0)) + landed * landing;
+    const double per_ray = (kernel_makes_rays(plan) ? 0 : start) + (plan.job.geometry ? first_query : 0);
+    const double single = double(report.rays) * per_ray + double(report.status[int(Status::hit)]) * plane;
     return packed + single > 0 ? packed / (packed + single) : 0;
 }
 

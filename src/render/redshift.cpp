@@ -45,13 +45,13 @@ double redshift_of(const Plan& plan, const Sighting& ray) {
     const RayEnd& end = *ray.end;
     if (end.status == Status::escaped) {
         const bool spacetime = plan.module->hamiltonians[plan.job.hamiltonian].spacetime;
-        return spacetime ? ray.ray.frequency / std::abs(end.pt) : 1;
+        return spacetime ? ray.ray->frequency / std::abs(end.pt) : 1;
     }
     if (end.status != Status::hit) return 0;
     const ObjectDescription& object = plan.scene.objects[plan.geometry->object_of(end.surface)];
     if (object.shape != Shape::disk) return 0;
     const double sent = frequency(plan, end, orbit_velocity(plan.scene.space, object.normal, {end.q[0], end.q[1], end.q[2]}));
-    return sent > 0 ? ray.ray.frequency / sent : 0;
+    return sent > 0 ? ray.ray->frequency / sent : 0;
 }
 
 void check_disks(const SceneDescription& scene) {

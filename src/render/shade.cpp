@@ -46,7 +46,7 @@ Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& foot
 /// Distance in scene units from the ray's start to the hit; 0 without one.
 double depth_of(const Plan& plan, const Sighting& ray) {
     if (ray.end->status != Status::hit) return 0;
-    const double *from = ray.ray.start.q, *to = ray.end->q;
+    const double *from = ray.ray->start.q, *to = ray.end->q;
     return plan.unit * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
 }
 

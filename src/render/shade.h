@@ -13,9 +13,9 @@ namespace kagero {
 /// One ray of a pixel, from the camera to its end; positions relative to `space.center`.
 struct Sighting {
     const RayEnd* end = nullptr;
-    CameraRay ray;
-    Patch patch{};                    ///< of the surface that it meets
+    const CameraRay* ray = nullptr;   ///< only where a layer or an object wants it
     const EndError* error = nullptr;  ///< only where a layer wants it
+    Patch patch{};                    ///< of the surface that it meets
 };
 
 /// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.

@@ -27,10 +27,11 @@ void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const Ra
         Sighting& ray = quad.rays.emplace_back();
         ray.end = ends + first + i;
         if (!errors.empty()) ray.error = &errors[first + i];
-        if (!list.starts.empty())
-            ray.ray = {list.starts[first + i], list.frequencies[first + i]};
-        else if (wanted.starts)
-            ray.ray = camera_ray(plan, x + 0.5, y + 0.5);
+        if (wanted.starts) {
+            const bool listed = !list.starts.empty();
+            quad.starts.push_back(listed ? CameraRay{list.starts[first + i], list.frequencies[first + i]} : camera_ray(plan, x + 0.5, y + 0.5));
+            ray.ray = &quad.starts.back();
+        }
         if (!wanted.footprints && !wanted.patches) continue;
         const auto [u, v] = film.spp == 1 ? std::array{0.5, 0.5} : place_in_pixel(x, y, i, film.spp, film.seed);
         quad.places.push_back({x + u, y + v});
@@ -49,11 +50,12 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
     const Shader shader(film);
     const std::uint32_t spp = plan.scene.film.spp, width = tile.x1 - tile.x0;
     Quad quad;
+    quad.starts.reserve(4 * std::size_t(spp));
     for (std::uint32_t by = tile.y0 & ~1u; by < tile.y1; by += 2)
         for (std::uint32_t bx = tile.x0 & ~1u; bx < tile.x1; bx += 2) {
             const std::uint32_t x0 = std::max(bx, tile.x0), x1 = std::min(bx + 2, tile.x1);
             const std::uint32_t y0 = std::max(by, tile.y0), y1 = std::min(by + 2, tile.y1);
-            quad.rays.clear(), quad.places.clear();
+            quad.rays.clear(), quad.starts.clear(), quad.places.clear();
             for (std::uint32_t y = y0; y < y1; ++y)
                 for (std::uint32_t x = x0; x < x1; ++x)
                     gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad, errors);

@@ -77,6 +77,7 @@ ShadedObject load(const ObjectDescription& object, const Double3& space_center, 
             if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
             break;
     }
+    shaded.planes = planes_of(shaded.mesh);
     const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
     const Mapping mapping = object.shape == Shape::sphere ? Mapping::sphere : Mapping::plane;
     if (has_faces)
@@ -93,6 +94,7 @@ Surface surface_of(const ObjectDescription& object, const ShadedObject& shaded) 
     surface.kind = object.shape == Shape::sphere ? Surface::Kind::sphere : Surface::Kind::triangles;
     surface.vertices = shaded.mesh.vertices.data();
     surface.triangles = shaded.mesh.triangles.data();
+    surface.planes = shaded.planes.data();
     std::copy(shaded.center.begin(), shaded.center.end(), surface.center);
     surface.radius = object.radius;
     return surface;

@@ -18,6 +18,7 @@ struct ShadedObject {
     Shading shading{};
     std::vector<LoadedPaint> paints;  ///< six of a box or room, else one
     TriangleMesh mesh;                ///< empty for a sphere
+    std::vector<double> planes;         ///< of its triangles
     std::vector<TriangleChart> charts;  ///< of the mesh, if a paint asks where on it a point is
     Double3 center{};                 ///< of a sphere or disk
     Double3 normal{};                 ///< of a disk, as are those that follow

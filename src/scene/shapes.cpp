@@ -66,6 +66,18 @@ TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_cen
     return mesh;
 }
 
+std::vector<double> planes_of(const TriangleMesh& mesh) {
+    std::vector<double> planes;
+    planes.reserve(mesh.triangles.size() / 3 * 4);
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+        const std::uint32_t* index = &mesh.triangles[i];
+        const Double3 a = vertex(mesh, index[0]);
+        const Double3 n = unit(cross(subtract(vertex(mesh, index[1]), a), subtract(vertex(mesh, index[2]), a)));
+        planes.insert(planes.end(), {n[0], n[1], n[2], dot(n, a)});
+    }
+    return planes;
+}
+
 std::array<Double3, 2> meridians(const Double3& pole) {
     const Double3 up = unit(pole);
     Double3 zero = subtract({1, 0, 0}, scaled(up, up[0]));

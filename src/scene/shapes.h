@@ -23,6 +23,9 @@ TriangleMesh box_mesh(const ObjectDescription& object, const Double3& space_cent
 /// A ring of triangles that covers the disk between its radii and little more.
 TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_center);
 
+/// nx ny nz d of every triangle: n·q = d with n of unit length.
+std::vector<double> planes_of(const TriangleMesh& mesh);
+
 /// Two unit vectors in the plane across `pole`, right-handed with it: the first is +x made orthogonal, or, where the pole lies on the
 /// x axis, where +x has gone when the pole was turned there from +z by the shortest way.
 std::array<Double3, 2> meridians(const Double3& pole);

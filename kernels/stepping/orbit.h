@@ -59,7 +59,7 @@ struct Orbit {
             const V h = pick(open, longest<V>(m, way.h, outward_alone, inward_alone), zero);
             turn(system, coefficients, h, next);
             way.issued_steps += 1, way.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(open)));
-            open = open & is_finite(next.u + next.w) & (next.u > zero);
+            open = open & (next.u > zero) & (next.u < V(S(std::numeric_limits<float>::max())));
             const MaskOf<V> beyond = open & (next.u <= rim) & (next.w < zero);
             if constexpr (System::capturing) open = beyond | (open & (captured(system, next) > zero));
             if (f.want_energy) worst_energy(system, f, next, open);
@@ -68,7 +68,7 @@ struct Orbit {
             arriving = arriving | beyond, open = open & !beyond;
         }
         // From beyond the sphere back onto it: the angle to second order, until what that leaves out is a rounding.
-        const V close(S(0.5) * std::cbrt(machine_epsilon<S>));
+        const V rounding(S(0.125) * machine_epsilon<S>);
         MaskOf<V> moving = arriving;
         way.arrived = zero > zero;
         for (int i = 0; i < max_corrections && any(moving); ++i) {
@@ -78,7 +78,7 @@ struct Orbit {
             turn(system, coefficients, back, next);
             m.take(next, moving);
             angle += back;
-            const MaskOf<V> there = moving & (abs(back) <= close);
+            const MaskOf<V> there = moving & (abs(back * back * back) <= rounding);
             way.arrived = way.arrived | there, moving = moving & !there;
         }
         way.steps = steps;

@@ -19,6 +19,12 @@ bool fits(const KernelInfo& kernel, const KernelWish& wish) {
     return wish.lanes == 0 || kernel.lanes == wish.lanes;
 }
 
+/// Whether the widest packets are the quickest: in the plane of an orbit a step is one long chain of a few operations, each of which waits
+/// for the one before unless other rays give it something to do (`kagero trace scenes/hole.toml --rays FILE --lanes N --json`).
+bool widest_is_best(const Plan& plan) {
+    return plan.module->integrators[plan.job.integrator].angular && !plan.job.geometry && !plan.straight;
+}
+
 /// "strategy packet, double, 64 lanes"
 std::string text_of(const KernelWish& wish) {
     std::string text;
@@ -58,12 +64,14 @@ KernelWish wish_of(const Plan& plan) {
 
 const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish) {
     std::string why;
+    const KernelInfo* chosen = nullptr;
     for (const KernelInfo& kernel : kernels_of(*plan.module)) {
         if (!fits(kernel, wish)) continue;
         const char* refusal = refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled);
-        if (!refusal) return kernel;
-        why = refusal;
+        if (refusal) why = refusal;
+        else if (!chosen || (widest_is_best(plan) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes)) chosen = &kernel;
     }
+    if (chosen) return *chosen;
     const std::string there_is_none = text_of(wish) + ": there is no such kernel for " + plan.scene.space.hamiltonian + " by " +
                                       plan.scene.integrator.method + " in the module " + plan.module->isa;
     if (!why.empty()) throw InputError(there_is_none + ": " + why);

@@ -56,11 +56,8 @@ void denormals(Trial& trial) {
         const auto plan = trial.plan(
             space_text("fisheye", "", std::string("method = \"") + method + "\"\nescape_radius = 10\nmax_steps = 500"));
         const auto seconds = [&](double tiny) {
-            double best = HUGE_VAL;
             std::vector<RayEnd> ends;
-            const auto starts = start_rays(*plan, rays(tiny), "");
-            for (int i = 0; i < 3; ++i) best = std::min(best, trace(*plan, starts, ends).seconds);
-            return best;
+            return trace(*plan, start_rays(*plan, rays(tiny), ""), ends).seconds;
         };
         const auto plain = trial.ends(*plan, rays(0)), tiny = trial.ends(*plan, rays(small));
         for (std::size_t i = 0; i < plain.size(); ++i) {
@@ -68,7 +65,11 @@ void denormals(Trial& trial) {
             trial.measure("difference", distance(tiny[i].q, {plain[i].q[0], plain[i].q[1], plain[i].q[2]}),
                           trial.in_float() ? 1e-5 : 1e-13);
         }
-        trial.expect(seconds(small) < 20 * seconds(0), std::string("20 times slower with ") + method);
+        // Best against best: others use the processor as well.
+        double with_small = HUGE_VAL, with_zeros = HUGE_VAL;
+        for (int i = 0; i < 50 && !(i > 2 && with_small < 20 * with_zeros); ++i)
+            with_small = std::min(with_small, seconds(small)), with_zeros = std::min(with_zeros, seconds(0));
+        trial.expect(with_small < 20 * with_zeros, std::string("20 times slower with ") + method);
     }
 }
 

@@ -233,6 +233,7 @@ struct Counters {
 /// Floating-point operations of a method, counted in what it runs: see kernels/stepping/operations.h.
 struct Operations {
     double per_gradient, per_step;
+    double per_step_alone;  ///< where rays meet nothing, and the method need not come back to points of space
 };
 
 /// One way of running a job.

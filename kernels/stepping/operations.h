@@ -8,13 +8,14 @@ namespace kagero {
 /// A method on these programs: its gradients with what moves the state between them, and what it does once per step. `slope`: of ∂V/∂u
 /// in the plane of an orbit.
 inline Operations operations_of(const Method& method, const ProgramOperations& program, double slope = 0) {
+    const auto alike = [](double per_gradient, double per_step) { return Operations{per_gradient, per_step, per_step}; };
     const double arrival = program.survey, one_sided = 0.5 * (program.force + program.velocity);
     switch (method.kind) {
         case Kind::gauss:
         case Kind::gauss_of_4: {
             // Sums of s stages: 2 s − 1 operations in each of six components; where the stage lies; how far it moved.
             const double s = method.coefficients.gauss->stages, sum = 6 * (2 * s - 1);
-            return {program.derivatives + sum + 12 + 12, arrival + (s + 1) * sum + 30};
+            return alike(program.derivatives + sum + 12 + 12, arrival + (s + 1) * sum + 30);
         }
         case Kind::runge_kutta: {
             const ButcherTable& table = *method.coefficients.table;
@@ -23,11 +24,12 @@ inline Operations operations_of(const Method& method, const ProgramOperations& p
                 products += (table.b[i] != 0) + (table.error[i] != 0);
                 for (int j = 0; j < i; ++j) products += table.a[i][j] != 0;
             }
-            return {program.derivatives, arrival + 12 * products};
+            return alike(program.derivatives, arrival + 12 * products);
         }
-        // Into the plane, turning its axes, and out of it: counted in orbit.h, with sine and cosine as what they are made of.
-        case Kind::orbit: return {slope + 5, arrival + 145};
-        default: return {one_sided + 6, arrival};
+        // Into the plane, turning its axes, and out of it, or how long the step may be and whether it is the last: counted in orbit.h, with
+        // sine, cosine and roots as what they are made of.
+        case Kind::orbit: return {slope + 5, arrival + 145, 40};
+        default: return alike(one_sided + 6, arrival);
     }
 }
 

@@ -14,9 +14,15 @@ constexpr double first_query = 7;
 
 }  // namespace
 
-double operations_of(const Plan& plan, const Counters& work) {
+Operations operations_of(const Plan& plan) {
     const Job& job = plan.job;
-    const Operations counted = plan.module->operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
+    Operations counted = plan.module->operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
+    if (!job.geometry) counted.per_step = counted.per_step_alone;
+    return counted;
+}
+
+double operations_of(const Plan& plan, const Counters& work) {
+    const Operations counted = operations_of(plan);
     return counted.per_gradient * double(work.gradients) + counted.per_step * double(work.active_lane_steps);
 }
 

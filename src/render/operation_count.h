@@ -7,6 +7,9 @@
 
 namespace kagero {
 
+/// What a gradient and a step of the plan's method cost in its scene.
+Operations operations_of(const Plan& plan);
+
 /// Of the tracing loop's derivatives, sums and surveys: lower bounds, see kernels/stepping/operations.h.
 double operations_of(const Plan& plan, const Counters& work);
 

@@ -2,6 +2,7 @@
 
 #include "render/camera.h"
 #include "render/list_rays.h"
+#include "render/operation_count.h"
 #include "render/shade_tile.h"
 
 #include <algorithm>
@@ -59,7 +60,7 @@ class Sample {
 public:
     Sample(const Plan& plan, const Film& film, const std::vector<Tile>& tiles, const std::atomic<bool>* stop)
         : plan_(plan), tiles_(tiles),
-          operations_(plan.module->operations(plan.job.hamiltonian, plan.job.parameters, plan.job.integrator, plan.job.rescaled)),
+          operations_(operations_of(plan)),
           shades_(wants_footprints(plan, film)) {
         for (const Tile& tile : tiles) first_.push_back(starts_.size()), add_samples(plan, tile, starts_);
         first_.push_back(starts_.size());

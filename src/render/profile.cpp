@@ -115,8 +115,7 @@ std::optional<double> correlation_of(const Recording& recording) {
 
 void count_operations(const Plan& plan, Profile& profile) {
     if (plan.straight) return;
-    const Job& job = plan.job;
-    profile.operations = plan.module->operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
+    profile.operations = operations_of(plan);
     profile.all_operations = operations_of(plan, profile.report.counters);
 }
 

@@ -112,7 +112,8 @@ TEST_F(CompareVerb, ReportsInTheWordsOfTheContract) {
 TEST_F(CompareVerb, NarrowsAndRefuses) {
     const Outcome narrow = run("compare hole.toml --rounds 1 --strategy per-ray --json --quiet");
     ASSERT_EQ(narrow.status, 0) << narrow.err;
-    for (const json& row : json::parse(narrow.out)["rows"])
+    const json narrow_report = json::parse(narrow.out);
+    for (const json& row : narrow_report["rows"])
         EXPECT_TRUE(row["strategy"] == "per-ray" || row["speedup"] == 1) << row;
     EXPECT_EQ(run("compare hole.toml --lanes 7").status, 2);
     EXPECT_EQ(run("compare hole.toml --methods gauss7").status, 2);

@@ -52,9 +52,10 @@ private:
     void step_to_ends(RayQueue<W>& queue) {
         Landing<V> landing(task_);
         constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
+        const bool refills = job_.refill && !task_.passes();
         while (active_) {
             advance_once(landing);
-            while ((job_.refill && !task_.passes()) && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing);
+            while (refills && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing);
         }
         land(landing);
     }

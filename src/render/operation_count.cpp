@@ -7,8 +7,6 @@ namespace {
 
 /// What packets do ray by ray: a camera's ray and its momentum (render/camera.cpp), where the kernel does not make it;
 constexpr double start = 50;
-/// the plane of the triangle that was hit (kernels/tracing/surface.h);
-constexpr double plane = 20;
 /// and where a segment that starts on a surface may meet the next (kernels/tracing/encounter.h), once per ray with objects.
 constexpr double first_query = 7;
 
@@ -31,7 +29,7 @@ std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& rep
     if (plan.kernel->strategy == Strategy::scalar) return 0;
     const double packed = operations_of(plan, report.counters);
     const double per_ray = (kernel_makes_rays(plan) ? 0 : start) + (plan.job.geometry ? first_query : 0);
-    const double single = double(report.rays) * per_ray + double(report.status[int(Status::hit)]) * plane;
+    const double single = double(report.rays) * per_ray;
     return packed + single > 0 ? packed / (packed + single) : 0;
 }
 

@@ -114,7 +114,7 @@ KAGERO_INLINE void sweep(S* s, L* t, const S* uniforms, const S* inputs) {
         if constexpr (varies[I]) t[I] = unit<L, n.a - first>();
     } else if constexpr (varies[I]) {
         constexpr bool B = n.b >= 0 && varies[n.b < 0 ? 0 : n.b], C = n.c >= 0 && varies[n.c < 0 ? 0 : n.c];
-        t[I] = tangent<n.op, varies[n.a], B, C>(s[I], operand<P, n.a>(s, uniforms, inputs), t[n.a], operand<P, n.b>(s, uniforms, inputs),
+        t[I] = tangent<n.op, varies[n.a], B, C>(s[I], s[n.a], t[n.a], s[n.b < 0 ? n.a : n.b],
                                                 t[n.b < 0 ? 0 : n.b], t[n.c < 0 ? 0 : n.c]);
     }
 }

@@ -137,12 +137,11 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
             inner[operand] = inner[operand] || (t.nodes[operand].op == Op::mul && uses[operand] == 1 && depth[operand] >= 0);
     }
     Tape ordered;
-    std::array<int, Tape::capacity> place{};
+    std::array<int, Tape::capacity> place{}, factors{};
     for (int i = 0; i < t.size; ++i) {
         Node n = t.nodes[i];
         if ((uses[i] == 0 && n.op != Op::input) || inner[i]) continue;
         if (n.op == Op::mul && depth[i] >= 0) {
-            std::array<int, Tape::capacity> factors{};
             int count = 0;
             const auto gather = [&](auto&& self, int k) -> void {
                 if (inner[k]) self(self, t.nodes[k].a), self(self, t.nodes[k].b);
@@ -262,20 +261,12 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
 }
 
 template <const auto& P, int I, class V, class S>
-KAGERO_INLINE V operand(const V* s, const S* uniforms, const V* inputs) {
-    if constexpr (I < 0) return V(S(0));
-    else if constexpr (P.nodes[I].op == Op::input) return inputs[P.nodes[I].a];
-    else if constexpr (P.nodes[I].op == Op::constant) return V(S(P.nodes[I].value));
-    else if constexpr (P.nodes[I].uniform) return V(uniforms[P.slot[I]]);
-    else return s[I];
-}
-
-template <const auto& P, int I, class V, class S>
 KAGERO_INLINE void evaluate(V* s, const S* uniforms, const V* inputs) {
     constexpr Node n = P.nodes[I];
-    if constexpr (n.op != Op::input && !n.uniform)
-        s[I] = apply<n.op, P.calls_circular(), V>(operand<P, n.a>(s, uniforms, inputs), operand<P, n.b>(s, uniforms, inputs),
-                              operand<P, n.c>(s, uniforms, inputs));
+    if constexpr (n.op == Op::input) s[I] = inputs[n.a];
+    else if constexpr (n.op == Op::constant) s[I] = V(S(n.value));
+    else if constexpr (n.uniform) { if constexpr (P.slot[I] >= 0) s[I] = V(uniforms[P.slot[I]]); }
+    else s[I] = apply<n.op, P.calls_circular(), V>(s[n.a], s[n.b < 0 ? n.a : n.b], s[n.c < 0 ? n.a : n.c]);
 }
 
 template <const auto& P, class V, class S, int... I, int... O>
@@ -283,7 +274,7 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::inte
                        std::integer_sequence<int, O...>) {
     V s[sizeof...(I) + 1];
     (evaluate<P, I>(s, uniforms, inputs), ...);
-    ((outputs[O] = operand<P, P.outputs[O]>(s, uniforms, inputs)), ...);
+    ((outputs[O] = s[P.outputs[O]]), ...);
 }
 
 }  // namespace detail
@@ -298,7 +289,7 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
 /// Evaluates the nodes of a program that depend on parameters alone into its table of uniforms.
 template <class S>
 void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parameters, S* uniforms) {
-    S value[Tape::capacity];
+    S value[Tape::capacity] = {};
     for (int i = 0; i < size; ++i) {
         const Node& n = nodes[i];
         if (!n.uniform) continue;

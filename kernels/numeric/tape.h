@@ -106,17 +106,23 @@ public:
     }
     /// Appends as it is, or finds the same operation that is already there.
     constexpr int append(const Node& n) {
-        for (int i = 0; i < size; ++i) {
+        int& last = n.a < 0 ? last_constant_ : last_user_[n.a];
+        for (int i = last - 1; i >= 0; i = earlier_[i] - 1) {
             const Node& o = nodes[i];
-            if (o.op == n.op && o.a == n.a && o.b == n.b && o.c == n.c && o.value == n.value) return i;
+            if (o.op == n.op && o.b == n.b && o.c == n.c && o.value == n.value) return i;
         }
         // The compiler stops at the end of the array by itself; formulas of a scene are recorded while the program runs.
         if (size == capacity && !std::is_constant_evaluated()) return full = true, 0;
         nodes[size] = n;
-        return size++;
+        earlier_[size] = last;
+        return last = ++size, size - 1;
     }
 
 private:
+    // Nodes of the same first operand (or leaf's index, or none) are chained, the last first; counted from 1, as 0 ends a chain.
+    std::array<int, capacity> last_user_{}, earlier_{};
+    int last_constant_ = 0;
+
     constexpr bool is(int i, double x) const { return nodes[i].op == Op::constant && nodes[i].value == x; }
     constexpr bool both_constant(int a, int b) const { return nodes[a].op == Op::constant && nodes[b].op == Op::constant; }
     /// The uniform factor u when node i is u·x with x varying, else −1.

@@ -7,6 +7,7 @@ from .program import SCENES, benchmarks, row_of
 
 ROOM = "room.toml"
 GENERAL = ("-D", "integrator.symmetry=none")  # what every row measures but those of the orbit plane
+DOUBLE = ("--precision", "double")  # a picture would be in float where that cannot be seen
 OWN = "Room 512², rg = 0.08, the default method of the general path (`dp5`)"  # a table that two measurements share
 
 
@@ -121,7 +122,7 @@ def orbits(program, _):
     claims.append(Claim("orbit-critical", "near-critical rays through the orbit plane, ≤ 2e-9, µs per ray", [], [], [1e-3 * time["median"]],
                         f"{how}: error {error:.1e}, {1e-3 * time['min']:.2f} to {1e-3 * time['max']:.2f} µs", False))
     for scene in (ROOM, "galaxy.toml"):
-        ratio = program.ratio(*(lambda more=more: program.render(scene, "--threads", 1, *more)[0]["seconds"] for more in (GENERAL, ())))
+        ratio = program.ratio(*(lambda more=more: program.render(scene, "--threads", 1, *DOUBLE, *more)[0]["seconds"] for more in (GENERAL, ())))
         claims.append(Claim("orbit-picture", f"general path ÷ orbit plane, {scene}, each by the space's defaults", [], [], [ratio.median],
                             f"{ratio.least:.2f} to {ratio.greatest:.2f}"))
     def frame():
@@ -146,7 +147,7 @@ def whole_steps(program, _):
     bare = []
     for method, step in zip(methods, (0.1, 0.5)):
         def cost():
-            report = program.render(ROOM, "--threads", 1, "--integrator", method, "--step", step)[0]
+            report = program.render(ROOM, "--threads", 1, *DOUBLE, "--integrator", method, "--step", step)[0]
             return report["seconds"] / report["gradients"]
         alone = of("rescaled", method)
         bare.append(min(cost() for _ in range(program.rounds)) / (alone["s/step"] / alone["gradients/step"]))
@@ -213,7 +214,7 @@ def formulas(program, _):
     claim = Claim("formula", "formula ÷ built-in, room and mirage, by the built-in's default method", [0.4, 0.4], [0.6, 0.6], [], "")
     for built_in, formula, options in pairs:
         def run(path, more=()):
-            return program.render(path, "--threads", 1, *more)[0]["seconds"]
+            return program.render(path, "--threads", 1, *DOUBLE, *more)[0]["seconds"]
         ratio = program.ratio(lambda: run(built_in, GENERAL), lambda: run(formula, options))
         claim.measured.append(ratio.median)
         claim.spread += f"{ratio.least:.2f} to {ratio.greatest:.2f}; "

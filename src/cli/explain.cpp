@@ -23,7 +23,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     check_output(arguments.json);
     const auto plan = make_plan(scene_of(arguments, options), options);
     for (const std::string& remark : plan->geometry->remarks()) terminal.warning(remark);
-    if (plan->scene.integrator.max_pixel_error > 0) fit_to_error(*plan);
+    settle(*plan);
     const bool json = !arguments.json.empty();
     const Explanation explanation = explain(*plan);
     const std::string text = json ? explanation_json(*plan, explanation) : explanation_text(*plan, explanation);

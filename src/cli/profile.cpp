@@ -1,4 +1,5 @@
 // kagero profile: where the time of a render goes.
+#include "render/pilot.h"
 #include "render/profile.h"
 
 #include "cli/interrupt.h"
@@ -61,6 +62,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     check_output(arguments.json);
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
     const auto plan = make_plan(std::move(scene), options);
+    settle(*plan);
     const std::string directory = report_directory(arguments, "profile");
     make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture});
 

@@ -139,6 +139,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
     options.energy_error = !arguments.json.empty();
+    if (!arguments.pixel.empty() && options.precision == "auto") options.precision = "double";  // a path is read, not looked at
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
@@ -147,7 +148,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
 
     const auto plan = make_plan(std::move(scene), options);
-    if (plan->scene.integrator.max_pixel_error > 0) fit_to_error(*plan);
+    settle(*plan);
     const InterruptGuard interrupts;  // from here on there is something to keep; before, the signal ends the program
     tell_plan(*plan, terminal);
     if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);

@@ -87,6 +87,11 @@ double pixel_size(const SceneDescription& scene, double distance) {
     return distance * 2 * std::tan(scene.camera.fov * std::numbers::pi / 360) / rows;
 }
 
+bool camera_needs_double(const Plan& plan) {
+    // p depends on the direction linearly, but for the division by p_t: no corner's momentum is larger by much.
+    return needs_double(plan, start_momentum(plan.camera.start));
+}
+
 void place_camera(Plan& plan) {
     const SceneDescription& scene = plan.scene;
     aim(plan);
@@ -97,8 +102,7 @@ void place_camera(Plan& plan) {
     if (failure != Failure::none)
         throw InputError(scene.camera.position_place,
                          "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
-    // p depends on the direction linearly, but for the division by p_t: no corner's momentum is larger by much.
-    if (needs_double(plan, start_momentum(plan.camera.start)))
+    if (camera_needs_double(plan))
         throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
     check_camera_off_surfaces(plan);
     if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;

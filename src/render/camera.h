@@ -14,6 +14,9 @@ struct CameraRay {
 /// Points the plan's camera and asks the space for the observer there. Throws InputError where there can be none.
 void place_camera(Plan& plan);
 
+/// Whether the plan's precision is too low for the camera's place (see needs_double).
+bool camera_needs_double(const Plan& plan);
+
 /// The ray seen at (u, v) of the picture, in pixels from its top left corner.
 CameraRay camera_ray(const Plan& plan, double u, double v);
 

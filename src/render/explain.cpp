@@ -89,6 +89,11 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
                   "no method that it tried keeps 99 % of its " + std::to_string(pilot->rays) + " rays within " + number(pilot->bound) + " pixels");
     else
         parts.add(false, "a pilot that chooses method, step and precision", "the scene states them, or takes the space's (integrator.max_pixel_error)");
+    if (const auto& trial = plan.float_trial) {
+        const bool taken = trial->why_not.empty();
+        parts.add(taken, taken ? "float: 99 % of " + std::to_string(trial->rays) + " rays ended within " + number(trial->apart) +
+                                     " pixels of where double ends them" : "float", trial->why_not);
+    }
     parts.add(bent, "integration by " + chosen.method + (method.adaptive ? ", tolerance " + number(chosen.tolerance)
                                                                          : ", step " + number(chosen.step)), straight);
     parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);

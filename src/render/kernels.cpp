@@ -62,8 +62,10 @@ KernelWish wish_of(const Plan& plan) {
     return wish;
 }
 
-const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish) {
-    std::string why;
+namespace {
+
+/// The first that is wished for and serves, or the widest; null where none does, and why not.
+const KernelInfo* serving_kernel(const Plan& plan, const KernelWish& wish, std::string& why) {
     const KernelInfo* chosen = nullptr;
     for (const KernelInfo& kernel : kernels_of(*plan.module)) {
         if (!fits(kernel, wish)) continue;
@@ -71,7 +73,19 @@ const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish) {
         if (refusal) why = refusal;
         else if (!chosen || (widest_is_best(plan) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes)) chosen = &kernel;
     }
-    if (chosen) return *chosen;
+    return chosen;
+}
+
+}  // namespace
+
+const KernelInfo* find_kernel(const Plan& plan, const KernelWish& wish) {
+    std::string why;
+    return serving_kernel(plan, wish, why);
+}
+
+const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish) {
+    std::string why;
+    if (const KernelInfo* chosen = serving_kernel(plan, wish, why)) return *chosen;
     const std::string there_is_none = text_of(wish) + ": there is no such kernel for " + plan.scene.space.hamiltonian + " by " +
                                       plan.scene.integrator.method + " in the module " + plan.module->isa;
     if (!why.empty()) throw InputError(there_is_none + ": " + why);

@@ -19,6 +19,9 @@ KernelWish wish_of(const Plan& plan);
 /// there are.
 const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish);
 
+/// The same; null where there is none.
+const KernelInfo* find_kernel(const Plan& plan, const KernelWish& wish);
+
 /// Null where a kernel serves the plan's space by a method, else why not; what the module itself refuses is not asked here.
 const char* refusal_of(const Plan& plan, const KernelInfo& kernel, std::uint32_t integrator, bool rescaled);
 

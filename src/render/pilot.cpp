@@ -1,6 +1,7 @@
 #include "render/pilot.h"
 
 #include "render/error_study.h"
+#include "render/precision.h"
 
 namespace kagero {
 namespace {
@@ -51,6 +52,11 @@ void fit_to_error(Plan& plan, const std::atomic<bool>* stop) {
     if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
     follow(plan, *variant);
     tell_scene(plan, *curve, *best);
+}
+
+void settle(Plan& plan, const std::atomic<bool>* stop) {
+    if (plan.scene.integrator.max_pixel_error > 0) fit_to_error(plan, stop);
+    else choose_precision(plan);
 }
 
 }  // namespace kagero

@@ -13,4 +13,8 @@ namespace kagero {
 /// plan stays as it was. The choice does not depend on how fast the machine is.
 void fit_to_error(Plan& plan, const std::atomic<bool>* stop = nullptr);
 
+/// What a picture's plan leaves open is settled by some of its rays: method, step and precision where the scene bounds the error,
+/// else precision alone (see choose_precision).
+void settle(Plan& plan, const std::atomic<bool>* stop = nullptr);
+
 }  // namespace kagero

@@ -36,6 +36,13 @@ struct Pilot {
     bool met = false;
 };
 
+/// What following some of the rays in float showed, where the options leave the precision open.
+struct FloatTrial {
+    std::uint64_t rays = 0;
+    double apart = 0;     ///< pixels, between the ends in double and in float; of 99 % of the rays
+    std::string why_not;  ///< empty: the plan follows float
+};
+
 /// Scene, geometry, kernel and job. Pointers in `job` point into this object: it is not copied.
 struct Plan {
     SceneDescription scene;
@@ -51,6 +58,7 @@ struct Plan {
     bool each_direction = false;       ///< no map from directions to momenta serves the camera: each is solved for
     Job job{};
     std::optional<Pilot> pilot;
+    std::optional<FloatTrial> float_trial;
     unsigned threads = 1;
     double load_seconds = 0;
 

@@ -22,22 +22,27 @@ std::uint64_t z_order(std::uint32_t x, std::uint32_t y) {
 
 }  // namespace
 
+std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width, std::uint32_t height) {
+    const std::uint32_t columns = std::min(width, film.width), rows = std::min(height, film.height);
+    std::vector<std::array<std::uint32_t, 2>> grid;
+    for (std::uint32_t y = 0; y < rows; ++y)
+        for (std::uint32_t x = 0; x < columns; ++x) grid.push_back({x, y});
+    std::sort(grid.begin(), grid.end(), [](const auto& a, const auto& b) { return z_order(a[0], a[1]) < z_order(b[0], b[1]); });
+    std::vector<std::array<double, 2>> pixels;
+    for (const auto& [column, row] : grid)
+        pixels.push_back({std::floor((column + 0.5) * film.width / columns) + 0.5, std::floor((row + 0.5) * film.height / rows) + 0.5});
+    return pixels;
+}
+
 SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height) {
     const FilmDescription& film = plan.scene.film;
     SampleRays sample;
     sample.width = std::min(width, film.width), sample.height = std::min(height, film.height);
     sample.pixel_angle = pixel_size(plan.scene, 1);
     sample.turn = turn;
-    std::vector<std::array<std::uint32_t, 2>> grid;
-    for (std::uint32_t y = 0; y < sample.height; ++y)
-        for (std::uint32_t x = 0; x < sample.width; ++x) grid.push_back({x, y});
-    std::sort(grid.begin(), grid.end(), [](const auto& a, const auto& b) { return z_order(a[0], a[1]) < z_order(b[0], b[1]); });
+    sample.pixels = sample_pixels(film, width, height);
     const double aside = turn / sample.pixel_angle;
-    for (const auto& [column, row] : grid) {
-        // Through the middle of a pixel, as render's rays.
-        const double x = std::floor((column + 0.5) * film.width / sample.width) + 0.5;
-        const double y = std::floor((row + 0.5) * film.height / sample.height) + 0.5;
-        sample.pixels.push_back({x, y});
+    for (const auto& [x, y] : sample.pixels) {
         sample.starts.push_back(film_ray(plan, x, y));
         sample.right.push_back(film_ray(plan, x + aside, y));
         sample.below.push_back(film_ray(plan, x, y + aside));

@@ -5,7 +5,6 @@
 
 namespace kagero {
 
-/// Neighbours in the list are neighbours in the picture, so that packets are as coherent as those of a render.
 struct SampleRays {
     std::uint32_t width = 0, height = 0;  ///< of the grid; never finer than the film
     std::vector<RayStart> starts;
@@ -15,6 +14,9 @@ struct SampleRays {
     double turn = 0;         ///< radians
     double pixel_angle = 0;  ///< of the film's pixels, in the middle of the picture; radians
 };
+
+/// The middles of the film's pixels on a grid of at most width × height, in pixels; neighbours in the list are neighbours in the picture.
+std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width, std::uint32_t height);
 
 /// A grid of at most width × height pixels spread over the whole film.
 SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height);

@@ -8,7 +8,7 @@
 namespace kagero {
 namespace {
 
-const KernelInfo* find_kernel(const Module& module, Strategy strategy, Precision precision) {
+const KernelInfo* kernel_of(const Module& module, Strategy strategy, Precision precision) {
     for (std::uint32_t i = 0; i < module.kernel_count; ++i)
         if (module.kernels[i].strategy == strategy && module.kernels[i].precision == precision) return &module.kernels[i];
     return nullptr;
@@ -30,7 +30,7 @@ const IntegratorInfo& info_of(const Plan& plan, const Variant& variant) {
 
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
                                     double step) {
-    const KernelInfo* kernel = find_kernel(*plan.module, strategy, precision);
+    const KernelInfo* kernel = kernel_of(*plan.module, strategy, precision);
     if (!kernel) return {};
     return find_variant(plan, method, *kernel, step);
 }

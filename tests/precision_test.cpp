@@ -1,0 +1,76 @@
+// --precision auto: float where a picture cannot tell it from double, and nowhere else.
+#include "plan_fixture.h"
+
+#include "render/precision.h"
+#include "render/reference.h"
+
+#include <gtest/gtest.h>
+
+namespace kagero::test {
+namespace {
+
+std::unique_ptr<Plan> chosen(const std::string& scene, const Overrides& overrides = {}, const Options& options = {}) {
+    auto plan = plan_of_file(scene_file(scene), overrides, options);
+    choose_precision(*plan);
+    return plan;
+}
+
+/// Of 99 % of the rays of a grid that shares none with the trial's, against what two unlike methods in double agree on; pixels.
+double error_of(Plan& plan) {
+    const SampleRays sample = sample_rays(plan, 27, 27);
+    ReferenceStory story;
+    const ReferenceRays reference = trace_reference(plan, sample, story);
+    std::vector<RayEnd> ends;
+    trace(plan, sample.starts, ends);
+    return compare_rays(plan, reference, ends).pixels.p99;
+}
+
+TEST(Precision, IsFloatWhereItCannotBeSeen) {
+    for (const char* scene : {"room.toml", "galaxy.toml", "mirage.toml", "luneburg.toml"}) {
+        SCOPED_TRACE(scene);
+        const auto plan = chosen(scene);
+        ASSERT_EQ(plan->kernel->precision, Precision::float32) << plan->float_trial->why_not;
+        EXPECT_LE(plan->float_trial->apart, 0.1);
+        const auto in_double = plan_of_file(scene_file(scene), {});
+        EXPECT_LE(error_of(*plan), error_of(*in_double) + 0.1);
+    }
+}
+
+/// The camera looks past the hole at a ball from so far that float's places are coarser than pixels.
+TEST(Precision, IsDoubleWhereFloatWouldShow) {
+    const std::string far = "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nescape_radius = 4e4\nmax_steps = 100000\n"
+                            "[camera]\nposition = [20000, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 0.003\n[film]\nsize = [512, 512]\n"
+                            "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 0.4\n";
+    const auto plan = plan_of_text(far, {});
+    choose_precision(*plan);
+    EXPECT_EQ(plan->kernel->precision, Precision::float64);
+    EXPECT_GT(plan->float_trial->rays, 0u);
+    EXPECT_FALSE(plan->float_trial->why_not.empty());
+}
+
+TEST(Precision, IsDoubleWhereItIsAskedForOrNothingIsGained) {
+    const auto stays = [](const Overrides& overrides, const Options& options = {}) {
+        const auto plan = chosen("room.toml", overrides, options);
+        return plan->kernel->precision == Precision::float64 && plan->float_trial->rays == 0 && !plan->float_trial->why_not.empty();
+    };
+    Options in_double;
+    in_double.precision = "double";
+    EXPECT_TRUE(stays({}, in_double));
+    EXPECT_TRUE(stays({}, with_strategy("scalar")));
+    EXPECT_TRUE(stays({"film.size=[64,64]"}));
+    EXPECT_TRUE(stays({"film.layers=[\"color\",\"energy_error\"]"}));
+    EXPECT_TRUE(stays({"integrator.method=\"dp54\"", "integrator.tolerance=1e-9"}));
+}
+
+/// Beside a horizon float loses the momentum before the first step: there is nothing to try.
+TEST(Precision, IsDoubleBesideAHorizon) {
+    const std::string near = "[space]\nhamiltonian = \"schwarzschild\"\nrg = 1\n[camera]\nposition = [1.0001, 0, 0]\nlook_at = [9, 0, 0]\n"
+                             "up = [0, 0, 1]\n[film]\nsize = [256, 256]\n";
+    const auto plan = plan_of_text(near, {});
+    choose_precision(*plan);
+    EXPECT_EQ(plan->kernel->precision, Precision::float64);
+    EXPECT_NE(plan->float_trial->why_not.find("horizon"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kagero::test

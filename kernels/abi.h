@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 10;
+inline constexpr std::uint32_t abi_version = 11;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -91,10 +91,11 @@ struct Surface {
 
 /// A lower bound of the distance to the nearest surface, constant in each cubic cell.
 struct ClearanceGrid {
-    const float* distance;  ///< x fastest; lengths of the Hamiltonian's coordinates
+    const float* distance;  ///< x fastest
     std::uint32_t cells[3];
+    double stretch[3];      ///< of the Hamiltonian's coordinates, so that a flat scene fills a cube; all lengths here are of stretched space
     double origin[3];
-    double cell;  ///< edge of a cell
+    double cell;            ///< edge of a cell
 };
 
 /// What rays can meet. Embree works in float on coordinates shifted and scaled to order one: e = (q − shift) · scale.

@@ -139,6 +139,7 @@ TEST_F(SceneSurfaces, ClearanceIsALowerBound) {
     const ClearanceGrid& grid = *view->clearance;
     std::mt19937 random(1);
     std::uniform_real_distribution<double> coordinate(-0.9999, 0.9999);
+    EXPECT_EQ(grid.stretch[0] * grid.stretch[1] * grid.stretch[2], 1);
     const double diagonal = std::sqrt(3.0) * grid.cell;
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{coordinate(random), coordinate(random), coordinate(random)};
@@ -153,6 +154,40 @@ TEST_F(SceneSurfaces, ClearanceIsALowerBound) {
     for (std::size_t k = 0; k < 3; ++k) {
         EXPECT_LT(grid.origin[k], -1);
         EXPECT_GT(grid.origin[k] + grid.cells[k] * grid.cell, 1);
+    }
+}
+
+/// Between a wide floor and a wide ceiling cells are flat, and so is the distance they promise: half a cell from either is known to be free.
+TEST_F(SceneSurfaces, ClearanceOfAFlatSceneIsMeasuredInStretchedSpace) {
+    const SceneGeometry geometry(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, -1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
+                                             "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, 1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
+                                             "[[object]]\nshape = \"sphere\"\ncenter = [10, 5, 0]\nradius = 0.5\n"));
+    const ClearanceGrid& grid = *geometry.kernel_view()->clearance;
+    EXPECT_EQ(grid.stretch[0], 1);
+    EXPECT_EQ(grid.stretch[1], 1);
+    EXPECT_EQ(grid.stretch[2], 25);
+    EXPECT_GE(grid.cells[2], 32u);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> coordinate(-0.9999, 0.9999), angle(0, 7);
+    const double diagonal = std::sqrt(3.0) * grid.cell;
+    for (int i = 0; i < 20000; ++i) {
+        const Double3 q{50 * coordinate(random), 40 * coordinate(random), coordinate(random)};
+        const auto stretched_way = [&](const Double3& to) {
+            Double3 way = subtract(to, q);
+            way[2] *= 25;
+            return length(way);
+        };
+        const double walls = 25 * (1 - std::abs(q[2]));
+        double ball = 1e9;
+        for (int k = 0; k < 20; ++k) {  // points of the ball
+            const double a = angle(random), z = 0.5 * coordinate(random), r = std::sqrt(0.25 - z * z);
+            ball = std::min(ball, stretched_way({10 + r * std::cos(a), 5 + r * std::sin(a), z}));
+        }
+        std::size_t index[3];
+        for (std::size_t k = 0; k < 3; ++k) index[k] = static_cast<std::size_t>((q[k] * grid.stretch[k] - grid.origin[k]) / grid.cell);
+        const double bound = static_cast<double>(grid.distance[(index[2] * grid.cells[1] + index[1]) * grid.cells[0] + index[0]]);
+        ASSERT_LE(bound, std::min(walls, ball));
+        if (length(subtract(q, {10, 5, 0})) > 40) ASSERT_GE(bound, walls - diagonal - 1e-3);
     }
 }
 

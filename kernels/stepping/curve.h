@@ -67,11 +67,11 @@ public:
         }
         return V(S(1.1 * (1 - 2.0 / (1 << degree)))) * root(off);
     }
-    /// Greatest distance of any point of the curve from q, bounded by its control points.
-    KAGERO_INLINE V reach(const Vec3<V>& q) const {
+    /// Greatest distance of any point of the curve from q, in a space whose axes are stretched; bounded by its control points.
+    KAGERO_INLINE V reach(const Vec3<V>& q, const Vec3<V>& stretch) const {
         V square(S(0));
         for (int i = 0; i <= degree; ++i) {
-            const Vec3<V> e = point[i] - q;
+            const Vec3<V> way = point[i] - q, e{stretch.x * way.x, stretch.y * way.y, stretch.z * way.z};
             square = max(square, dot(e, e));
         }
         return root(square);

@@ -14,7 +14,7 @@
 
 namespace kagero {
 
-/// Lower bounds of the distances from q to the nearest surface in the lanes of `lanes`; less in others.
+/// Lower bounds of the distances from q to the nearest surface in the lanes of `lanes`, less in others; all in the grid's stretched space.
 template <class V>
 V clearance_at(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes) {
     using S = ScalarOf<V>;
@@ -50,7 +50,9 @@ public:
     std::uint64_t ticks = 0;
 
     explicit Encounter(const Task<V>& task) : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
-                                              chord_only_(task.job.hit == HitModel::chord), timed_(task.job.timed) {}
+                                              chord_only_(task.job.hit == HitModel::chord), timed_(task.job.timed) {
+        if (const ClearanceGrid* grid = geometry_.clearance) stretch_ = {V(S(grid->stretch[0])), V(S(grid->stretch[1])), V(S(grid->stretch[2]))};
+    }
 
     /// New ray in the lanes of `lanes`: nothing known yet, and the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
@@ -99,19 +101,22 @@ private:
         budget_ -= reach;
         if (!short_of) return 0;
         const Curve<V> curve = task_.curve(flow);
-        const Vec3<V> middle = curve.at(V(S(0.5))), rest = flow.end.q() - middle;
-        const V clearance = clearance_at(*geometry_.clearance, middle, active);
+        const Vec3<V> middle = curve.at(V(S(0.5))), rest = stretched(flow.end.q() - middle);
+        const V clearance = clearance_at(*geometry_.clearance, stretched(middle), active);
         budget_ = max(budget_, clearance - root(dot(rest, rest)) * spare);
-        return short_of & ~to_bits(curve.reach(middle) * spare < clearance);
+        return short_of & ~to_bits(curve.reach(middle, stretch_) * spare < clearance);
     }
 
-    /// Greatest distance of any point of a step from its start.
+    Vec3<V> stretched(const Vec3<V>& a) const { return {stretch_.x * a.x, stretch_.y * a.y, stretch_.z * a.z}; }
+
+    /// Greatest distance of any point of a step from its start, in the grid's stretched space.
     V reach_of(const Flow<V>& f) const {
-        if (task_.own_curve) return task_.curve(f).reach(f.start.q());
+        if (task_.own_curve) return task_.curve(f).reach(f.start.q(), stretch_);
         // Hermite's control points, relative to the first.
         const V third = f.h * V(S(1.0 / 3));
-        const Vec3<V> way = f.end.q() - f.start.q(), last = retreat(way, third, f.end_velocity);
-        const V first = third * third * dot(f.start_velocity, f.start_velocity);
+        const Vec3<V> way = stretched(f.end.q() - f.start.q()), last = retreat(way, third, stretched(f.end_velocity));
+        const Vec3<V> velocity = stretched(f.start_velocity);
+        const V first = third * third * dot(velocity, velocity);
         return root(max(max(first, dot(last, last)), dot(way, way)));
     }
 
@@ -209,6 +214,7 @@ private:
 
     const Task<V>& task_;
     const Geometry& geometry_;
+    Vec3<V> stretch_{};
     S tolerance_;
     bool chord_only_, timed_;
     V budget_{}, queries_{};

@@ -16,14 +16,14 @@ void throw_on_error(RTCDevice device, const char* what) {
 }
 
 RTCGeometry triangles_geometry(RTCDevice device, const Surface& surface, std::size_t vertices, std::size_t triangles,
-                               const double shift[3], double scale) {
+                               const double shift[3], const Double3& scale) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* points = static_cast<float*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertices));
     auto* indices = static_cast<std::uint32_t*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles));
     if (points && indices) {
-        for (std::size_t i = 0; i < 3 * vertices; ++i) points[i] = to_embree(surface.vertices[i], shift[i % 3], scale);
+        for (std::size_t i = 0; i < 3 * vertices; ++i) points[i] = to_embree(surface.vertices[i], shift[i % 3], scale[i % 3]);
         std::memcpy(indices, surface.triangles, 3 * triangles * sizeof(std::uint32_t));
     }
     return geometry;
@@ -75,7 +75,7 @@ void EmbreeScene::attach_rings(const std::vector<Ring>& rings, const double shif
 
 EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
                          const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3],
-                         double scale) {
+                         const Double3& scale) {
     // No configuration: "threads=" would limit TBB for the whole program.
     device_ = rtcNewDevice("");
     if (!device_) throw_on_error(nullptr, "rtcNewDevice");
@@ -87,7 +87,7 @@ EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
             const bool is_sphere = surfaces[i].kind == Surface::Kind::sphere;
             RTCGeometry geometry =
-                is_sphere ? sphere_geometry(device_, surfaces[i], shift, scale)
+                is_sphere ? sphere_geometry(device_, surfaces[i], shift, scale[0])
                           : triangles_geometry(device_, surfaces[i], vertex_counts[i], triangle_counts[i], shift, scale);
             rtcSetGeometryMask(geometry, 0xffffffffu);
             rtcCommitGeometry(geometry);
@@ -95,7 +95,7 @@ EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector
             rtcReleaseGeometry(geometry);
             throw_on_error(device_, "building a geometry");
         }
-        attach_rings(rings, shift, scale);
+        attach_rings(rings, shift, scale[0]);
         rtcCommitScene(scene_);
         throw_on_error(device_, "building the scene");
     } catch (...) {

@@ -163,12 +163,17 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, bool clearance) : co
     Geometry& geometry = content.geometry;
     choose_coordinates(scene, bounds, geometry);
     content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, rings_of(content.objects),
-                                                   geometry.shift, geometry.scale);
+                                                   geometry.shift, Double3{geometry.scale, geometry.scale, geometry.scale});
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
     if (!clearance || !scene.integrator.cull) return;
-    content.clearance = build_clearance(geometry, bounds);
+    const Double3 stretch = clearance_stretch(bounds);
+    std::unique_ptr<EmbreeScene> stretched;
+    if (stretch != Double3{1, 1, 1})
+        stretched = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, std::vector<Ring>{}, geometry.shift,
+                                                  scaled(stretch, geometry.scale));
+    content.clearance = build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds);
     geometry.clearance = &content.clearance.grid;
 }
 

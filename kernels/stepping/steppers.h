@@ -20,9 +20,9 @@ struct Straight {
 
 namespace detail {
 
-/// A step may lose this share of H's terms; one that loses more leads to a state that has little to do with the ray.
+/// This share of H's terms a ray may have lost at the end of a step: one that has lost more is another ray.
 template <class S>
-inline constexpr S greatest_loss = S(0.1);
+inline constexpr S greatest_loss = S(0.03);
 
 /// What the loop wants to know of the start of a ray. Not inlined, so that all kinds of step share it; so is `arrive`.
 template <class System, class V>

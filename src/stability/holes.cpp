@@ -8,11 +8,11 @@ namespace kagero::stability {
 
 namespace {
 
-// b_c is 2.598. A method of low order moves it a little, and rays that may lose a tenth of H by as much: what is asked of rough
-// steps is a tenth away from it.
+// b_c is 2.598. A method of low order moves it a little, and rays that may lose 3 % of H by as much: what is asked of rough
+// steps is 6 % away from it.
 constexpr double swallowed[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.5, 2.55};
-constexpr double well_inside[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3};
-constexpr double well_outside[] = {2.86, 3, 3.2, 4, 5, 7, 10, 15};
+constexpr double well_inside[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.44};
+constexpr double well_outside[] = {2.76, 3, 3.2, 4, 5, 7, 10, 15};
 
 template <std::size_t n>
 std::vector<RayInput> fan(const double (&impacts)[n], double radius) {
@@ -87,7 +87,7 @@ void unsolvable_step(Trial& trial) {
             expect_class_or_failure(trial, *plan, well_inside, Status::captured, how);
             expect_class_or_failure(trial, *plan, well_outside, Status::escaped, how);
             for (const RayEnd& end : trial.ends(*plan, fan(well_outside, 18)))
-                if (end.status == Status::escaped) trial.measure("H off by", end.energy_error, 0.2);
+                if (end.status == Status::escaped) trial.measure("H off by", end.energy_error, 0.04);
         }
 }
 

@@ -62,8 +62,9 @@ protected:
     }
 
     /// `arguments` as typed in a shell behind "kagero"; `before` may set variables or feed stdin.
-    Outcome run(const std::string& arguments, const std::string& before = "") const {
-        const std::string command = "cd '" + directory_.string() + "' && " + before + " '" KAGERO_BINARY "' " + arguments +
+    Outcome run(const std::string& arguments, const std::string& before = "") const { return run_program(KAGERO_BINARY, arguments, before); }
+    Outcome run_program(const std::string& program, const std::string& arguments, const std::string& before = "") const {
+        const std::string command = "cd '" + directory_.string() + "' && " + before + " '" + program + "' " + arguments +
                                     " >'" + (output_ / "out").string() + "' 2>'" + (output_ / "err").string() + "'";
         const int status = std::system(command.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(output_ / "out"), text_of(output_ / "err")};

@@ -14,6 +14,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <limits>
 #include <ostream>
 
@@ -145,6 +146,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
     check_output(arguments.json);
     if (arguments.pixel.empty()) check_writable(output, scene.film.layers);
+    auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
     if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
 
     const auto plan = make_plan(std::move(scene), options);
@@ -158,6 +160,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         if (mapped_layers(film).empty()) throw InputError("--maps: film.layers has no layer of numbers; see `kagero list layers`");
         for (const LayerInfo* layer : mapped_layers(film)) check_writable(map_path(output, *layer));
     }
+    prepared.get();  // nothing else runs beside the rays
     const RunReport report = render_watched(*plan, film, output, time_limit, terminal);
     const double write_seconds = write_timed(film, output, picture_metadata(*plan, report));
     if (arguments.maps) write_maps(film, output, terminal);

@@ -51,6 +51,9 @@ void check_writable(const std::string& path);
 /// The same, and that the format can hold the layers: those without layers need `color`.
 void check_writable(const std::string& path, const std::vector<std::string>& layers);
 
+/// Loads what write_film will need, which takes a moment that others may use. Throws RunError.
+void prepare_to_write(const std::string& path);
+
 /// Writes `.exr` with all layers (`layer.channel`) and metadata, other formats with the color layer alone (8-bit formats
 /// sRGB-encoded). The file appears under its name only when it is complete. Throws RunError.
 void write_film(const Film& film, const std::string& path, const Metadata& metadata);

@@ -1,10 +1,9 @@
 #include "film/map.h"
 
 #include "error.h"
+#include "film/codec.h"
+#include "film/image.h"
 #include "film/partial_file.h"
-
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 
 #include <algorithm>
 #include <charconv>
@@ -49,16 +48,23 @@ private:
     double least_ = 0, greatest_ = 0;
 };
 
-void write_number(OIIO::ImageBuf& image, int x, int y, double value) {
+/// A picture of bytes that begins white.
+struct Canvas {
+    int width, height;
+    std::vector<unsigned char> rgb = std::vector<unsigned char>(std::size_t(3) * width * height, 255);
+
+    unsigned char* pixel(int x, int y) { return &rgb[3 * (std::size_t(y) * width + x)]; }
+};
+
+void write_number(Canvas& canvas, int x, int y, double value) {
     char text[32];
     const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4).ptr;
-    const float black[] = {0, 0, 0};
     for (const char* c = text; c != end; ++c, x += glyph_width) {
         const char* const at = std::char_traits<char>::find(glyph_names, std::size(glyphs), *c);
         if (!at) continue;
         for (int row = 0; row < glyph_height; ++row)
-            for (int column = 0; column < 5; ++column)
-                if (glyphs[at - glyph_names][row] >> (4 - column) & 1) image.setpixel(x + column, y + row, black);
+            for (int column = 0; column < 5 && x + column < canvas.width; ++column)
+                if (glyphs[at - glyph_names][row] >> (4 - column) & 1) std::fill_n(canvas.pixel(x + column, y + row), 3, 0);
     }
 }
 
@@ -87,27 +93,22 @@ void write_map(const Film& film, const LayerInfo& layer, const std::string& path
     const float* const values = film.plane(layer.name);
     const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height()), mapped = w + gap + bar;
     const Range range(values, std::size_t(w) * h, layer.scale == LayerInfo::Scale::logarithmic);
-    std::vector<float> plane = shares(film, values, range, mapped);
-    const OIIO::ImageBuf gray(OIIO::ImageSpec(mapped, h, 1, OIIO::TypeDesc::FLOAT), plane.data());
-    const OIIO::ImageBuf colored = OIIO::ImageBufAlgo::color_map(gray, 0, "inferno");
+    const std::vector<unsigned char> colored = false_colored(shares(film, values, range, mapped));
 
-    OIIO::ImageBuf image(OIIO::ImageSpec(mapped + gap / 2 + label_width, h, 3, OIIO::TypeDesc::UINT8));
-    const float white[] = {1, 1, 1}, grey[] = {0.6f, 0.6f, 0.6f};
-    OIIO::ImageBufAlgo::fill(image, white);
-    for (int y = 0; y < h; ++y)
-        for (int x = 0; x < mapped; ++x) {
-            if (x >= w && x < w + gap) continue;
-            float color[3];
-            colored.getpixel(x, y, color, 3);
-            image.setpixel(x, y, plane[std::size_t(y) * mapped + x] < 0 ? grey : color);
-        }
+    Canvas canvas{mapped + gap / 2 + label_width, h};
+    for (int y = 0; y < h; ++y) {
+        const unsigned char* const row = &colored[std::size_t(3) * y * mapped];
+        std::copy_n(row, 3 * w, canvas.pixel(0, y));
+        std::copy_n(row + 3 * (w + gap), 3 * bar, canvas.pixel(w + gap, y));
+    }
     const int labels = std::clamp(h / 24, 2, 5);
     for (int i = 0; i < labels && h >= glyph_height; ++i) {
         const double share = double(i) / (labels - 1);
-        write_number(image, mapped + gap / 2, static_cast<int>(std::lround((1 - share) * (h - glyph_height))), range.value(share));
+        write_number(canvas, mapped + gap / 2, static_cast<int>(std::lround((1 - share) * (h - glyph_height))), range.value(share));
     }
     PartialFile file(path);
-    if (!image.write(file.temporary())) throw RunError("cannot write '" + path + "': " + image.geterror());
+    const std::string why = codec().write(file.temporary(), {canvas.width, h, 3, PictureToEncode::Samples::bytes, canvas.rgb.data()});
+    if (!why.empty()) throw RunError("cannot write '" + path + "': " + why);
     file.complete();
 }
 

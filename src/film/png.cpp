@@ -1,9 +1,6 @@
 // Small pictures as PNG files in memory, for pages that hold them.
+#include "film/codec.h"
 #include "film/image.h"
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 
 #include <algorithm>
 
@@ -12,11 +9,8 @@ namespace {
 
 std::vector<unsigned char> png_of(const std::vector<unsigned char>& bytes, int width, int height) {
     std::vector<unsigned char> file;
-    OIIO::Filesystem::IOVecOutput memory(file);
-    const auto out = OIIO::ImageOutput::create("picture.png", &memory);
-    if (!out || !out->open("picture.png", OIIO::ImageSpec(width, height, 3, OIIO::TypeDesc::UINT8)) ||
-        !out->write_image(OIIO::TypeDesc::UINT8, bytes.data()) || !out->close())
-        throw RunError("cannot make a PNG picture: " + (out ? out->geterror() : OIIO::geterror()));
+    const std::string why = codec().write_png({width, height, 3, PictureToEncode::Samples::bytes, bytes.data()}, file);
+    if (!why.empty()) throw RunError("cannot make a PNG picture: " + why);
     return file;
 }
 
@@ -29,21 +23,18 @@ std::vector<unsigned char> png_of_colors(const std::vector<float>& rgb, int widt
 }
 
 std::vector<unsigned char> png_of_shares(const std::vector<float>& shares, int width, int height) {
-    std::vector<float> plane = shares;
+    return png_of(false_colored(shares), width, height);
+}
+
+std::vector<unsigned char> false_colored(const std::vector<float>& shares) {
+    std::vector<float> plane = shares, rgb;
     for (float& share : plane) share = share >= 0 ? std::min(share, 1.0f) : 0.0f;
-    const OIIO::ImageBuf gray(OIIO::ImageSpec(width, height, 1, OIIO::TypeDesc::FLOAT), plane.data());
-    const OIIO::ImageBuf colored = OIIO::ImageBufAlgo::color_map(gray, 0, "inferno");
+    const std::string why = codec().false_colors(plane, rgb);
+    if (!why.empty()) throw RunError("cannot make false colours: " + why);
     std::vector<unsigned char> bytes;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            float color[3];
-            colored.getpixel(x, y, color, 3);
-            for (const float c : color)
-                bytes.push_back(shares[std::size_t(y) * std::size_t(width) + std::size_t(x)] >= 0
-                                    ? static_cast<unsigned char>(255 * std::clamp(c, 0.0f, 1.0f) + 0.5f)
-                                    : 153);
-        }
-    return png_of(bytes, width, height);
+    for (std::size_t i = 0; i < rgb.size(); ++i)
+        bytes.push_back(shares[i / 3] >= 0 ? static_cast<unsigned char>(255 * std::clamp(rgb[i], 0.0f, 1.0f) + 0.5f) : 153);
+    return bytes;
 }
 
 }  // namespace kagero

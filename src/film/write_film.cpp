@@ -2,10 +2,9 @@
 #include "film/film.h"
 
 #include "error.h"
+#include "film/codec.h"
 #include "film/image.h"
 #include "film/partial_file.h"
-
-#include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <bit>
@@ -68,20 +67,21 @@ unsigned char encode_srgb(float linear) {
 
 namespace {
 
-void write_pixels(const OIIO::ImageSpec& spec, const std::string& path, OIIO::TypeDesc type, const void* pixels) {
+void write_picture(const std::string& path, const PictureToEncode& picture) {
     PartialFile file(path);
-    const auto out = OIIO::ImageOutput::create(file.temporary());
-    if (!out) throw RunError("cannot write '" + path + "': " + OIIO::geterror());
-    const bool opened = out->open(file.temporary(), spec);
-    const bool done = opened && out->write_image(type, pixels);
-    if (!done || !out->close()) throw RunError("cannot write '" + path + "': " + out->geterror());
+    const std::string why = codec().write(file.temporary(), picture);
+    if (!why.empty()) throw RunError("cannot write '" + path + "': " + why);
     file.complete();
 }
 
-/// Channels of all layers, interleaved, in the order of `spec`.
-std::vector<float> interleave(const Film& film, const OIIO::ImageSpec& spec) {
+PictureToEncode picture_of(const Film& film, PictureToEncode::Samples samples, const void* pixels, const char* color_space) {
+    return {static_cast<int>(film.width()), static_cast<int>(film.height()), 3, samples, pixels,
+            {{"oiio:ColorSpace", color_space}, {"DateTime", fixed_date}}};
+}
+
+/// Channels of all layers, interleaved.
+std::vector<float> interleave(const Film& film, std::size_t stride) {
     const std::size_t pixels = std::size_t{film.width()} * film.height();
-    const std::size_t stride = static_cast<std::size_t>(spec.nchannels);
     std::vector<float> all(pixels * stride);
     std::size_t first = 0;
     for (const LayerInfo* layer : film.layers()) {
@@ -99,39 +99,28 @@ std::vector<float> interleave(const Film& film, const OIIO::ImageSpec& spec) {
 }
 
 void write_layers(const Film& film, const std::string& path, const Metadata& metadata) {
-    std::vector<std::string> names;
-    std::vector<OIIO::TypeDesc> types;
+    PictureToEncode picture = picture_of(film, PictureToEncode::Samples::floats, nullptr, "Linear");
     for (const LayerInfo* layer : film.layers())
         for (const std::string& channel : layer->channels) {
-            names.push_back(layer->name + "." + channel);
-            types.push_back(layer->half() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+            picture.names.push_back(layer->name + "." + channel);
+            picture.half.push_back(layer->half());
         }
-    const int width = static_cast<int>(film.width()), height = static_cast<int>(film.height());
-    OIIO::ImageSpec spec(width, height, static_cast<int>(names.size()), OIIO::TypeDesc::FLOAT);
-    spec.channelnames = names;
-    spec.channelformats = types;
-    spec.attribute("compression", "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    spec.attribute("DateTime", fixed_date);
-    for (const auto& [name, value] : metadata) spec.attribute("kagero/" + name, value);
-    write_pixels(spec, path, OIIO::TypeDesc::FLOAT, interleave(film, spec).data());
-}
-
-OIIO::ImageSpec color_spec(const Film& film, OIIO::TypeDesc type, const char* color_space) {
-    OIIO::ImageSpec spec(static_cast<int>(film.width()), static_cast<int>(film.height()), 3, type);
-    spec.attribute("oiio:ColorSpace", color_space);
-    spec.attribute("DateTime", fixed_date);
-    return spec;
+    picture.channels = static_cast<int>(picture.names.size());
+    picture.attributes.emplace_back("compression", "zip");
+    for (const auto& [name, value] : metadata) picture.attributes.emplace_back("kagero/" + name, value);
+    const std::vector<float> pixels = interleave(film, picture.names.size());
+    picture.pixels = pixels.data();
+    write_picture(path, picture);
 }
 
 void write_srgb8(const Film& film, const std::string& path) {
     const float* color = color_plane(film, path);
     std::vector<unsigned char> bytes(std::size_t{film.width()} * film.height() * 3);
     std::transform(color, color + bytes.size(), bytes.begin(), encode_srgb);
-    OIIO::ImageSpec spec = color_spec(film, OIIO::TypeDesc::UINT8, "sRGB");
-    spec.attribute("CompressionQuality", 95);
-    spec.attribute("jpeg:subsampling", "4:4:4");
-    write_pixels(spec, path, OIIO::TypeDesc::UINT8, bytes.data());
+    PictureToEncode picture = picture_of(film, PictureToEncode::Samples::bytes, bytes.data(), "sRGB");
+    picture.quality = 95;
+    picture.attributes.emplace_back("jpeg:subsampling", "4:4:4");
+    write_picture(path, picture);
 }
 
 /// Portable float map, which OpenImageIO 2.4 reads but does not write: three floats per pixel, rows from the bottom.
@@ -163,6 +152,10 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
                          "': only .exr can hold a picture without the layer 'color'; add it to film.layers");
 }
 
+void prepare_to_write(const std::string& path) {
+    if (encoding_of(path) != Encoding::pfm) codec();
+}
+
 void write_film(const Film& film, const std::string& path, const Metadata& metadata) {
     switch (encoding_of(path)) {
         case Encoding::layers:
@@ -172,8 +165,7 @@ void write_film(const Film& film, const std::string& path, const Metadata& metad
         case Encoding::pfm:
             return write_pfm(film, path);
         case Encoding::linear:
-            return write_pixels(color_spec(film, OIIO::TypeDesc::FLOAT, "Linear"), path, OIIO::TypeDesc::FLOAT,
-                                color_plane(film, path));
+            return write_picture(path, picture_of(film, PictureToEncode::Samples::floats, color_plane(film, path), "Linear"));
     }
 }
 

@@ -1,10 +1,8 @@
 #include "modules/modules.h"
 
 #include "error.h"
+#include "modules/places.h"
 
-#include <dlfcn.h>
-
-#include <filesystem>
 #include <map>
 #include <mutex>
 
@@ -27,28 +25,6 @@ constexpr Isa isas[] = {
     {"sse2", [] { return static_cast<bool>(__builtin_cpu_supports("sse2")); }},
 };
 
-/// Where modules lie, seen from the directory of the program or of the library: in a build tree, and installed.
-constexpr const char* places[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero", "kagero"};
-
-/// The directories of the program, and of the shared library where these lines are in one.
-std::vector<std::filesystem::path> homes() {
-    std::vector<std::filesystem::path> all{std::filesystem::read_symlink("/proc/self/exe").parent_path()};
-    Dl_info here{};
-    if (dladdr(reinterpret_cast<const void*>(&homes), &here) && here.dli_fname)
-        all.push_back(std::filesystem::weakly_canonical(here.dli_fname).parent_path());
-    return all;
-}
-
-/// Empty where there is none.
-std::filesystem::path module_of(const char* isa) {
-    for (const auto& home : homes())
-        for (const char* place : places) {
-            const auto path = (home / place / (std::string("kagero-kernels-") + isa + ".so")).lexically_normal();
-            if (std::filesystem::exists(path)) return path;
-        }
-    return {};
-}
-
 std::string names_of(const std::vector<IsaInfo>& found, bool supported_only) {
     std::string names;
     for (const IsaInfo& isa : found)
@@ -56,12 +32,8 @@ std::string names_of(const std::vector<IsaInfo>& found, bool supported_only) {
     return names.empty() ? "none" : names;
 }
 
-const Module& open_module(const IsaInfo& isa) {
-    void* library = dlopen(isa.path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!library) throw RunError("cannot load " + isa.path + ": " + dlerror());
-    const auto entry = reinterpret_cast<KageroKernels>(dlsym(library, "kagero_kernels"));
-    if (!entry) throw RunError(isa.path + " is not a kernel module");
-    const Module* module = entry();
+const Module& kernels_in(const IsaInfo& isa) {
+    const Module* module = reinterpret_cast<KageroKernels>(open_module(isa.path, "kagero_kernels"))();
     if (module->abi != abi_version) throw RunError(isa.path + " belongs to another version of kagero; build it anew");
     return *module;
 }
@@ -85,7 +57,8 @@ const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& want
 std::vector<IsaInfo> find_isas() {
     std::vector<IsaInfo> found;
     for (const Isa& isa : isas)
-        if (const auto path = module_of(isa.name); !path.empty()) found.push_back({isa.name, path.string(), isa.supported()});
+        if (const std::string path = module_file(std::string("kagero-kernels-") + isa.name + ".so"); !path.empty())
+            found.push_back({isa.name, path, isa.supported()});
     return found;
 }
 
@@ -104,7 +77,7 @@ const Module& load_module(const std::string& wanted) {
     const std::vector<IsaInfo> found = find_isas();
     const IsaInfo& isa = choose(found, wanted);
     auto [place, fresh] = loaded.try_emplace(isa.name, nullptr);
-    if (fresh) place->second = &open_module(isa);
+    if (fresh) place->second = &kernels_in(isa);
     return *place->second;
 }
 

@@ -1,6 +1,7 @@
 #include "render/end_errors.h"
 
 #include "render/camera.h"
+#include "render/kernels.h"
 #include "render/ray_errors.h"
 #include "render/rounding_bounds.h"
 #include "render/variant.h"

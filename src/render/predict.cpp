@@ -17,7 +17,7 @@ namespace {
 /// Pixels between the rays that are followed.
 constexpr std::uint32_t spacing = 11;
 /// Rays of the first pass handed out at a time.
-constexpr std::uint32_t chunk = 64;
+constexpr std::uint32_t rays_at_a_time = 64;
 /// What a ray costs beside its steps (its start and landing), and what a query costs, in floating-point operations of steps: as the tiles
 /// of a room say. Tiles of one size keep their order whatever the first is.
 constexpr double operations_of_a_ray = 1000, operations_of_a_query = 300;
@@ -85,7 +85,7 @@ private:
         job.camera = nullptr, job.rays = starts_.data();
         WorkList work;
         const auto count = static_cast<std::uint32_t>(starts_.size());
-        for (std::uint32_t i = 0; i < count; i += chunk) work.tiles.push_back({i, 0, std::min(i + chunk, count), 1});
+        for (std::uint32_t i = 0; i < count; i += rays_at_a_time) work.tiles.push_back({i, 0, std::min(i + rays_at_a_time, count), 1});
         Watch watch;
         watch.stop = stop;
         const RunReport report = run_tiles(
@@ -145,7 +145,7 @@ private:
     std::vector<BlockTime> timed(const std::vector<Block>& blocks, const Watch& watch) const {
         WorkList work;
         const auto count = static_cast<std::uint32_t>(blocks.size());
-        constexpr std::uint32_t together = chunk / 4;
+        constexpr std::uint32_t together = rays_at_a_time / 4;
         for (std::uint32_t i = 0; i < count; i += together) work.tiles.push_back({i, 0, std::min(i + together, count), 1});
         std::vector<BlockTime> times(blocks.size());
         const auto list = [&](const Tile& some, RayList& rays) {

@@ -1,5 +1,6 @@
 #include "render/render.h"
 
+#include "render/camera.h"
 #include "render/end_errors.h"
 #include "render/list_rays.h"
 #include "render/predict.h"

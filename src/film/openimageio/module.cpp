@@ -1,0 +1,75 @@
+// What kagero asks of OpenImageIO; the only file that knows it.
+#include "film/codec.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <OpenImageIO/imageio.h>
+
+namespace kagero {
+namespace {
+
+/// Integer images hold sRGB unless they say otherwise; floating-point ones are linear.
+bool is_srgb(const OIIO::ImageSpec& spec) {
+    return spec.format != OIIO::TypeDesc::HALF && spec.format != OIIO::TypeDesc::FLOAT && spec.format != OIIO::TypeDesc::DOUBLE &&
+           spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";
+}
+
+std::string read(const std::string& path, DecodedImage& image) {
+    // Alpha is dropped, so colours are wanted as stored and not multiplied by it.
+    OIIO::ImageSpec wish;
+    wish.attribute("oiio:UnassociatedAlpha", 1);
+    const auto input = OIIO::ImageInput::open(path, &wish);
+    if (!input) return "cannot be read as an image: " + OIIO::geterror();
+    const OIIO::ImageSpec spec = input->spec();
+    if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1) return "is not a flat image with pixels";
+    image.width = spec.width, image.height = spec.height, image.channels = spec.nchannels < 3 ? 1 : 3, image.srgb = is_srgb(spec);
+    image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
+    if (!input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::FLOAT, image.values.data()))
+        return "cannot be read as an image: " + input->geterror();
+    return {};
+}
+
+OIIO::TypeDesc type_of(PictureToEncode::Samples samples) {
+    return samples == PictureToEncode::Samples::bytes ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT;
+}
+
+OIIO::ImageSpec spec_of(const PictureToEncode& picture) {
+    OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, type_of(picture.samples));
+    if (!picture.names.empty()) spec.channelnames = picture.names;
+    for (const bool half : picture.half) spec.channelformats.push_back(half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+    for (const auto& [name, value] : picture.attributes) spec.attribute(name, value);
+    if (picture.quality) spec.attribute("CompressionQuality", picture.quality);
+    return spec;
+}
+
+std::string write_to(OIIO::ImageOutput* out, const std::string& path, const PictureToEncode& picture) {
+    if (!out) return OIIO::geterror();
+    const bool done = out->open(path, spec_of(picture)) && out->write_image(type_of(picture.samples), picture.pixels) && out->close();
+    return done ? std::string() : out->geterror();
+}
+
+std::string write(const std::string& path, const PictureToEncode& picture) {
+    return write_to(OIIO::ImageOutput::create(path).get(), path, picture);
+}
+
+std::string write_png(const PictureToEncode& picture, std::vector<unsigned char>& file) {
+    OIIO::Filesystem::IOVecOutput memory(file);
+    return write_to(OIIO::ImageOutput::create("picture.png", &memory).get(), "picture.png", picture);
+}
+
+std::string false_colors(const std::vector<float>& shares, std::vector<float>& rgb) {
+    const int width = static_cast<int>(shares.size());
+    std::vector<float> plane = shares;
+    const OIIO::ImageBuf gray(OIIO::ImageSpec(width, 1, 1, OIIO::TypeDesc::FLOAT), plane.data());
+    const OIIO::ImageBuf colored = OIIO::ImageBufAlgo::color_map(gray, 0, "inferno");
+    rgb.resize(3 * shares.size());
+    return colored.get_pixels(OIIO::ROI(0, width, 0, 1, 0, 1, 0, 3), OIIO::TypeDesc::FLOAT, rgb.data()) ? "" : colored.geterror();
+}
+
+constexpr Codec offered{codec_abi, read, write, write_png, false_colors};
+
+}  // namespace
+}  // namespace kagero
+
+extern "C" __attribute__((visibility("default"))) const kagero::Codec* kagero_codec() { return &kagero::offered; }

@@ -29,6 +29,8 @@ TEST_F(ImageModule, IsLoadedWhereAnImageIsReadOrWritten) {
     EXPECT_TRUE(is_opened_by("check '" KAGERO_SCENES "/galaxy.toml'"));  // whose sky is one
     EXPECT_FALSE(is_opened_by(std::string("render ") + tiny + "a.pfm"));
     EXPECT_FALSE(is_opened_by("check '" KAGERO_SCENES "/room.toml'"));
+    write("rays.csv", "x,y,z,dx,dy,dz\n-1,0,0,1,0,0\n");
+    EXPECT_FALSE(is_opened_by("trace '" KAGERO_SCENES "/galaxy.toml' --rays rays.csv -o ends.csv --quiet"));
     EXPECT_FALSE(is_opened_by("--help"));
 }
 

@@ -71,7 +71,7 @@ struct Plan {
 Catalogue catalogue(const std::string& isa);
 
 /// Throws InputError for what the scene or options ask that cannot be done: a refused method, a camera inside a surface …
-/// `with_camera` is false for `trace`, which has its own rays.
+/// `with_camera` is false for `trace`, which has its own rays and draws nothing.
 std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera = true);
 
 /// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.

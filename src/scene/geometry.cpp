@@ -32,13 +32,14 @@ namespace {
 
 /// Images and their copies by path, so that one used twice is read once.
 struct Images {
+    bool wanted;
     std::map<std::string, std::shared_ptr<const Image>> whole;
     std::map<std::pair<std::string, Mapping>, std::shared_ptr<const std::vector<Image>>> coarser;
 };
 
 LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
     LoadedPaint loaded{paint, nullptr, nullptr};
-    if (paint.kind != Paint::Kind::texture) return loaded;
+    if (paint.kind != Paint::Kind::texture || !images.wanted) return loaded;
     auto& image = images.whole[paint.texture];
     if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.place));
     auto& coarser = images.coarser[{paint.texture, mapping}];
@@ -141,9 +142,9 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
 
 }  // namespace
 
-SceneGeometry::SceneGeometry(const SceneDescription& scene, bool clearance) : content_(std::make_unique<Content>()) {
+SceneGeometry::SceneGeometry(const SceneDescription& scene, bool clearance, bool textures) : content_(std::make_unique<Content>()) {
     Content& content = *content_;
-    Images images;
+    Images images{textures, {}, {}};
     content.space_center = scene.space.center;
     content.sky = load(scene.sky, images);
     content.far_sky = load(scene.far_sky, images);

@@ -24,8 +24,9 @@ struct Patch {
 class SceneGeometry {
 public:
     /// Loads meshes and textures, builds everything. Throws InputError for data that cannot be used.
-    /// With `clearance`, and unless the scene culls nothing, a grid of distances to the nearest surface too.
-    explicit SceneGeometry(const SceneDescription& scene, bool clearance = true);
+    /// With `clearance`, and unless the scene culls nothing, a grid of distances to the nearest surface too; with `textures` what
+    /// the colours of surfaces and skies may be asked for.
+    explicit SceneGeometry(const SceneDescription& scene, bool clearance = true, bool textures = true);
     ~SceneGeometry();
     SceneGeometry(SceneGeometry&&) noexcept;
 

@@ -73,7 +73,7 @@ void add_machine(CLI::App& verb, Arguments& arguments) {
     verb.add_option("--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet")->type_name("NAME");
     verb.add_option("--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`")
         ->type_name("N");
-    verb.add_option("--precision", arguments.precision, "Of the integration: auto, double or float")->type_name("NAME");
+    verb.add_option("--precision", arguments.precision, "Of the integration: double, float, or auto: double, but for pictures that float draws as well")->type_name("NAME");
 }
 
 void add_schedule(CLI::App& verb, Arguments& arguments) {

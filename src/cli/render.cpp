@@ -140,7 +140,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
     options.energy_error = !arguments.json.empty();
-    if (!arguments.pixel.empty() && options.precision == "auto") options.precision = "double";  // a path is read, not looked at
+    // A path is read, not looked at; and where time is short a trial of float would use it up.
+    const bool no_trial = !arguments.pixel.empty() || !arguments.time_limit.empty();
+    if (no_trial && options.precision == "auto") options.precision = "double";
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;

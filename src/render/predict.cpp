@@ -22,6 +22,9 @@ constexpr std::uint32_t rays_at_a_time = 64;
 /// of a room say. Tiles of one size keep their order whatever the first is.
 constexpr double operations_of_a_ray = 1000, operations_of_a_query = 300;
 
+/// What the first pass may take of the time there is.
+constexpr double most_of_the_time = 0.1;
+
 /// A packet takes as long as its slowest ray: neighbours differ by about this share of what rays all over a tile do.
 constexpr double waiting = 0.2;
 
@@ -58,7 +61,7 @@ double seconds_to_shade(const Plan& plan, const Tile& block, const RayEnd* ends,
 /// The first pass.
 class Sample {
 public:
-    Sample(const Plan& plan, const Film& film, const std::vector<Tile>& tiles, const std::atomic<bool>* stop)
+    Sample(const Plan& plan, const Film& film, const std::vector<Tile>& tiles, const Watch& watch)
         : plan_(plan), tiles_(tiles),
           operations_(operations_of(plan)),
           shades_(wants_footprints(plan, film)) {
@@ -66,8 +69,9 @@ public:
         first_.push_back(starts_.size());
         operations_of_ray_.resize(starts_.size());
         seconds_.resize(tiles.size());
-        trace(stop);
+        trace(watch);
     }
+    bool complete() const { return complete_; }
     /// In operations.
     double cost_of(std::size_t tile) const {
         const auto begin = operations_of_ray_.begin();
@@ -80,20 +84,20 @@ public:
 
 private:
     /// Rays that stand for tiles, a few packets at a time, then the blocks of pixels.
-    void trace(const std::atomic<bool>* stop) {
+    void trace(const Watch& watch) {
         Job job = plan_.job;
         job.camera = nullptr, job.rays = starts_.data();
         WorkList work;
         const auto count = static_cast<std::uint32_t>(starts_.size());
         for (std::uint32_t i = 0; i < count; i += rays_at_a_time) work.tiles.push_back({i, 0, std::min(i + rays_at_a_time, count), 1});
-        Watch watch;
-        watch.stop = stop;
         const RunReport report = run_tiles(
             plan_, job, work, {},
             [&](const Tile& rays, const RayEnd* ends, const RayList&) {
                 for (std::uint32_t i = rays.x0; i < rays.x1; ++i) operations_of_ray_[i] = operations_of(operations_, ends[i - rays.x0]);
             },
             watch);
+        complete_ = !report.interrupted;
+        if (!complete_) return;
         double busy = 0;
         for (const ThreadTime& time : report.threads) busy += time.busy;
         // Rays so far apart leave lanes empty, which those of the picture fill.
@@ -180,12 +184,16 @@ private:
     std::vector<double> operations_of_ray_;
     std::vector<double> seconds_;     ///< to shade a pixel of each tile
     double operations_per_second_ = 0;
+    bool complete_ = false;
 };
 
 }  // namespace
 
-void predict_costs(const Plan& plan, const Film& film, WorkList& work, const std::atomic<bool>* stop) {
-    const Sample sample(plan, film, work.tiles, stop);
+void predict_costs(const Plan& plan, const Film& film, WorkList& work, const Watch& watch) {
+    Watch own;
+    own.stop = watch.stop, own.time_limit = most_of_the_time * watch.time_limit;
+    const Sample sample(plan, film, work.tiles, own);
+    if (!sample.complete()) return;
     for (std::size_t t = 0; t < work.tiles.size(); ++t) work.costs[t] = sample.cost_of(t);
 }
 

@@ -2,15 +2,14 @@
 #pragma once
 
 #include "film/film.h"
+#include "render/render.h"
 #include "render/schedule.h"
-
-#include <atomic>
 
 namespace kagero {
 
 /// Writes what tiles will cost when `film` is rendered, in floating-point operations: follows a ray for every 11 × 11 pixels, at least one per
 /// tile, and counts its gradients, steps and queries; where shading is not the same everywhere it shades one block of pixels of each tile
-/// against the clock.
-void predict_costs(const Plan& plan, const Film& film, WorkList& work, const std::atomic<bool>* stop = nullptr);
+/// against the clock. Ended early, or after a tenth of the time there is, it leaves them as they were.
+void predict_costs(const Plan& plan, const Film& film, WorkList& work, const Watch& watch);
 
 }  // namespace kagero

@@ -48,7 +48,7 @@ RunReport render(const Plan& plan, Film& film, const Watch& watch) {
     const Schedule schedule = schedule_of(plan);
     WorkList work = cut(plan, traced_window(plan, film), schedule);
     if (schedule == Schedule::predicted) {
-        predict_costs(plan, film, work, watch.stop);
+        predict_costs(plan, film, work, watch);
         put_costliest_first(work);
     }
     const double predict_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

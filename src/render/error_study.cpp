@@ -18,12 +18,14 @@ constexpr double absurd_work = 200, absurd_work_quick = 60;
 /// points twice.
 constexpr double most_work_quick = 2e7;
 /// The same before a method has shown as many steps as others, but enough for its order.
-constexpr double hopeless_work_quick = 4e8;
+constexpr double hopeless_work_quick = 1e8;
 constexpr std::size_t steps_for_order = 3;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;
 /// The same of a quick study, whose first run of each, the one that shows its errors, may last longer.
 constexpr double quick_seconds = 0.25;
+/// A quick study takes one block of neighbours in so many without surfaces: there is no error in it, and rays go on for longer.
+constexpr std::size_t rays_in_a_block = 64, blocks_per_one = 4;
 /// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
 /// this.
 constexpr double far_beyond = 30;
@@ -63,6 +65,7 @@ public:
         for (std::size_t i = 0; i < reference_.ends.size(); ++i)
             study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
         choose_drift_rays();
+        choose_free_rays();
         climb_all();
         if (!study_.options.errors_only) {
             take_times();
@@ -87,6 +90,7 @@ private:
     void bound_steps();
     void keep_decided();
     void choose_drift_rays();
+    void choose_free_rays();
     void climb_all();
     void climb(const Ladder& ladder);
     bool set_loose_tolerance(Variant& variant) const;
@@ -106,7 +110,7 @@ private:
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     ErrorStudy study_;
     ReferenceRays reference_;
-    std::vector<RayStart> drift_rays_;
+    std::vector<RayStart> drift_rays_, free_rays_;
     std::size_t most_bent_ = 0;  ///< of the calm rays of the sample: the one whose energy is drawn
     std::vector<Timed> timed_;
     double least_work_ = std::numeric_limits<double>::infinity();
@@ -154,6 +158,13 @@ void Study::choose_drift_rays() {
     const std::size_t wanted = std::min(drift_rays, good.size());
     for (std::size_t k = 0; k < wanted; ++k)
         drift_rays_.push_back(study_.sample.starts[good[(2 * k + 1) * good.size() / (2 * wanted)]]);
+}
+
+/// Those that are followed without surfaces.
+void Study::choose_free_rays() {
+    const std::vector<RayStart>& all = study_.sample.starts;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (!study_.options.quick || i / rays_in_a_block % blocks_per_one == 0) free_rays_.push_back(all[i]);
 }
 
 void Study::climb_all() {
@@ -246,10 +257,11 @@ StudyPoint Study::measure(Timed& timed) {
         timed.most_steps = enough_steps(ends);
         as.without_surfaces(timed.most_steps);
         std::vector<RayEnd> unhindered;
-        const RunReport without = trace(plan_, study_.sample.starts, unhindered);
-        point.steps_without = double(without.counters.steps) / rays;
+        const RunReport without = trace(plan_, free_rays_, unhindered);
+        const double free_rays = double(free_rays_.size());
+        point.steps_without = double(without.counters.steps) / free_rays;
         timed.estimate = (report.seconds + without.seconds) * plan_.threads / study_.options.threads;
-        if (study_.options.quick) timed.with = {1e9 * report.seconds / rays}, timed.without = {1e9 * without.seconds / rays};
+        if (study_.options.quick) timed.with = {1e9 * report.seconds / rays}, timed.without = {1e9 * without.seconds / free_rays};
     }
     point.drift = energy_drift(plan_, variant, drift_rays_);
     return point;
@@ -279,7 +291,7 @@ void Study::take_times() {
             std::vector<RayEnd> ends;
             timed.with.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
             as.without_surfaces(timed.most_steps);
-            timed.without.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
+            timed.without.push_back(1e9 * trace(plan_, free_rays_, ends).seconds / double(free_rays_.size()));
             done += timed.estimate;
             tell(climbing() + (0.95 - climbing()) * done / total);
         }

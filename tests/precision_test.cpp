@@ -26,7 +26,7 @@ double error_of(Plan& plan) {
 }
 
 TEST(Precision, IsFloatWhereItCannotBeSeen) {
-    for (const char* scene : {"room.toml", "galaxy.toml", "mirage.toml", "luneburg.toml"}) {
+    for (const char* scene : {"room.toml", "galaxy.toml", "mirage.toml", "luneburg.toml", "kerr.toml"}) {
         SCOPED_TRACE(scene);
         const auto plan = chosen(scene);
         ASSERT_EQ(plan->kernel->precision, Precision::float32) << plan->float_trial->why_not;

@@ -18,7 +18,7 @@ constexpr double most_apart = 0.1;
 /// The share that may end otherwise, or more than a pixel off: rays that graze an edge, or circle before they leave.
 constexpr double most_strays = 0.003;
 /// Below this tolerance float's rounding is what an adaptive method would try to control.
-constexpr double least_float_tolerance = 1e-5;
+constexpr double least_float_tolerance = 5e-7;
 /// Float gains nothing where it needs so many more steps.
 constexpr double most_extra_steps = 1.2;
 

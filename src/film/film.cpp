@@ -8,7 +8,7 @@ namespace kagero {
 
 namespace {
 
-const std::vector<std::string> rgb{"R", "G", "B"};
+const std::vector<std::string> red_green_blue{"R", "G", "B"};
 const std::vector<std::string> one{"V"};
 
 std::vector<std::string> layer_names() {
@@ -32,7 +32,7 @@ const LayerInfo& find_layer(const std::string& name) {
 const std::vector<LayerInfo>& all_layers() {
     using Scale = LayerInfo::Scale;
     static const std::vector<LayerInfo> layers{
-        {"color", rgb, Scale::colors, "what the rays meet, linear RGB; the mean of the pixel's rays"},
+        {"color", red_green_blue, Scale::colors, "what the rays meet, linear RGB; the mean of the pixel's rays"},
         {"status", one, Scale::linear, "how the pixel's first ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
         {"steps", one, Scale::linear, "integration steps taken; mean"},
         {"gradients", one, Scale::linear, "evaluations of the derivatives of H; mean"},

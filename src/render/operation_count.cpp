@@ -6,7 +6,7 @@ namespace kagero {
 namespace {
 
 /// What packets do ray by ray: a camera's ray and its momentum (render/camera.cpp), where the kernel does not make it;
-constexpr double start = 50;
+constexpr double start_of_a_ray = 50;
 /// and where a segment that starts on a surface may meet the next (kernels/tracing/encounter.h), once per ray with objects.
 constexpr double first_query = 7;
 
@@ -28,7 +28,7 @@ std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& rep
     if (plan.straight || plan.kernel->strategy == Strategy::per_ray) return {};
     if (plan.kernel->strategy == Strategy::scalar) return 0;
     const double packed = operations_of(plan, report.counters);
-    const double per_ray = (kernel_makes_rays(plan) ? 0 : start) + (plan.job.geometry ? first_query : 0);
+    const double per_ray = (kernel_makes_rays(plan) ? 0 : start_of_a_ray) + (plan.job.geometry ? first_query : 0);
     const double single = double(report.rays) * per_ray;
     return packed + single > 0 ? packed / (packed + single) : 0;
 }

@@ -1,9 +1,9 @@
 // integrator.max_pixel_error: what the pilot promises of its own rays holds for others.
 #include "hole_scene.h"
 #include "plan_fixture.h"
+#include "sample_error.h"
 
 #include "render/pilot.h"
-#include "render/reference.h"
 
 #include <nlohmann/json.hpp>
 
@@ -13,16 +13,6 @@ namespace {
 using nlohmann::json;
 
 class MaxPixelError : public HoleTest {};
-
-/// The error of 99 % of the rays of a grid that shares no ray with the pilot's, against what two unlike methods agree on.
-double error_of(Plan& plan, std::uint32_t grid) {
-    const SampleRays sample = sample_rays(plan, grid, grid);
-    ReferenceStory story;
-    const ReferenceRays reference = trace_reference(plan, sample, story);
-    std::vector<RayEnd> ends;
-    trace(plan, sample.starts, ends);
-    return compare_rays(plan, reference, ends).pixels.p99;
-}
 
 TEST_F(MaxPixelError, IsMetByOtherRaysThanThePilots) {
     for (const char* scene : {"room", "galaxy", "mirage", "kerr"}) {

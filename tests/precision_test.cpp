@@ -1,8 +1,8 @@
 // --precision auto: float where a picture cannot tell it from double, and nowhere else.
 #include "plan_fixture.h"
+#include "sample_error.h"
 
 #include "render/precision.h"
-#include "render/reference.h"
 
 #include <gtest/gtest.h>
 
@@ -15,16 +15,6 @@ std::unique_ptr<Plan> chosen(const std::string& scene, const Overrides& override
     return plan;
 }
 
-/// Of 99 % of the rays of a grid that shares none with the trial's, against what two unlike methods in double agree on; pixels.
-double error_of(Plan& plan) {
-    const SampleRays sample = sample_rays(plan, 27, 27);
-    ReferenceStory story;
-    const ReferenceRays reference = trace_reference(plan, sample, story);
-    std::vector<RayEnd> ends;
-    trace(plan, sample.starts, ends);
-    return compare_rays(plan, reference, ends).pixels.p99;
-}
-
 TEST(Precision, IsFloatWhereItCannotBeSeen) {
     for (const char* scene : {"room.toml", "galaxy.toml", "mirage.toml", "luneburg.toml", "kerr.toml"}) {
         SCOPED_TRACE(scene);
@@ -32,7 +22,7 @@ TEST(Precision, IsFloatWhereItCannotBeSeen) {
         ASSERT_EQ(plan->kernel->precision, Precision::float32) << plan->float_trial->why_not;
         EXPECT_LE(plan->float_trial->apart, 0.1);
         const auto in_double = plan_of_file(scene_file(scene), {});
-        EXPECT_LE(error_of(*plan), error_of(*in_double) + 0.1);
+        EXPECT_LE(error_of(*plan, 27), error_of(*in_double, 27) + 0.1);  // a grid that shares no ray with the trial's
     }
 }
 

@@ -18,7 +18,7 @@ constexpr double absurd_work = 200, absurd_work_quick = 60;
 /// points twice.
 constexpr double most_work_quick = 2e7;
 /// The same before a method has shown as many steps as others, but enough for its order.
-constexpr double hopeless_work_quick = 1e8;
+constexpr double hopeless_work_quick = 4e8;
 constexpr std::size_t steps_for_order = 3;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;

@@ -19,14 +19,14 @@ constexpr std::uint32_t spacing = 11;
 /// Rays of the first pass handed out at a time.
 constexpr std::uint32_t rays_at_a_time = 64;
 /// What a ray costs beside its steps (its start and landing), and what a query costs, in floating-point operations of steps: as the tiles
-/// of a room say. Tiles of one size keep their order whatever the first is.
-constexpr double operations_of_a_ray = 1000, operations_of_a_query = 300;
+/// of a room and of a mirage say. Tiles of one size keep their order whatever the first is.
+constexpr double operations_of_a_ray = 1000, operations_of_a_query = 400;
 
 /// What the first pass may take of the time there is.
 constexpr double most_of_the_time = 0.1;
 
 /// A packet takes as long as its slowest ray: neighbours differ by about this share of what rays all over a tile do.
-constexpr double waiting = 0.2;
+constexpr double waiting = 0.4;
 
 /// The pixels that stand for a tile: the middles of squares, or what of them lies inside.
 void add_samples(const Plan& plan, const Tile& tile, std::vector<RayStart>& starts) {

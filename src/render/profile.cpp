@@ -8,6 +8,8 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace kagero {
 namespace {
@@ -61,10 +63,14 @@ std::vector<Way> ways_of(unsigned threads, Schedule own) {
     return ways;
 }
 
-/// A tile costs the least that it took in any run: what else the machine did is not its cost. Every run hands out the same tiles.
+/// A tile costs the least that it took in any run: what else the machine did is not its cost. Every run hands out the same tiles, but
+/// not in the same order where their shading is timed.
 void keep_least(const Recording& before, Recording& now) {
-    for (std::size_t i = 0; i < before.tiles.size(); ++i)
-        now.tiles[i].processor = std::min(now.tiles[i].processor, before.tiles[i].processor);
+    const auto place = [](const TileRecord& record) { return std::pair(record.tile.y0, record.tile.x0); };
+    std::map<std::pair<std::uint32_t, std::uint32_t>, double> least;
+    for (const TileRecord& record : before.tiles) least[place(record)] = record.processor;
+    for (TileRecord& record : now.tiles)
+        if (const auto found = least.find(place(record)); found != least.end()) record.processor = std::min(record.processor, found->second);
 }
 
 bool run(Plan& plan, Film& film, Way& way, const std::atomic<bool>* stop) {
@@ -73,6 +79,7 @@ bool run(Plan& plan, Film& film, Way& way, const std::atomic<bool>* stop) {
     Recording recording;
     Watch watch;
     watch.stop = stop;
+    recording.round = way.times.size();
     if (way.recorded) watch.recording = &recording;
     const RunReport report = render(plan, film, watch);
     if (report.interrupted) return false;

@@ -21,6 +21,7 @@ struct TileRecord {
 
 /// The tiles in the order in which they were handed out. Those that were not reached have `end` 0.
 struct Recording {
+    std::size_t round = 0;  ///< of several recordings of one picture: each looks into other tiles
     std::vector<TileRecord> tiles;
 };
 

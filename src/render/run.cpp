@@ -126,7 +126,7 @@ private:
         const Counters before = share.counters;
         const double processor = processor_seconds();
         record.tile = work_.tiles[i], record.thread = thread, record.predicted = cost(i);
-        record.looked_into = i % looked_into_every == 0;
+        record.looked_into = (i + watch_.recording->round) % looked_into_every == 0;
         // Asking for processor time enters the system, which may give the processor to another program: not between these two.
         record.begin = seconds();
         trace(work_.tiles[i], share, &record);

@@ -1,6 +1,5 @@
 #include "render/footprint.h"
 
-#include "render/far_sky.h"
 #include "scene/shapes.h"
 #include "scene/vector3.h"
 
@@ -55,22 +54,19 @@ Footprint spread_of(const std::vector<Double3>& directions, const std::vector<st
     return {scaled(along, major), scaled(across, minor)};
 }
 
-SkyFootprints footprints_of(const Plan& plan, const Quad& quad, std::uint32_t spp) {
-    std::vector<Double3> directions[2];
-    std::vector<std::array<double, 2>> places[2];
-    for (std::size_t i = 0; i < quad.rays.size(); ++i) {
-        if (quad.rays[i].end->status != Status::escaped) continue;
-        const SkyView view = sky_view(plan, *quad.rays[i].end);
-        directions[view.far].push_back(view.direction);
-        places[view.far].push_back(quad.places[i]);
-    }
+SkyFootprints footprints_of(Quad& quad, std::uint32_t spp) {
     const double share = 1 / std::sqrt(static_cast<double>(spp));
     SkyFootprints footprints;
     for (const Sighting& ray : quad.rays)
         footprints.beside_shadow = footprints.beside_shadow || ray.end->status == Status::captured;
     for (const bool far : {false, true}) {
+        quad.group_points.clear(), quad.group_places.clear();
+        for (std::size_t i = 0; i < quad.rays.size(); ++i) {
+            if (quad.rays[i].end->status != Status::escaped || quad.rays[i].sky.far != far) continue;
+            quad.group_points.push_back(quad.rays[i].sky.direction), quad.group_places.push_back(quad.places[i]);
+        }
         Footprint& f = far ? footprints.far : footprints.near;
-        f = spread_of(directions[far], places[far]);
+        f = spread_of(quad.group_points, quad.group_places);
         f = {scaled(f.major, share), scaled(f.minor, share)};
     }
     return footprints;

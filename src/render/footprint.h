@@ -10,14 +10,14 @@ struct Quad {
     std::vector<Sighting> rays;
     std::vector<CameraRay> starts;  ///< what their `ray` points to
     std::vector<std::array<double, 2>> places;
-    std::vector<Double3> group_points;  ///< for find_patches, kept from block to block
+    std::vector<Double3> group_points;  ///< of some of the rays, as those are found whose ends belong together
     std::vector<std::array<double, 2>> group_places;
 };
 
 /// From the spread of the block's rays that escape to the same sky: over a pixel directions spread as much as over the block, by
 /// the ratio of a pixel's size to the spread of the places, and each of the `spp` rays has its share of the pixel's area. Zero
 /// where a ray is alone. A block is one of the film's grid, never of a tile or crop, so that no picture depends on those.
-SkyFootprints footprints_of(const Plan& plan, const Quad& quad, std::uint32_t spp);
+SkyFootprints footprints_of(Quad& quad, std::uint32_t spp);
 
 /// The patches of the block's rays: how the ends of those that meet the same face of the same object move with their places on
 /// the picture, a linear map fitted to them. Of two rays, or a row of them, it is known along their line alone; a ray alone has

@@ -21,17 +21,20 @@ std::uint32_t laine_karras(std::uint32_t x, std::uint32_t seed) {
     return x;
 }
 
-/// Owen's scrambling: a bit is changed by higher bits alone.
-std::uint32_t scrambled(std::uint32_t x, std::uint32_t seed) {
-    return reversed(laine_karras(reversed(x), seed));
+/// Owen's scrambling, of a number whose bits are in reverse order: there a bit is changed by higher bits alone.
+std::uint32_t scrambled(std::uint32_t reverse, std::uint32_t seed) {
+    return reversed(laine_karras(reverse, seed));
 }
 
-/// The second dimension; its generator matrix is Pascal's triangle modulo 2 (T. Kollig and A. Keller, 2002).
-std::uint32_t sobol_second(std::uint32_t index) {
-    std::uint32_t result = 0;
-    for (std::uint32_t column = 1u << 31; index; index >>= 1, column ^= column >> 1)
-        if (index & 1) result ^= column;
-    return result;
+/// Sobol's second dimension, its bits in reverse order. The generator matrix is Pascal's triangle modulo 2 (T. Kollig and A. Keller,
+/// 2002), where a binomial coefficient is odd if the bits of one number are among those of the other (Lucas): bit k is the sum of the
+/// index's bits at all numbers that have the bits of k.
+std::uint32_t sobol_second_reverse(std::uint32_t index) {
+    index ^= (index >> 1) & 0x55555555u;
+    index ^= (index >> 2) & 0x33333333u;
+    index ^= (index >> 4) & 0x0f0f0f0fu;
+    index ^= (index >> 8) & 0x00ff00ffu;
+    return index ^ (index >> 16);
 }
 
 /// Every bit of the input to every bit of the output; constants found by C. Wellons (2018), "lowbias32".
@@ -49,9 +52,9 @@ std::array<double, 2> place_in_pixel(std::uint32_t x, std::uint32_t y, std::uint
                                      std::uint32_t seed) {
     if (count == 1) return {0.5, 0.5};
     const std::uint32_t own = mixed(x ^ mixed(y ^ mixed(seed)));
-    const std::uint32_t shuffled = scrambled(index, own);
-    const std::uint32_t first = scrambled(reversed(shuffled), mixed(own ^ 0x9e3779b9u));
-    const std::uint32_t second = scrambled(sobol_second(shuffled), mixed(own ^ 0x3c6ef372u));
+    const std::uint32_t shuffled = scrambled(reversed(index), own);
+    const std::uint32_t first = scrambled(shuffled, mixed(own ^ 0x9e3779b9u));
+    const std::uint32_t second = scrambled(sobol_second_reverse(shuffled), mixed(own ^ 0x3c6ef372u));
     constexpr double unit = 1.0 / 4294967296.0;
     return {first * unit, second * unit};
 }

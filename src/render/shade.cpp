@@ -1,6 +1,5 @@
 #include "render/shade.h"
 
-#include "render/far_sky.h"
 #include "render/redshift.h"
 #include "scene/shapes.h"
 #include "scene/vector3.h"
@@ -34,10 +33,8 @@ Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& foot
         case Status::hit:
             return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward,
                                                 redshift_of(plan, ray), ray.patch);
-        case Status::escaped: {
-            const SkyView view = sky_view(plan, end);
-            return plan.geometry->sky_color(view.direction, view.far, filter_of(view, footprints));
-        }
+        case Status::escaped:
+            return plan.geometry->sky_color(ray.sky.direction, ray.sky.far, filter_of(ray.sky, footprints));
         default:
             return {0, 0, 0};
     }
@@ -69,9 +66,9 @@ void paint_color_of(const Pixel& pixel, float* color) {
 
 /// The piece of sky that the pixel shows by its first ray; axes of length zero where that is not known.
 Footprint sky_of(const Pixel& pixel) {
-    const RayEnd& end = *pixel.rays.front().end;
-    if (end.status != Status::escaped) return {};
-    const Footprint& f = sky_view(pixel.plan, end).far ? pixel.footprints.far : pixel.footprints.near;
+    const Sighting& ray = pixel.rays.front();
+    if (ray.end->status != Status::escaped) return {};
+    const Footprint& f = ray.sky.far ? pixel.footprints.far : pixel.footprints.near;
     const double pixel_per_ray = std::sqrt(double(pixel.rays.size()));
     return {scaled(f.major, pixel_per_ray), scaled(f.minor, pixel_per_ray)};
 }

@@ -4,6 +4,7 @@
 #include "film/film.h"
 #include "render/camera.h"
 #include "render/end_errors.h"
+#include "render/far_sky.h"
 
 #include <span>
 #include <vector>
@@ -16,6 +17,7 @@ struct Sighting {
     const CameraRay* ray = nullptr;   ///< only where a layer or an object wants it
     const EndError* error = nullptr;  ///< only where a layer wants it
     Patch patch{};                    ///< of the surface that it meets
+    SkyView sky{};                    ///< of a ray that escapes
 };
 
 /// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.

@@ -26,6 +26,7 @@ void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const Ra
     for (std::uint32_t i = 0; i < film.spp; ++i) {
         Sighting& ray = quad.rays.emplace_back();
         ray.end = ends + first + i;
+        if (ray.end->status == Status::escaped) ray.sky = sky_view(plan, *ray.end);
         if (!errors.empty()) ray.error = &errors[first + i];
         if (wanted.starts) {
             const bool listed = !list.starts.empty();
@@ -60,7 +61,7 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
                 for (std::uint32_t x = x0; x < x1; ++x)
                     gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad, errors);
             if (wanted.patches) find_patches(plan, quad, spp);
-            const SkyFootprints footprints = wanted.footprints ? footprints_of(plan, quad, spp) : SkyFootprints{};
+            const SkyFootprints footprints = wanted.footprints ? footprints_of(quad, spp) : SkyFootprints{};
             std::span<const Sighting> rays = quad.rays;
             for (std::uint32_t y = y0; y < y1; ++y)
                 for (std::uint32_t x = x0; x < x1; ++x, rays = rays.subspan(spp)) {

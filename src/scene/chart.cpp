@@ -54,13 +54,16 @@ ChartPoint on_disk(const Double3& normal, double inner, double outer, const Doub
             scaled(from_center, 1 / (r * (outer - inner)))};
 }
 
-ChartPoint on_sky(const Double3& direction, const Double3& pole) {
-    const Double3 up = unit(pole);
-    const auto [zero, east] = meridians(up);  // the zero meridian runs through +x
-    const auto out = [&, zero = zero, east = east](const Double3& d) {
-        return add(add(scaled(zero, d[0]), scaled(east, d[1])), scaled(up, d[2]));
+SkyAxes::SkyAxes(const Double3& pole) : up(unit(pole)) {
+    const auto meridian = meridians(up);
+    zero = meridian[0], east = meridian[1];
+}
+
+ChartPoint on_sky(const Double3& direction, const SkyAxes& axes) {
+    const auto out = [&axes](const Double3& d) {
+        return add(add(scaled(axes.zero, d[0]), scaled(axes.east, d[1])), scaled(axes.up, d[2]));
     };
-    ChartPoint at = on_sphere({dot(direction, zero), dot(direction, east), dot(direction, up)});
+    ChartPoint at = on_sphere({dot(direction, axes.zero), dot(direction, axes.east), dot(direction, axes.up)});
     at.u = 1 - at.u, at.u_gradient = scaled(out(at.u_gradient), -1), at.v_gradient = out(at.v_gradient);
     return at;
 }

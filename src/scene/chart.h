@@ -35,8 +35,14 @@ ChartPoint on_sphere(const Double3& from_center);
 /// u once around from +x made orthogonal to the normal, v from the inner to the outer edge.
 ChartPoint on_disk(const Double3& normal, double inner, double outer, const Double3& from_center);
 
+/// The axes of a sky with this pole: the zero meridian runs through +x.
+struct SkyAxes {
+    Double3 up, zero, east;
+    SkyAxes(const Double3& pole);
+};
+
 /// An equirectangular sky: the pole is up, +x in the middle, east to the left. Gradients per radian.
-ChartPoint on_sky(const Double3& direction, const Double3& pole);
+ChartPoint on_sky(const Double3& direction, const SkyAxes& axes);
 
 UvPatch in_chart(const ChartPoint& point, const Patch& patch);
 

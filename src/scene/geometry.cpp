@@ -13,7 +13,7 @@ namespace kagero {
 
 struct LoadedSky {
     LoadedPaint paint;
-    Double3 pole{};
+    SkyAxes axes{{0, 0, 1}};
 };
 
 struct SceneGeometry::Content {
@@ -200,7 +200,7 @@ std::uint32_t SceneGeometry::face_of(std::uint32_t surface, std::uint32_t primit
 
 Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
     const LoadedSky& sky = far ? content_->far_sky : content_->sky;
-    return kagero::sky_color(sky.paint, sky.pole, direction, footprint);
+    return kagero::sky_color(sky.paint, sky.axes, direction, footprint);
 }
 
 bool SceneGeometry::sky_has_pattern() const {

@@ -101,10 +101,9 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
     return images;
 }
 
-Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
+Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const SkyAxes& axes,
                          const Footprint& footprint) {
     const double texel = std::numbers::pi / image.height;
-    const SkyAxes axes = pole;
     return mean_along(
         image, coarser, length(footprint.major) / texel, length(footprint.minor) / texel, Edge::clamp,
         [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes); });

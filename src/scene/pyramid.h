@@ -16,7 +16,7 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping = Mapping:
 /// The image around a direction, averaged over the footprint: trilinear between the copies that resolve its short side, and by up
 /// to 16 such probes along its long side (L. Williams, SIGGRAPH 1983; M. Kilgard's anisotropic filtering). A footprint smaller
 /// than a texel gives the image itself, bilinearly.
-Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const Double3& pole,
+Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const SkyAxes& axes,
                          const Footprint& footprint);
 
 /// The same around a place on a surface, over the patch of u and v.

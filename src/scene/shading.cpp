@@ -87,10 +87,10 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
     return color;
 }
 
-Float3 sky_color(const LoadedPaint& paint, const Double3& pole, const Double3& direction, const Footprint& footprint) {
+Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint) {
     if (!has_pattern(paint)) return plain_color(paint.paint);
-    if (paint.image) return sky_texture_color(*paint.image, *paint.coarser, direction, pole, footprint);
-    const ChartPoint at = on_sky(direction, pole);
+    if (paint.image) return sky_texture_color(*paint.image, *paint.coarser, direction, axes, footprint);
+    const ChartPoint at = on_sky(direction, axes);
     return checker_color(paint.paint, at.u, at.v, in_chart(at, {footprint.major, footprint.minor}));
 }
 

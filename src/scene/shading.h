@@ -37,6 +37,6 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
                     double redshift, const Patch& patch);
 
 /// The sky in a unit direction; a pattern is averaged over the footprint.
-Float3 sky_color(const LoadedPaint& paint, const Double3& pole, const Double3& direction, const Footprint& footprint);
+Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint);
 
 }  // namespace kagero

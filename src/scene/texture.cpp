@@ -23,6 +23,22 @@ int wrapped(double index, int size, Edge edge) {
     return std::clamp(static_cast<int>(rest), 0, size - 1);
 }
 
+/// The two texels of a row or column around a place, and how far it is on the way from the first to the second.
+struct Neighbours {
+    int first, second;
+    float share;
+};
+
+Neighbours neighbours(double place, int size, Edge edge) {
+    const double below = floor_of(place);
+    const auto share = static_cast<float>(place - below);
+    if (below >= 0 && below + 1 < size) {
+        const int first = static_cast<int>(below);
+        return {first, first + 1, share};
+    }
+    return {wrapped(below, size, edge), wrapped(below + 1, size, edge), share};
+}
+
 /// Half of what a parallelogram takes up along an axis.
 double reach(const UvPatch& sides, std::size_t axis) {
     return 0.5 * (std::abs(sides.a[axis]) + std::abs(sides.b[axis]));
@@ -66,18 +82,16 @@ double mean_sign(double x, double y, const UvPatch& sides) {
 Float3 texture_color(const Image& image, double u, double v, Edge vertical) {
     // Texel centres lie at half-integers; rows count from the top.
     const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
-    const double column = floor_of(x), row = floor_of(y);
-    const double right = x - column, down = y - row;
-    Float3 color{};
-    for (int dy = 0; dy < 2; ++dy) {
-        for (int dx = 0; dx < 2; ++dx) {
-            const double weight = (dx ? right : 1 - right) * (dy ? down : 1 - down);
-            const auto at_row = static_cast<std::size_t>(wrapped(row + dy, image.height, vertical));
-            const auto at_column = static_cast<std::size_t>(wrapped(column + dx, image.width, Edge::repeat));
-            const float* texel = &image.rgb[3 * (at_row * static_cast<std::size_t>(image.width) + at_column)];
-            for (std::size_t c = 0; c < 3; ++c) color[c] += static_cast<float>(weight) * texel[c];
-        }
-    }
+    const Neighbours columns = neighbours(x, image.width, Edge::repeat), rows = neighbours(y, image.height, vertical);
+    const float right = columns.share, down = rows.share;
+    const float* upper = image.rgb.data() + 3 * static_cast<std::size_t>(rows.first) * static_cast<std::size_t>(image.width);
+    const float* lower = image.rgb.data() + 3 * static_cast<std::size_t>(rows.second) * static_cast<std::size_t>(image.width);
+    const float *upper_left = upper + 3 * columns.first, *upper_right = upper + 3 * columns.second;
+    const float *lower_left = lower + 3 * columns.first, *lower_right = lower + 3 * columns.second;
+    Float3 color;
+    for (std::size_t c = 0; c < 3; ++c)
+        color[c] = (1 - down) * ((1 - right) * upper_left[c] + right * upper_right[c]) +
+                   down * ((1 - right) * lower_left[c] + right * lower_right[c]);
     return color;
 }
 
@@ -110,11 +124,6 @@ PrincipalAxes principal_axes(const UvPatch& patch) {
     const double cosine = std::sqrt(std::max(0.0, 0.5 * (1 + twice))),
                  sine = std::copysign(std::sqrt(std::max(0.0, 0.5 * (1 - twice))), xy);
     return {{along * cosine, along * sine}, {-across * sine, across * cosine}, along, across};
-}
-
-SkyAxes::SkyAxes(const Double3& pole) : up(unit(pole)) {
-    const auto meridian = meridians(up);
-    zero = meridian[0], east = meridian[1];
 }
 
 std::array<double, 2> sky_coordinates(const Double3& direction, const SkyAxes& axes) {

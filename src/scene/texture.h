@@ -24,11 +24,6 @@ struct PrincipalAxes {
 };
 PrincipalAxes principal_axes(const UvPatch& patch);
 
-/// The axes of a sky with this pole: the zero meridian runs through +x.
-struct SkyAxes {
-    Double3 up, zero, east;
-    SkyAxes(const Double3& pole);
-};
 /// Image coordinates of a direction in an equirectangular sky: the pole is up, +x in the middle, east to the left.
 std::array<double, 2> sky_coordinates(const Double3& direction, const SkyAxes& axes);
 

@@ -20,7 +20,7 @@ inline double dot(const Double3& a, const Double3& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 inline double length(const Double3& a) {
-    return std::hypot(a[0], a[1], a[2]);
+    return std::sqrt(dot(a, a));
 }
 inline Double3 unit(const Double3& a) {
     return scaled(a, 1 / length(a));

@@ -14,8 +14,8 @@
 namespace kagero {
 namespace {
 
-constexpr unsigned least_rounds = 3, most_rounds = 25;
-constexpr double enough_seconds = 10;
+constexpr unsigned least_rounds = 3, most_rounds = 50;
+constexpr double enough_seconds = 20;
 
 /// One way of rendering the same picture, its runs' times, and the quickest of them.
 struct Way {

@@ -122,6 +122,10 @@ constexpr Painter painters[] = {
 
 }  // namespace
 
+int probes_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints) {
+    return ray.end->status == Status::escaped ? plan.geometry->sky_probes(ray.sky.far, filter_of(ray.sky, footprints)) : 0;
+}
+
 Shader::Shader(Film& film) : width_(film.width()) {
     for (const LayerInfo* layer : film.layers())
         for (const Painter& painter : painters)

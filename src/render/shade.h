@@ -26,6 +26,9 @@ struct SkyFootprints {
     bool beside_shadow = false;  ///< some rays of the block are captured
 };
 
+/// How many places of the sky's image are looked up to colour a ray: most of what that costs.
+int probes_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints);
+
 /// All that a pixel is made from: its rays, at least one, and its place on the whole picture.
 struct Pixel {
     const Plan& plan;

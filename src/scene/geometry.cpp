@@ -203,6 +203,11 @@ Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footpr
     return kagero::sky_color(sky.paint, sky.axes, direction, footprint);
 }
 
+int SceneGeometry::sky_probes(bool far, const Footprint& footprint) const {
+    const LoadedPaint& paint = (far ? content_->far_sky : content_->sky).paint;
+    return paint.image ? kagero::sky_probes(*paint.image, footprint) : 0;
+}
+
 bool SceneGeometry::sky_has_pattern() const {
     return has_pattern(content_->sky.paint) || has_pattern(content_->far_sky.paint);
 }

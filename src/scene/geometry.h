@@ -43,6 +43,8 @@ public:
     /// Linear colour of the sky in a unit direction; `far`: of that of a wormhole's other universe.
     /// Averaged over the footprint where the sky is an image or checkered.
     Float3 sky_color(const Double3& direction, bool far = false, const Footprint& footprint = {}) const;
+    /// How many places of an image sky_color looks up for that; 0 where the sky is none.
+    int sky_probes(bool far, const Footprint& footprint) const;
     /// Whether footprints on the sky, and patches of surfaces, make a difference: for images and checkers they do.
     bool sky_has_pattern() const;
     bool surfaces_have_patterns() const;

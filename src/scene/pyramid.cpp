@@ -74,13 +74,24 @@ Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const st
     return color;
 }
 
-/// The mean along a line, and over a distance across it: lengths in those of a texel. place(t) is where the line is at t in −½…½.
+/// A line with a width, in lengths of a texel: what an average is taken over.
+struct Stripe {
+    double along, across;
+
+    Stripe(double full_length, double width) : along(full_length), across(std::max({width, full_length / most_probes, 1.0})) {}
+    int probes() const { return std::max(1, static_cast<int>(std::ceil(along / across - 1e-9))); }
+};
+
+Stripe stripe_of(const Image& image, const Footprint& footprint) {
+    const double texel = std::numbers::pi / image.height;
+    return {length(footprint.major) / texel, length(footprint.minor) / texel};
+}
+
+/// place(t) is where the line is at t in −½…½.
 template <class Line>
-Float3 mean_along(const Image& image, const std::vector<Image>& coarser, double along, double across, Edge vertical,
-                  const Line& place) {
-    across = std::max({across, along / most_probes, 1.0});
-    const double level = std::log2(across);
-    const int probes = std::max(1, static_cast<int>(std::ceil(along / across - 1e-9)));
+Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Stripe& stripe, Edge vertical, const Line& place) {
+    const double level = std::log2(stripe.across);
+    const int probes = stripe.probes();
     if (probes == 1) return trilinear(image, coarser, place(0), level, vertical);
     Float3 color{};
     for (int i = 0; i < probes; ++i) {
@@ -103,10 +114,13 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
 
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const SkyAxes& axes,
                          const Footprint& footprint) {
-    const double texel = std::numbers::pi / image.height;
     return mean_along(
-        image, coarser, length(footprint.major) / texel, length(footprint.minor) / texel, Edge::clamp,
+        image, coarser, stripe_of(image, footprint), Edge::clamp,
         [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes); });
+}
+
+int sky_probes(const Image& image, const Footprint& footprint) {
+    return stripe_of(image, footprint).probes();
 }
 
 Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,
@@ -114,7 +128,7 @@ Float3 surface_texture_color(const Image& image, const std::vector<Image>& coars
     const double columns = image.width, rows = image.height;
     const PrincipalAxes axes =
         principal_axes({{patch.a[0] * columns, patch.a[1] * rows}, {patch.b[0] * columns, patch.b[1] * rows}});
-    return mean_along(image, coarser, axes.along, axes.across, vertical, [&](double t) {
+    return mean_along(image, coarser, {axes.along, axes.across}, vertical, [&](double t) {
         return std::array<double, 2>{u + t * axes.major[0] / columns, v + t * axes.major[1] / rows};
     });
 }

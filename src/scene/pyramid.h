@@ -19,6 +19,9 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping = Mapping:
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const SkyAxes& axes,
                          const Footprint& footprint);
 
+/// How many probes that takes.
+int sky_probes(const Image& image, const Footprint& footprint);
+
 /// The same around a place on a surface, over the patch of u and v.
 Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,
                              Edge vertical);

@@ -187,7 +187,9 @@ TEST_F(SceneSurfaces, ClearanceOfAFlatSceneIsMeasuredInStretchedSpace) {
         for (std::size_t k = 0; k < 3; ++k) index[k] = static_cast<std::size_t>((q[k] * grid.stretch[k] - grid.origin[k]) / grid.cell);
         const double bound = static_cast<double>(grid.distance[(index[2] * grid.cells[1] + index[1]) * grid.cells[0] + index[0]]);
         ASSERT_LE(bound, std::min(walls, ball));
-        if (length(subtract(q, {10, 5, 0})) > 40) ASSERT_GE(bound, walls - diagonal - 1e-3);
+        if (length(subtract(q, {10, 5, 0})) > 40) {
+            ASSERT_GE(bound, walls - diagonal - 1e-3);
+        }
     }
 }
 

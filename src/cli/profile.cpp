@@ -26,7 +26,7 @@ constexpr std::uint32_t most_repeats = 1000;
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     app.add_option("-o,--output", arguments.output, "The directory of the report; default: SCENE-profile here")->type_name("DIR");
-    app.add_option("--repeat", arguments.repeat, "Runs of each kind; default: 3 to 25, for ten seconds")->type_name("N");
+    app.add_option("--repeat", arguments.repeat, "Runs of each kind; default: 3 to 50, for twenty seconds")->type_name("N");
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);

@@ -22,9 +22,9 @@ constexpr double hopeless_work_quick = 4e8;
 constexpr std::size_t steps_for_order = 3;
 /// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
 constexpr double enough_seconds = 0.15;
-/// The same of a quick study, whose first run of each, the one that shows its errors, may last longer.
+/// The same of a quick study.
 constexpr double quick_seconds = 0.25;
-/// A quick study takes one block of neighbours in so many without surfaces: there is no error in it, and rays go on for longer.
+/// A quick study measures errors on all rays and threads, but times one block of neighbours in so many.
 constexpr std::size_t rays_in_a_block = 64, blocks_per_one = 4;
 /// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
 /// this.
@@ -65,7 +65,7 @@ public:
         for (std::size_t i = 0; i < reference_.ends.size(); ++i)
             study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
         choose_drift_rays();
-        choose_free_rays();
+        choose_timed_rays();
         climb_all();
         if (!study_.options.errors_only) {
             take_times();
@@ -90,7 +90,7 @@ private:
     void bound_steps();
     void keep_decided();
     void choose_drift_rays();
-    void choose_free_rays();
+    void choose_timed_rays();
     void climb_all();
     void climb(const Ladder& ladder);
     bool set_loose_tolerance(Variant& variant) const;
@@ -110,7 +110,7 @@ private:
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     ErrorStudy study_;
     ReferenceRays reference_;
-    std::vector<RayStart> drift_rays_, free_rays_;
+    std::vector<RayStart> drift_rays_, timed_rays_;
     std::size_t most_bent_ = 0;  ///< of the calm rays of the sample: the one whose energy is drawn
     std::vector<Timed> timed_;
     double least_work_ = std::numeric_limits<double>::infinity();
@@ -160,11 +160,10 @@ void Study::choose_drift_rays() {
         drift_rays_.push_back(study_.sample.starts[good[(2 * k + 1) * good.size() / (2 * wanted)]]);
 }
 
-/// Those that are followed without surfaces.
-void Study::choose_free_rays() {
+void Study::choose_timed_rays() {
     const std::vector<RayStart>& all = study_.sample.starts;
     for (std::size_t i = 0; i < all.size(); ++i)
-        if (!study_.options.quick || i / rays_in_a_block % blocks_per_one == 0) free_rays_.push_back(all[i]);
+        if (!study_.options.quick || i / rays_in_a_block % blocks_per_one == 0) timed_rays_.push_back(all[i]);
 }
 
 void Study::climb_all() {
@@ -245,7 +244,6 @@ StudyPoint Study::measure(Timed& timed) {
     const double rays = double(study_.sample.starts.size());
     {
         PlanAs as(plan_, variant);
-        if (study_.options.quick) as.on_threads(study_.options.threads);
         std::vector<RayEnd> ends;
         const RunReport report = trace(plan_, study_.sample.starts, ends);
         point.errors = compare_rays(plan_, reference_, ends);
@@ -255,13 +253,17 @@ StudyPoint Study::measure(Timed& timed) {
         if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
         if (study_.options.errors_only) return point;
         timed.most_steps = enough_steps(ends);
+        double seconds = report.seconds;
+        if (study_.options.quick) {
+            as.on_threads(study_.options.threads);
+            seconds = trace(plan_, timed_rays_, ends).seconds;
+        }
         as.without_surfaces(timed.most_steps);
-        std::vector<RayEnd> unhindered;
-        const RunReport without = trace(plan_, free_rays_, unhindered);
-        const double free_rays = double(free_rays_.size());
-        point.steps_without = double(without.counters.steps) / free_rays;
-        timed.estimate = (report.seconds + without.seconds) * plan_.threads / study_.options.threads;
-        if (study_.options.quick) timed.with = {1e9 * report.seconds / rays}, timed.without = {1e9 * without.seconds / free_rays};
+        const RunReport without = trace(plan_, timed_rays_, ends);
+        const double timed_rays = double(timed_rays_.size());
+        point.steps_without = double(without.counters.steps) / timed_rays;
+        timed.estimate = (seconds + without.seconds) * plan_.threads / study_.options.threads;
+        if (study_.options.quick) timed.with = {1e9 * seconds / timed_rays}, timed.without = {1e9 * without.seconds / timed_rays};
     }
     point.drift = energy_drift(plan_, variant, drift_rays_);
     return point;
@@ -281,7 +283,7 @@ void Study::take_times() {
         most = std::max(most, timed.repeats);
     }
     if (study_.options.quick) study_.options.repeats = 1;
-    const double rays = double(study_.sample.starts.size());
+    const double rays = double(timed_rays_.size());
     for (unsigned repeat = 0; repeat < most; ++repeat)
         for (Timed& timed : timed_) {
             if (stopped()) return keep_times();
@@ -289,9 +291,9 @@ void Study::take_times() {
             PlanAs as(plan_, timed.variant);
             as.on_threads(study_.options.threads);
             std::vector<RayEnd> ends;
-            timed.with.push_back(1e9 * trace(plan_, study_.sample.starts, ends).seconds / rays);
+            timed.with.push_back(1e9 * trace(plan_, timed_rays_, ends).seconds / rays);
             as.without_surfaces(timed.most_steps);
-            timed.without.push_back(1e9 * trace(plan_, free_rays_, ends).seconds / double(free_rays_.size()));
+            timed.without.push_back(1e9 * trace(plan_, timed_rays_, ends).seconds / rays);
             done += timed.estimate;
             tell(climbing() + (0.95 - climbing()) * done / total);
         }

@@ -41,7 +41,7 @@ struct StudyCurve {
     bool loose = false;  ///< implicit equations solved to a hundredth of the error of the same step, not as the scene says
     bool own = false;    ///< the scene's own method
     std::optional<double> order;  ///< slope of position error (p90) over step, above the floor; none for adaptive methods
-    double floor = 0;             ///< least position error (p90) reached
+    std::optional<double> floor;  ///< least position error (p90) reached
     std::string stopped;          ///< why there are no finer steps
     std::vector<StudyPoint> points;
 };

@@ -62,7 +62,8 @@ std::string measured_reason(const Plan& plan, const std::vector<RayEnd>& in_doub
         if (std::isnan(error) || error > 1) ++strays;
         if (!std::isnan(error)) apart.push_back(error);
     }
-    trial.rays = in_double.size(), trial.apart = spread_of(std::move(apart)).p99;
+    trial.rays = in_double.size();
+    if (!apart.empty()) trial.apart = spread_of(std::move(apart)).p99;
     if (double(strays) > most_strays * double(trial.rays))
         return std::to_string(strays) + " of " + std::to_string(trial.rays) + " rays end elsewhere in float";
     if (!(trial.apart <= most_apart)) return "float is more than a tenth of a pixel from double";

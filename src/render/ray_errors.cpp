@@ -60,7 +60,8 @@ double pixel_error(const Plan& plan, const RayEnd& should, const RayEnd& is) {
 }
 
 Spread spread_of(std::vector<double> values) {
-    if (values.empty()) return {};
+    constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+    if (values.empty()) return {not_known, not_known, not_known, not_known};
     std::sort(values.begin(), values.end());
     const auto at = [&](double share) { return values[static_cast<std::size_t>(share * double(values.size() - 1))]; };
     return {at(0.5), at(0.9), at(0.99), values.back()};
@@ -94,7 +95,7 @@ RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
     }
     errors.compared = pixels.size(), errors.ill = ill.size();
     const auto above = std::count_if(pixels.begin(), pixels.end(), [](double error) { return error > 0.25; });
-    errors.above_quarter_pixel = pixels.empty() ? 0 : double(above) / double(pixels.size());
+    errors.above_quarter_pixel = double(above) / double(pixels.size());
     errors.position = spread_of(std::move(position));
     errors.direction = spread_of(std::move(direction));
     errors.pixels = spread_of(std::move(pixels));

@@ -10,6 +10,7 @@ namespace kagero {
 struct Spread {
     double p50 = 0, p90 = 0, p99 = 0, max = 0;
 };
+/// Of no values at all: not numbers.
 Spread spread_of(std::vector<double> values);
 
 /// A ray that turns its neighbours apart by more than this multiplies every error by as much; it is counted apart.

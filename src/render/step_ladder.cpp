@@ -82,8 +82,8 @@ std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice,
 
 Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order, double scene_size) {
     Slope slope;
-    if (errors.empty()) return slope;
-    slope.floor = *std::min_element(errors.begin(), errors.end());
+    for (const double error : errors)
+        if (!std::isnan(error) && !(slope.floor && *slope.floor <= error)) slope.floor = error;
     // Errors near the size of the scene follow no power of the step, and below the last step that still gains what the order
     // promises rounding shows. Of what lies between, the finest steps are the nearest to the limit that defines an order.
     const double greatest = 0.1 * scene_size;

@@ -8,6 +8,7 @@
 #include "report/page.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 namespace kagero {
@@ -17,7 +18,7 @@ using Cells = std::vector<std::string>;
 using Rows = std::vector<Cells>;
 
 std::string percent(double share) {
-    return html_number(100 * share) + " %";
+    return std::isfinite(share) ? html_number(100 * share) + " %" : "–";
 }
 
 std::string step_text(const StudyCurve& curve, double step) {
@@ -102,7 +103,7 @@ std::string order_section(const ErrorStudy& study) {
                             (curve.own ? " <b>(the scene's)</b>" : ""),
                         html_text(curve.info->what), curve.rescaled ? "yes" : "no",
                         curve.info->adaptive ? "adaptive" : std::to_string(curve.info->order),
-                        curve.order ? fixed(*curve.order, 2) : "–", html_number(curve.floor)});
+                        curve.order ? fixed(*curve.order, 2) : "–", curve.floor ? html_number(*curve.floor) : "–"});
     }
     return "<section><h2>Observed order</h2>\n" +
            html_table({"method", "", "rescaled time", "stated", "observed", "least error"}, rows, 2) +
@@ -200,6 +201,7 @@ std::string reference_section(const ErrorStudy& study) {
                         : std::string("On how each ray ends they agree throughout. ")) +
            (study.options.repeats == 1 ? std::string("Times are medians of interleaved runs, of long ones that of a single run, on ")
                                        : "Times are medians of at least " + std::to_string(study.options.repeats) + " interleaved runs on ") +
+           (study.options.quick ? std::string("a quarter of the rays (blocks of 64 neighbours), on ") : std::string()) +
            std::to_string(study.options.threads) + (study.options.threads == 1 ? " thread" : " threads") + ".</p></section>\n";
 }
 

@@ -69,7 +69,7 @@ Json json_of(const StudyCurve& curve) {
             {"adaptive", curve.info->adaptive},
             {"rescaled", curve.rescaled},
             {"loose", curve.loose},
-            {"floor", curve.floor},
+            {"floor", json_of(curve.floor)},
             {"stopped", curve.stopped.empty() ? Json() : Json(curve.stopped)}};
 }
 

@@ -2,6 +2,7 @@
 // against a loop that knows nothing but Embree, with the same rays and shading.
 #include "bench/bare_embree.h"
 #include "modules/modules.h"
+#include "render/pilot.h"
 #include "render/render.h"
 #include "render/schedule.h"
 #include "render/shade_tile.h"
@@ -48,10 +49,13 @@ void picture(benchmark::State& state, const Question& question) {
     if (c.issued_iterations) state.counters["iterating"] = double(c.active_iterations) / double(c.issued_iterations);
 }
 
+/// As `kagero render` would make its picture: in float, where that is seen to do.
 std::unique_ptr<Plan> straight_room(const std::string& isa) {
     Options options;
     options.isa = isa, options.threads = 1;
-    return make_plan(load_scene(KAGERO_SCENES "/room.toml", {"space.rg=0"}, catalogue(isa)), options);
+    auto plan = make_plan(load_scene(KAGERO_SCENES "/room.toml", {"space.rg=0"}, catalogue(isa)), options);
+    settle(*plan);
+    return plan;
 }
 void straight_picture(benchmark::State& state, const std::string& isa) {
     const auto plan = straight_room(isa);

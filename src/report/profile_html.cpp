@@ -67,8 +67,9 @@ std::string tiles_section(const Profile& profile) {
         text += html_figure(
             "Prediction", prediction_chart(profile),
             "Correlation " + fixed(*profile.correlation, 4) +
-                ". A ray for every 16 × 16 pixels is followed before the picture is begun; a tile's predicted cost is "
-                "the gradients of its rays, with a little for each ray.");
+                ". A ray, or four, for every 11 × 11 pixels is followed before the picture is begun; a tile's predicted cost is "
+                "that of the gradients, steps and queries of its rays, of which the slowest counts most, and of the places of a "
+                "sky's image that they look up.");
     return text;
 }
 

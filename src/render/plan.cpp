@@ -95,7 +95,7 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
     if (s.space.formula) plan->parameters = compile_formula(*s.space.formula, m);
     plan->straight = m.straight(plan->job.hamiltonian, plan->parameters.data());
-    plan->geometry = std::make_unique<SceneGeometry>(s, !plan->straight, with_camera);
+    plan->geometry = std::make_unique<SceneGeometry>(s, SceneGeometry::Parts{.clearance = !plan->straight, .textures = with_camera});
     fill_job(*plan, with_camera);
     plan->kernel = &choose_kernel(*plan, wish_of(*plan));
     check_disks(s);

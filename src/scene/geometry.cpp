@@ -142,9 +142,9 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
 
 }  // namespace
 
-SceneGeometry::SceneGeometry(const SceneDescription& scene, bool clearance, bool textures) : content_(std::make_unique<Content>()) {
+SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted) : content_(std::make_unique<Content>()) {
     Content& content = *content_;
-    Images images{textures, {}, {}};
+    Images images{wanted.textures, {}, {}};
     content.space_center = scene.space.center;
     content.sky = load(scene.sky, images);
     content.far_sky = load(scene.far_sky, images);
@@ -168,7 +168,7 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, bool clearance, bool
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
-    if (!clearance || !scene.integrator.cull) return;
+    if (!wanted.clearance || !scene.integrator.cull) return;
     const Double3 stretch = clearance_stretch(bounds);
     std::unique_ptr<EmbreeScene> stretched;
     if (stretch != Double3{1, 1, 1})

@@ -23,10 +23,15 @@ struct Patch {
 /// number of threads may shade at once.
 class SceneGeometry {
 public:
-    /// Loads meshes and textures, builds everything. Throws InputError for data that cannot be used.
-    /// With `clearance`, and unless the scene culls nothing, a grid of distances to the nearest surface too; with `textures` what
-    /// the colours of surfaces and skies may be asked for.
-    explicit SceneGeometry(const SceneDescription& scene, bool clearance = true, bool textures = true);
+    /// What may be left out.
+    struct Parts {
+        bool clearance;  ///< a grid of distances to the nearest surface, unless the scene culls nothing
+        bool textures;   ///< what colours of surfaces and skies with images need
+    };
+    static constexpr Parts everything{true, true};
+
+    /// Loads meshes and textures, builds everything wanted. Throws InputError for data that cannot be used.
+    explicit SceneGeometry(const SceneDescription& scene, const Parts& wanted = everything);
     ~SceneGeometry();
     SceneGeometry(SceneGeometry&&) noexcept;
 

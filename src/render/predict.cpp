@@ -23,7 +23,7 @@ constexpr double operations_of_a_probe = 225;
 /// What the first pass may take of the time there is.
 constexpr double most_of_the_time = 0.1;
 
-/// A packet takes as long as its slowest ray: neighbours differ by about this share of what rays all over a tile do.
+/// A packet takes as many steps as its slowest ray: neighbours differ by about this share of what rays all over a tile do.
 constexpr double waiting = 0.5;
 
 /// The first pass. At each place it follows the ray in the middle of a pixel, or, where it matters how much of a sky a ray stands for,
@@ -40,17 +40,17 @@ public:
     /// In operations.
     double cost_of(std::size_t tile) const {
         const auto begin = costs_.begin() + std::ptrdiff_t(first_[tile]), end = costs_.begin() + std::ptrdiff_t(first_[tile + 1]);
-        double tracing = 0, slowest = 0, shading = 0;
+        double steps = 0, slowest = 0, rest = 0;
         for (auto cost = begin; cost != end; ++cost)
-            tracing += cost->tracing / double(end - begin), shading += cost->shading / double(end - begin), slowest = std::max(slowest, cost->tracing);
+            steps += cost->steps / double(end - begin), rest += cost->rest / double(end - begin), slowest = std::max(slowest, cost->steps);
         const Tile& t = tiles_[tile];
-        return double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan_.scene.film.spp * (tracing + waiting * (slowest - tracing) + shading);
+        return double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan_.scene.film.spp * (steps + waiting * (slowest - steps) + rest);
     }
 
 private:
-    /// Of a ray, in operations.
+    /// Of a ray, in operations: its steps, and what no other ray has to wait for.
     struct Cost {
-        double tracing = 0, shading = 0;
+        double steps = 0, rest = 0;
     };
 
     /// The middles of squares, or what of them lies inside.
@@ -83,8 +83,8 @@ private:
         Quad quad;
         for (std::uint32_t i = 0; i < edge_ * edge_; ++i) {
             const RayEnd& end = ends[i];
-            cost.tracing += operations_.per_gradient * end.gradients + operations_.per_step * end.steps + operations_of_a_query * end.queries +
-                            operations_of_a_ray;
+            cost.steps += operations_.per_gradient * end.gradients + operations_.per_step * end.steps;
+            cost.rest += operations_of_a_query * end.queries + operations_of_a_ray;
             Sighting& ray = quad.rays.emplace_back();
             ray.end = &end;
             if (end.status == Status::escaped) ray.sky = sky_view(plan_, end);
@@ -93,9 +93,9 @@ private:
         if (edge_ > 1) {
             const SkyFootprints footprints = footprints_of(quad, plan_.scene.film.spp);
             const double lanes = double(plan_.kernel->lanes) / plan_.kernel->registers;
-            for (const Sighting& ray : quad.rays) cost.shading += lanes * operations_of_a_probe * probes_of(plan_, ray, footprints);
+            for (const Sighting& ray : quad.rays) cost.rest += lanes * operations_of_a_probe * probes_of(plan_, ray, footprints);
         }
-        return {cost.tracing / (edge_ * edge_), cost.shading / (edge_ * edge_)};
+        return {cost.steps / (edge_ * edge_), cost.rest / (edge_ * edge_)};
     }
 
     const Plan& plan_;

@@ -10,8 +10,8 @@
 namespace kagero {
 namespace {
 
-/// Pixels between the places that stand for a tile.
-constexpr std::uint32_t spacing = 11;
+/// Pixels between the places that stand for a tile, of one ray and of a block of them.
+constexpr std::uint32_t spacing_of_rays = 11, spacing_of_blocks = 16;
 /// Rays of the first pass handed out at a time.
 constexpr std::uint32_t rays_at_a_time = 64;
 /// What a ray costs beside its steps (its start and landing), and what a query costs, in floating-point operations of steps: as the tiles
@@ -55,7 +55,8 @@ private:
 
     /// The middles of squares, or what of them lies inside.
     void add_places(const Tile& tile) {
-        const auto middle = [this](std::uint32_t from, std::uint32_t to) {
+        const std::uint32_t spacing = edge_ > 1 ? spacing_of_blocks : spacing_of_rays;
+        const auto middle = [&](std::uint32_t from, std::uint32_t to) {
             return std::min(from + spacing / 2, (from + to) / 2) / edge_ * edge_;
         };
         for (std::uint32_t y = tile.y0; y < tile.y1; y += spacing)

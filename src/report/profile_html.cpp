@@ -67,7 +67,7 @@ std::string tiles_section(const Profile& profile) {
         text += html_figure(
             "Prediction", prediction_chart(profile),
             "Correlation " + fixed(*profile.correlation, 4) +
-                ". A ray, or four, for every 11 × 11 pixels is followed before the picture is begun; a tile's predicted cost is "
+                ". A ray for every 11 × 11 pixels, or four for every 16 × 16, is followed before the picture is begun; a tile's predicted cost is "
                 "that of the gradients, steps and queries of its rays, of which the slowest counts most, and of the places of a "
                 "sky's image that they look up.");
     return text;

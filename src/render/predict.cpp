@@ -81,22 +81,28 @@ private:
     /// Of the rays at one place.
     Cost cost_of(const RayEnd* ends) const {
         Cost cost;
+        const std::uint32_t rays = edge_ * edge_;
+        for (std::uint32_t i = 0; i < rays; ++i) {
+            cost.steps += operations_.per_gradient * ends[i].gradients + operations_.per_step * ends[i].steps;
+            cost.rest += operations_of_a_query * ends[i].queries + operations_of_a_ray;
+        }
+        if (edge_ > 1) cost.rest += operations_of_the_sky(ends);
+        return {cost.steps / rays, cost.rest / rays};
+    }
+    /// To colour the rays of a block.
+    double operations_of_the_sky(const RayEnd* ends) const {
         Quad quad;
         for (std::uint32_t i = 0; i < edge_ * edge_; ++i) {
-            const RayEnd& end = ends[i];
-            cost.steps += operations_.per_gradient * end.gradients + operations_.per_step * end.steps;
-            cost.rest += operations_of_a_query * end.queries + operations_of_a_ray;
             Sighting& ray = quad.rays.emplace_back();
-            ray.end = &end;
-            if (end.status == Status::escaped) ray.sky = sky_view(plan_, end);
+            ray.end = ends + i;
+            if (ray.end->status == Status::escaped) ray.sky = sky_view(plan_, *ray.end);
             quad.places.push_back({double(i % edge_), double(i / edge_)});
         }
-        if (edge_ > 1) {
-            const SkyFootprints footprints = footprints_of(quad, plan_.scene.film.spp);
-            const double lanes = double(plan_.kernel->lanes) / plan_.kernel->registers;
-            for (const Sighting& ray : quad.rays) cost.rest += lanes * operations_of_a_probe * probes_of(plan_, ray, footprints);
-        }
-        return {cost.steps / (edge_ * edge_), cost.rest / (edge_ * edge_)};
+        const SkyFootprints footprints = footprints_of(quad, plan_.scene.film.spp);
+        int probes = 0;
+        for (const Sighting& ray : quad.rays) probes += probes_of(plan_, ray, footprints);
+        const double lanes = double(plan_.kernel->lanes) / plan_.kernel->registers;
+        return lanes * operations_of_a_probe * probes;
     }
 
     const Plan& plan_;

@@ -1,11 +1,14 @@
 // Error against run time: what the report says, and that it is right where mathematics tells what it must say.
 #include "hole_scene.h"
 #include "modules/modules.h"
+#include "render/ray_errors.h"
+#include "render/step_ladder.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kagero::test {
 namespace {
@@ -165,6 +168,17 @@ TEST_F(Error, StraightRaysHaveNoError) {
     EXPECT_TRUE(report["straight"].get<bool>());
     ASSERT_FALSE(report["curves"].empty());
     EXPECT_LT(report["curves"][0]["points"][0]["position"]["max"], 1e-12);
+}
+
+TEST(Slope, IsThatOfTheErrorsThatAreKnown) {
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    const Slope second = slope_of({8, 4, 2, 1}, {unknown, 0.16, 0.04, 0.01}, 2, 10);
+    ASSERT_TRUE(second.order && second.floor);
+    EXPECT_NEAR(*second.order, 2, 1e-12);
+    EXPECT_EQ(*second.floor, 0.01);
+    const Slope none = slope_of({2, 1}, {unknown, unknown}, 2, 10);
+    EXPECT_FALSE(none.order || none.floor);
+    EXPECT_TRUE(std::isnan(spread_of({}).p50));
 }
 
 TEST_F(Error, WrongInputIsRefused) {

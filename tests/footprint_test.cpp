@@ -68,6 +68,17 @@ TEST(SkyTexture, LongFootprintsAverageAlongTheirLength) {
     EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, round)[0], 0.5, 0.02);
 }
 
+TEST(SkyTexture, ProbesAreAsManyAsAFootprintIsLong) {
+    const Image image = noise(64, 32);
+    const double texel = std::numbers::pi / 32;
+    const auto probes = [&](double along, double across) { return sky_probes(image, {{0, along * texel, 0}, {0, 0, across * texel}}); };
+    EXPECT_EQ(probes(0, 0), 1);
+    EXPECT_EQ(probes(0.5, 0.1), 1);
+    EXPECT_EQ(probes(6, 0.1), 6);
+    EXPECT_EQ(probes(6, 2), 3);
+    EXPECT_EQ(probes(100, 1), 16);
+}
+
 // A linear map of places to directions, sampled in a block: its singular values are the axes.
 TEST(Spread, IsThatOfALinearMap) {
     std::mt19937 random(7);

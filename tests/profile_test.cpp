@@ -1,7 +1,10 @@
 // `kagero profile`: its numbers fit together, its files can be read by those they are for. How fast anything is, is not asked
 // here.
-#include "render/profile.h"
 #include "hole_scene.h"
+#include "plan_fixture.h"
+
+#include "render/operation_count.h"
+#include "render/profile.h"
 
 #include <nlohmann/json.hpp>
 
@@ -130,6 +133,39 @@ TEST_F(ProfileVerb, RefusesWhatItCannotDo) {
     EXPECT_EQ(run("profile").status, 2);
     EXPECT_EQ(run("profile hole.toml --repeat 0").status, 2);
     EXPECT_EQ(run("profile hole.toml -o hole.toml").status, 2);
+}
+
+/// The tiles of a picture by their places, as they were predicted and as they were traced.
+std::map<std::array<std::uint32_t, 2>, TileRecord> tiles_of(const Plan& plan) {
+    Film film(plan.scene.film.width, plan.scene.film.height, {"color"});
+    Recording recording;
+    Watch watch;
+    watch.recording = &recording;
+    render(plan, film, watch);
+    std::map<std::array<std::uint32_t, 2>, TileRecord> tiles;
+    for (const TileRecord& record : recording.tiles) tiles[{record.tile.x0, record.tile.y0}] = record;
+    return tiles;
+}
+
+// Nothing is predicted by the clock: not even where most of a tile's time is that of its colours.
+TEST(Prediction, IsTheSameEveryTime) {
+    for (const char* scene : {"room.toml", "galaxy.toml"}) {
+        const auto plan = plan_of_file(scene_file(scene), {"film.size=[320,200]"});
+        auto once = tiles_of(*plan);
+        for (const auto& [place, again] : tiles_of(*plan)) EXPECT_EQ(once[place].predicted, again.predicted) << scene;
+    }
+}
+
+TEST(Prediction, FollowsWhatTilesDo) {
+    const auto plan = plan_of_file(scene_file("room.toml"), {});
+    const Operations operations = operations_of(*plan);
+    std::vector<double> predicted, done;
+    for (const auto& [place, record] : tiles_of(*plan)) {
+        const Counters& c = record.counters;
+        predicted.push_back(record.predicted);
+        done.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) + 400 * double(c.queries));
+    }
+    EXPECT_GT(*correlation(predicted, done), 0.9);
 }
 
 TEST(Correlation, IsPearsons) {

@@ -131,6 +131,48 @@ KAGERO_INLINE std::uint64_t bits(__m128d m) { return static_cast<unsigned>(_mm_m
 KAGERO_INLINE std::uint64_t bits(__m128 m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
 #endif
 
+/// … and back: each lane looks at its own bit.
+#if defined(__AVX512F__)
+template <class M>
+KAGERO_INLINE void set_bits(M& m, std::uint64_t all) { m = static_cast<M>(all); }
+#elif defined(__AVX2__)
+KAGERO_INLINE __m256i own_bit(std::uint64_t all, __m256i own) {
+    return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(all)), own), own);
+}
+KAGERO_INLINE void set_bits(__m256d& m, std::uint64_t all) { m = _mm256_castsi256_pd(own_bit(all, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8))); }
+KAGERO_INLINE void set_bits(__m256& m, std::uint64_t all) { m = _mm256_castsi256_ps(own_bit(all, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128))); }
+#else
+KAGERO_INLINE __m128i own_bit(std::uint64_t all, __m128i own) {
+    return _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(all)), own), own);
+}
+KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t all) { m = _mm_castsi128_pd(own_bit(all, _mm_setr_epi32(1, 1, 2, 2))); }
+KAGERO_INLINE void set_bits(__m128& m, std::uint64_t all) { m = _mm_castsi128_ps(own_bit(all, _mm_setr_epi32(1, 2, 4, 8))); }
+#endif
+
+/// One register from doubles in memory, and one register to floats there.
+#if defined(__AVX512F__)
+KAGERO_INLINE void from_doubles(__m512d& v, const double* from) { v = _mm512_loadu_pd(from); }
+KAGERO_INLINE void from_doubles(__m512& v, const double* from) {
+    v = _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(_mm512_loadu_pd(from))), _mm512_cvtpd_ps(_mm512_loadu_pd(from + 8)), 1);
+}
+KAGERO_INLINE void to_floats(__m512d v, float* to) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(v)); }
+KAGERO_INLINE void to_floats(__m512 v, float* to) { _mm512_storeu_ps(to, v); }
+#elif defined(__AVX2__)
+KAGERO_INLINE void from_doubles(__m256d& v, const double* from) { v = _mm256_loadu_pd(from); }
+KAGERO_INLINE void from_doubles(__m256& v, const double* from) {
+    v = _mm256_set_m128(_mm256_cvtpd_ps(_mm256_loadu_pd(from + 4)), _mm256_cvtpd_ps(_mm256_loadu_pd(from)));
+}
+KAGERO_INLINE void to_floats(__m256d v, float* to) { _mm_storeu_ps(to, _mm256_cvtpd_ps(v)); }
+KAGERO_INLINE void to_floats(__m256 v, float* to) { _mm256_storeu_ps(to, v); }
+#else
+KAGERO_INLINE void from_doubles(__m128d& v, const double* from) { v = _mm_loadu_pd(from); }
+KAGERO_INLINE void from_doubles(__m128& v, const double* from) {
+    v = _mm_movelh_ps(_mm_cvtpd_ps(_mm_loadu_pd(from)), _mm_cvtpd_ps(_mm_loadu_pd(from + 2)));
+}
+KAGERO_INLINE void to_floats(__m128d v, float* to) { _mm_storel_pi(reinterpret_cast<__m64*>(to), _mm_cvtpd_ps(v)); }
+KAGERO_INLINE void to_floats(__m128 v, float* to) { _mm_storeu_ps(to, v); }
+#endif
+
 }  // namespace registers
 
 // ---- packets -----------------------------------------------------------------------------------------------------------------
@@ -337,11 +379,24 @@ KAGERO_INLINE void set_lane(V& v, int lane, ScalarOf<V> x) {
 /// From a number for each lane.
 template <class V>
 KAGERO_INLINE V lanes_of(const double* numbers) {
-    ScalarOf<V> narrow[lane_count<V>];
-    for (int i = 0; i < lane_count<V>; ++i) narrow[i] = static_cast<ScalarOf<V>>(numbers[i]);
-    V v;
-    std::memcpy(&v, narrow, sizeof v);
-    return v;
+    if constexpr (lane_count<V> == 1) {
+        return static_cast<V>(*numbers);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        V v;
+        KAGERO_EACH_REGISTER(registers::from_doubles(v.v[i], numbers + i * V::width))
+        return v;
+    }
+}
+/// … and to one.
+template <class V>
+KAGERO_INLINE void to_floats(const V& v, float* numbers) {
+    if constexpr (lane_count<V> == 1) {
+        *numbers = static_cast<float>(v);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        KAGERO_EACH_REGISTER(registers::to_floats(v.v[i], numbers + i * V::width))
+    }
 }
 /// The mask whose lane i is bit i.
 template <class V>
@@ -349,18 +404,10 @@ KAGERO_INLINE MaskOf<V> from_bits(std::uint64_t bits) {
     if constexpr (lane_count<V> == 1) {
         return (bits & 1) != 0;
     } else {
-#if defined(__AVX512F__)
+        constexpr int R = ValueTraits<V>::registers;
         MaskOf<V> mask;
-        constexpr int width = V::width;
-        for (int r = 0; r < ValueTraits<V>::registers; ++r) {
-            using Bits = std::remove_reference_t<decltype(mask.v[r])>;
-            mask.v[r] = static_cast<Bits>(bits >> (r * width));
-        }
+        KAGERO_EACH_REGISTER(registers::set_bits(mask.v[i], bits >> (i * V::width)))
         return mask;
-#endif
-        V chosen;
-        for (int i = 0; i < lane_count<V>; ++i) set_lane(chosen, i, ScalarOf<V>((bits >> i) & 1));
-        return chosen > V(ScalarOf<V>(0.5));
     }
 }
 /// False for infinities and NaN.

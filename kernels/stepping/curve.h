@@ -7,9 +7,15 @@
 
 namespace kagero {
 
-/// √x to a few roundings, without the slow instruction; 0 at 0.
+/// √x to a few roundings, without the slow instruction where there is another; 0 at 0.
 template <class V>
-KAGERO_INLINE V root(const V& x) { return x * rsqrt(max(x, V(std::numeric_limits<ScalarOf<V>>::min()))); }
+KAGERO_INLINE V root(const V& x) {
+#if defined(__AVX512F__)
+    return x * rsqrt(max(x, V(std::numeric_limits<ScalarOf<V>>::min())));
+#else
+    return sqrt(x);
+#endif
+}
 
 template <class V>
 class Curve {

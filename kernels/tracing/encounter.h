@@ -144,15 +144,15 @@ private:
         const auto to_embree = [&](const V& start, const V& end, int k) {
             const V shift(S(geometry_.shift[k])), from_here = (start - shift) * scale, to_here = (end - shift) * scale;
             size = max(size, max(abs(from_here), abs(to_here)));
-            narrow(from_here, segments.org[k]);
-            narrow((end - start) * scale, segments.dir[k]);
+            to_floats(from_here, segments.org[k]);
+            to_floats((end - start) * scale, segments.dir[k]);
         };
         to_embree(a.x, b.x, 0), to_embree(a.y, b.y, 1), to_embree(a.z, b.z, 2);
         std::fill_n(segments.near, W, 0.0f);
-        for (std::uint64_t rest = now & fresh_; rest; rest &= rest - 1) {
-            const int i = __builtin_ctzll(rest);
-            const float x = segments.dir[0][i], y = segments.dir[1][i], z = segments.dir[2][i];
-            segments.near[i] = std::min(0.5f, start_offset / std::max(std::sqrt(x * x + y * y + z * z), start_offset));
+        if (now & fresh_) {
+            const Vec3<V> way = scale * (b - a);
+            const V least = S(start_offset), length = max(sqrt(dot(way, way)), least);
+            to_floats(pick(from_bits<V>(fresh_), min(V(S(0.5)), least / length), V(S(0))), segments.near);
         }
         fresh_ &= ~now;
         double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
@@ -200,13 +200,6 @@ private:
         }
         return length;
     }
-    static void put(const V& v, S* to) { std::memcpy(to, &v, sizeof v); }
-    static void narrow(const V& v, float* to) {
-        alignas(64) S lanes[W];
-        put(v, lanes);
-        for (int i = 0; i < W; ++i) to[i] = float(lanes[i]);
-    }
-
     /// How far from its start a ray cannot meet a surface, in Embree's coordinates of order one: some 30 roundings of float.
     static constexpr float start_offset = 4e-6f;
     /// Beyond this segments are cut down to the scene first, in the same coordinates.

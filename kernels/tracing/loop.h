@@ -63,7 +63,7 @@ private:
     void pass();
     bool fill(RayQueue<W>& queue);
     void refill(RayQueue<W>& queue, Landing<V>& landing);
-    static void put(const RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow);
+    static void put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow);
     void enter(const RayStarts<W>& starts, std::uint64_t lanes);
     void advance_once(Landing<V>& landing);
     std::uint64_t leave(Landing<V>& landing, std::uint64_t moving);
@@ -108,8 +108,6 @@ private:
     std::uint64_t fell_on_surface_ = 0;
     RayEnd* ends_[W];
     std::uint64_t numbers_[W];
-
-    static constexpr std::uint64_t all_lanes = W == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << W) - 1;
 
     /// How often a step without solution is halved before its ray fails.
     static constexpr int max_halvings = 24;

@@ -8,6 +8,10 @@
 
 namespace kagero {
 
+/// A bit for each of W lanes.
+template <int W>
+inline constexpr std::uint64_t all_lanes = W == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << W) - 1;
+
 /// Rays that start together, a lane each.
 template <int W>
 struct RayStarts {
@@ -23,9 +27,8 @@ struct RayStarts {
     /// Lanes that are not of `lanes` follow one that is.
     void fill_up(std::uint64_t lanes) {
         const int donor = __builtin_ctzll(lanes);
-        for (int i = 0; i < W; ++i)
-            if (!((lanes >> i) & 1))
-                for (auto& numbers : y) numbers[i] = numbers[donor];
+        for (std::uint64_t rest = ~lanes & all_lanes<W>; rest; rest &= rest - 1)
+            for (auto& numbers : y) numbers[__builtin_ctzll(rest)] = numbers[donor];
     }
 };
 
@@ -66,29 +69,41 @@ public:
     /// The rays of the next slots for the lanes of `free`, where their ends go, and their numbers; returns the lanes whose slot does not lie
     /// outside of the tile.
     std::uint64_t take(std::uint64_t free, RayStarts<W>& starts, RayEnd* (&ends)[W], std::uint64_t (&numbers)[W]) {
+        alignas(64) double middle_x[W], middle_y[W];
         std::uint64_t taken = 0;
-        alignas(64) double middle_x[W] = {}, middle_y[W] = {};
+        const auto put = [&](int lane, std::uint32_t x, std::uint32_t y) {
+            ends[lane] = ends_ + std::size_t(y - tile_.y0) * (tile_.x1 - tile_.x0) + (x - tile_.x0);
+            numbers[lane] = job_.camera ? std::uint64_t(y) * job_.camera->width + x : x;
+            middle_x[lane] = x + 0.5, middle_y[lane] = y + 0.5;
+            if (!job_.camera) starts.put(lane, job_.rays[x]);
+        };
         starts.captured = starts.escaped = 0;
-        for (; free && !empty(); free &= free - 1) {
-            const int i = __builtin_ctzll(free);
-            const std::uint32_t x = x_ + column_, y = y_ + row_;
-            if (++column_ == width_) column_ = 0, ++row_;
-            if (row_ == height_) {
-                row_ = 0, x_ += width_;
-                if (x_ >= tile_.x1) x_ = tile_.x0 / width_ * width_, y_ += height_;
+        if (free == all_lanes<W> && row_ == 0 && column_ == 0 && x_ >= tile_.x0 && y_ >= tile_.y0 && x_ + width_ <= tile_.x1 && y_ + height_ <= tile_.y1) {
+            int lane = 0;
+            for (std::uint32_t row = 0; row < height_; ++row)
+                for (std::uint32_t column = 0; column < width_; ++column) put(lane++, x_ + column, y_ + row);
+            next_block();
+            taken = free;
+        } else {
+            for (int i = 0; i < W; ++i) middle_x[i] = middle_y[i] = 0;
+            for (; free && !empty(); free &= free - 1) {
+                const std::uint32_t x = x_ + column_, y = y_ + row_;
+                if (++column_ == width_) column_ = 0, ++row_;
+                if (row_ == height_) row_ = 0, next_block();
+                if (x < tile_.x0 || x >= tile_.x1 || y < tile_.y0 || y >= tile_.y1) continue;
+                taken |= free & -free;
+                put(__builtin_ctzll(free), x, y);
             }
-            if (x < tile_.x0 || x >= tile_.x1 || y < tile_.y0 || y >= tile_.y1) continue;
-            taken |= std::uint64_t(1) << i;
-            ends[i] = ends_ + std::size_t(y - tile_.y0) * (tile_.x1 - tile_.x0) + (x - tile_.x0);
-            numbers[i] = job_.camera ? std::uint64_t(y) * job_.camera->width + x : x;
-            if (job_.camera) middle_x[i] = x + 0.5, middle_y[i] = y + 0.5;
-            else starts.put(i, job_.rays[x]);
         }
         if (job_.camera) look(*job_.camera, middle_x, middle_y, starts);
         return taken;
     }
 
 private:
+    void next_block() {
+        x_ += width_;
+        if (x_ >= tile_.x1) x_ = tile_.x0 / width_ * width_, y_ += height_;
+    }
     static constexpr std::uint32_t block_width = W >= 64 ? 8 : W >= 8 ? 4 : W >= 4 ? 2 : W;
 
     const Job& job_;

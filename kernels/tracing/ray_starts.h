@@ -9,7 +9,7 @@ namespace kagero {
 template <class V>
 bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     RayStarts<W> starts;
-    const std::uint64_t lanes = queue.take(all_lanes, starts, ends_, numbers_);
+    const std::uint64_t lanes = queue.take(all_lanes<W>, starts, ends_, numbers_);
     if (!lanes) return false;
     flow_.want_energy = !task_.straight && (job_.outputs & output_energy) != 0;
     flow_.want_path = job_.path_sink;
@@ -20,8 +20,7 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     filled_ = lanes;
     flow_.open_iterations = iterations_before_ = iterations_after_ = steps_ = nominal_ = flow_.h = V(S(0));
     tried_h_ = tried_side_ = V(S(0));
-    starts.fill_up(lanes);
-    put(starts, all_lanes, flow_);
+    put(starts, lanes, flow_);
     task_.begin(flow_);
     flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
     worst_energy_ = flow_.energy_error;
@@ -36,7 +35,7 @@ void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing) {
     landing.clear();
     tell_occupancy(~active_ & filled_);
     RayStarts<W> starts;
-    const std::uint64_t lanes = queue.take(~active_ & all_lanes, starts, ends_, numbers_);
+    const std::uint64_t lanes = queue.take(~active_ & all_lanes<W>, starts, ends_, numbers_);
     if (!lanes) return;
     if (encounter_) encounter_->begin(lanes);
     Flow<V> fresh = flow_;
@@ -59,14 +58,14 @@ void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing) {
     enter(starts, lanes);
 }
 
-/// Puts the start of rays into lanes of a flow.
+/// Puts the start of rays into a flow; lanes that are not of `lanes` follow one that is.
 template <class V>
-void PacketTracer<V>::put(const RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow) {
-    const MaskOf<V> here = from_bits<V>(lanes);
-    for (int k = 0; k < 7; ++k) flow.start.y[k] = pick(here, lanes_of<V>(starts.y[k]), flow.start.y[k]);
-    const auto clear = [&](V& v) { v = pick(here, V(S(0)), v); };
-    clear(flow.start_parameter), clear(flow.end_parameter), clear(flow.gradients), clear(flow.energy_error), clear(flow.energy);
-    for (int k = 0; k < 6; ++k) clear(flow.carry[k]), clear(flow.next_carry[k]);
+void PacketTracer<V>::put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow) {
+    const V zero(S(0));
+    starts.fill_up(lanes);
+    for (int k = 0; k < 7; ++k) flow.start.y[k] = lanes_of<V>(starts.y[k]);
+    for (int k = 0; k < 6; ++k) flow.carry[k] = flow.next_carry[k] = zero;
+    flow.start_parameter = flow.end_parameter = flow.gradients = flow.energy_error = flow.energy = zero;
 }
 
 /// New rays of `lanes` become active, except those that end where they start: unusable and captured ones, and those that start outside
@@ -94,7 +93,7 @@ void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     const MaskOf<V> here = from_bits<V>(lanes);
     nominal_ = pick(here, pick(from_bits<V>(entered), V(S(job_.step)), V(S(0))), nominal_);
     active_ |= entered;
-    make_harmless(all_lanes & ~active_ & ~usable);
+    make_harmless(all_lanes<W> & ~active_ & ~usable);
     flow_.h = pick(here, step_length(), flow_.h);
     report_path(flow_, entered, true);
 }

@@ -74,14 +74,7 @@ public:
     }
 
     /// What the lanes of `hits` met.
-    Level<V> levels(std::uint64_t hits) const {
-        Level<V> level{};
-        for (; hits; hits &= hits - 1) {
-            const int i = __builtin_ctzll(hits);
-            set_lane(level, i, geometry_.surfaces[surface[i]], primitive[i]);
-        }
-        return level;
-    }
+    Level<V> levels(std::uint64_t hits) const { return levels_of<V>(geometry_.surfaces, surface, primitive, hits); }
     /// The same for the straight way of the step in `flow`, however long: one query, as no clearance is of use to it.
     std::uint64_t meet_straight(const Flow<V>& flow, std::uint64_t active) {
         const Stopwatch watch(timed_, ticks);
@@ -207,10 +200,10 @@ private:
 
     const Task<V>& task_;
     const Geometry& geometry_;
-    Vec3<V> stretch_{};
+    Vec3<V> stretch_{S(1), S(1), S(1)};
     S tolerance_;
     bool chord_only_, timed_;
-    V budget_{}, queries_{};
+    V budget_ = S(0), queries_ = S(0);
     std::uint64_t fresh_ = 0;
 };
 

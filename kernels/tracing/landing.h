@@ -50,7 +50,7 @@ public:
     void wait_for_edge(const Flow<V>& from, std::uint64_t lanes, Edge edge) {
         const bool capture = edge == Edge::capture;
         const V inside = capture ? from.start_captured : from.start_domain, outside = capture ? from.captured : from.domain;
-        wait(lanes, Level<V>{}, V(S(0)), V(S(1)), inside / (inside - outside));
+        wait(lanes, Level<V>::none(), V(S(0)), V(S(1)), inside / (inside - outside));
         take(from, lanes);
         edge_ |= lanes;
         if (capture) captured |= lanes;
@@ -197,10 +197,10 @@ private:
     static constexpr int max_corrections = 30;
 
     const Task<V>& task_;
-    Curve<V> curve_{};  ///< of the waiting lanes' last steps
+    Curve<V> curve_;  ///< of the waiting lanes' last steps
     std::uint64_t edge_ = 0;
-    Level<V> level_{};
-    V lo_{}, hi_{}, s_{};
+    Level<V> level_ = Level<V>::none();
+    V lo_ = S(0), hi_ = S(0), s_ = S(0);
 };
 
 }  // namespace kagero

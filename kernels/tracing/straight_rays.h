@@ -14,12 +14,13 @@ void PacketTracer<V>::end_straight() {
     flow_.end.set(to, flow_.start.p());
     flow_.end_velocity = v;
     std::uint64_t hits = encounter_ ? encounter_->meet_straight(flow_, leaving) : 0;
-    V fraction = chord_fraction(sphere_level(V(S(job_.escape_radius))), from, to, V(S(1)));
+    V fraction(S(0));
     if (hits) {
-        const V near = chord_fraction(encounter_->levels(hits), from, to, lanes_of<V>(encounter_->t));
-        hits &= ~to_bits(is_beyond(advance(from, near, to - from)) | (near < V(S(0))));
-        fraction = pick(from_bits<V>(hits), near, fraction);
+        fraction = chord_fraction(encounter_->levels(hits), from, to, lanes_of<V>(encounter_->t));
+        hits &= ~to_bits(is_beyond(advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
+    if (hits != leaving)
+        fraction = pick(from_bits<V>(hits), fraction, chord_fraction(sphere_level(V(S(job_.escape_radius))), from, to, V(S(1))));
     flow_.end.set(advance(from, fraction, to - from), flow_.start.p());
     flow_.end_parameter = fraction * flow_.h;
     steps_ = pick(from_bits<V>(leaving), V(S(1)), steps_);

@@ -15,6 +15,11 @@ struct Level {
     Vec3<V> center, normal;
     V d;
 
+    /// No surface at all.
+    static Level none() {
+        const V zero(ScalarOf<V>(0));
+        return {zero, zero, {zero, zero, zero}, {zero, zero, zero}, zero};
+    }
     KAGERO_INLINE V value(const Vec3<V>& q) const {
         const Vec3<V> e = q - center;
         return a * (dot(e, e) - radius2) + (dot(normal, q) - d);
@@ -35,17 +40,22 @@ Level<V> sphere_level(const V& radius) {
     return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero};
 }
 
-/// Puts the plane of a triangle, or the sphere, of a surface into a lane.
+/// What the lanes of `lanes` met, each its own surface: the plane of a triangle, or a sphere.
 template <class V>
-void set_lane(Level<V>& level, int lane, const Surface& surface, std::uint32_t primitive) {
-    const auto put = [lane](V& v, double x) { set_lane(v, lane, ScalarOf<V>(x)); };
-    const bool ball = surface.kind == Surface::Kind::sphere;
+Level<V> levels_of(const Surface* surfaces, const std::uint32_t* surface, const std::uint32_t* primitive, std::uint64_t lanes) {
+    constexpr int W = lane_count<V>;
     static constexpr double nothing[4] = {};
-    const double* plane = ball ? nothing : surface.planes + 4 * std::size_t(primitive);
-    const double* center = ball ? surface.center : nothing;
-    put(level.a, ball ? 0.5 / surface.radius : 0), put(level.radius2, ball ? surface.radius * surface.radius : 0);
-    put(level.center.x, center[0]), put(level.center.y, center[1]), put(level.center.z, center[2]);
-    put(level.normal.x, plane[0]), put(level.normal.y, plane[1]), put(level.normal.z, plane[2]), put(level.d, plane[3]);
+    alignas(64) double a[W], radius2[W], center[3][W], plane[4][W];
+    for (int i = 0; i < W; ++i) {
+        const Surface* s = (lanes >> i) & 1 ? surfaces + surface[i] : nullptr;
+        const bool ball = s && s->kind == Surface::Kind::sphere;
+        const double *c = ball ? s->center : nothing, *n = s && !ball ? s->planes + 4 * std::size_t(primitive[i]) : nothing;
+        a[i] = ball ? 0.5 / s->radius : 0, radius2[i] = ball ? s->radius * s->radius : 0;
+        for (int k = 0; k < 3; ++k) center[k][i] = c[k];
+        for (int k = 0; k < 4; ++k) plane[k][i] = n[k];
+    }
+    return {lanes_of<V>(a), lanes_of<V>(radius2), {lanes_of<V>(center[0]), lanes_of<V>(center[1]), lanes_of<V>(center[2])},
+            {lanes_of<V>(plane[0]), lanes_of<V>(plane[1]), lanes_of<V>(plane[2])}, lanes_of<V>(plane[3])};
 }
 
 /// Where the straight segment a → b meets the surface, as a fraction; the root nearest to `near`, which Embree found in float. Refinement

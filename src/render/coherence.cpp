@@ -46,20 +46,33 @@ struct Box {
         for (std::size_t k = 0; k < dimensions; ++k) n += greatest[k] > least[k];
         return n;
     }
-    /// The first `bits` bits of those coordinates in turn, highest first.
-    std::uint64_t key(const Coordinates& at, int bits) const {
+};
+
+/// Orders places in a box so that neighbours stay near each other (Morton, 1966): the first `bits` bits of the coordinates that differ, in
+/// turn, highest first.
+class MortonCurve {
+public:
+    MortonCurve(const Box& box, int bits) : box_(box), cells_((1u << bits) - 1), spread_(std::size_t{cells_} + 1) {
+        const std::size_t extent = box.extent();
+        for (std::uint32_t cell = 0; cell <= cells_; ++cell)
+            for (int bit = 0; bit < bits; ++bit) spread_[cell] |= std::uint64_t(cell >> bit & 1) << (std::size_t(bit) * extent);
+    }
+    std::uint64_t key(const Coordinates& at) const {
         std::uint64_t key = 0;
-        for (std::size_t k = 0, place = extent(); k < dimensions; ++k) {
-            const double size = greatest[k] - least[k];
+        for (std::size_t k = 0; k < dimensions; ++k) {
+            const double size = box_.greatest[k] - box_.least[k];
             if (!(size > 0)) continue;
             // Not a number where a momentum is none; the ray then fails wherever it stands.
-            const double share = (at[k] - least[k]) / size;
-            const std::uint32_t cell = share > 0 ? static_cast<std::uint32_t>(std::min(share, 1.0) * ((1 << bits) - 1)) : 0;
-            --place;
-            for (int bit = 0; bit < bits; ++bit) key |= std::uint64_t(cell >> bit & 1) << (std::size_t(bit) * extent() + place);
+            const double share = (at[k] - box_.least[k]) / size;
+            key = key << 1 | spread_[share > 0 ? static_cast<std::uint32_t>(std::min(share, 1.0) * cells_) : 0];
         }
         return key;
     }
+
+private:
+    const Box& box_;
+    std::uint32_t cells_;
+    std::vector<std::uint64_t> spread_;  ///< the bits of a cell's number, as far apart as there are coordinates
 };
 
 }  // namespace
@@ -90,10 +103,11 @@ std::vector<std::uint32_t> coherent_order(const std::vector<RayStart>& rays) {
     // Key and place in one number; rays that end where they start come last.
     const int place_bits = std::bit_width(rays.size());
     const int bits = std::min(most_bits, (63 - place_bits) / std::max(1, static_cast<int>(box.extent())));
+    const MortonCurve curve(box, bits);
     std::vector<std::uint64_t> keys;
     keys.reserve(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i)
-        keys.push_back((starts(rays[i]) ? box.key(all[i], bits) : std::uint64_t(1) << (63 - place_bits)) << place_bits | i);
+        keys.push_back((starts(rays[i]) ? curve.key(all[i]) : std::uint64_t(1) << (63 - place_bits)) << place_bits | i);
     boost::sort::spreadsort::integer_sort(keys.begin(), keys.end());
     std::vector<std::uint32_t> order;
     order.reserve(keys.size());

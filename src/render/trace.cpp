@@ -6,13 +6,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <mutex>
+#include <optional>
 
 namespace kagero {
 namespace {
 
 /// Rays of a list handed out at a time: a few packets of any width.
 constexpr std::uint32_t chunk = 256;
+/// How many rays ahead memory is asked for where they lie in no order.
+constexpr std::uint32_t prefetched = 8;
 
 WorkList cut_list(std::size_t rays) {
     WorkList work;
@@ -53,7 +57,10 @@ public:
         if (starts.size() > plan.kernel->lanes && plan.kernel->lanes > 1 && !neighbours_go_together(starts)) {
             order_ = coherent_order(starts);
             starts_.reserve(starts.size());
-            for (const std::uint32_t place : order_) starts_.push_back(starts[place]);
+            for (std::size_t i = 0; i < order_.size(); ++i) {
+                __builtin_prefetch(&starts[order_[std::min(i + prefetched, order_.size() - 1)]]);
+                starts_.push_back(starts[order_[i]]);
+            }
         }
         rays = order_.empty() ? &starts : &starts_;
         seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -79,6 +86,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     ends.resize(starts.size());
     RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
+            if (i + prefetched < tile.x1) __builtin_prefetch(&ends[list.place(i + prefetched)], 1);
             RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
             to_scene(plan, end);
         }
@@ -106,17 +114,38 @@ RayStart directed(const Plan& plan, const double (&q)[3], const Double3& d) {
     return start;
 }
 
+/// The rest frame of an observer; asked for anew only where the place is another.
+class ObserverFrame {
+public:
+    ObserverFrame(const Plan& plan, ObserverKind of) : kind(of), plan_(plan) {}
+
+    Failure go_to(const double (&q)[3]) {
+        if (!std::equal(q, q + 3, place_)) {
+            failure_ = plan_.module->observe(plan_.job.hamiltonian, plan_.parameters.data(), kind, q, &map);
+            std::copy(q, q + 3, place_);
+        }
+        return failure_;
+    }
+
+    const ObserverKind kind;
+    StartMap map;  ///< of the place gone to last
+
+private:
+    static constexpr double nowhere = std::numeric_limits<double>::quiet_NaN();
+    const Plan& plan_;
+    double place_[3] = {nowhere, nowhere, nowhere};
+    Failure failure_ = Failure::none;
+};
+
 /// The state of a ray whose direction is read in an observer's rest frame.
-RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d) {
+RayStart observed(const Plan& plan, ObserverFrame& frame, const double (&q)[3], const Double3& d) {
     RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false, false};
     const double size = std::hypot(d[0], d[1], d[2]);
     if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
-    if (plan.scene.space.formula) return formula_ray(plan, kind, q, d);
-    StartMap map;
-    start.failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind, q, &map);
-    if (start.failure != Failure::none) return start;
-    return ray_in_frame(map, q, d).start;
+    if (plan.scene.space.formula) return formula_ray(plan, frame.kind, q, d);
+    start.failure = frame.go_to(q);
+    return start.failure == Failure::none ? ray_in_frame(frame.map, q, d).start : start;
 }
 
 }  // namespace
@@ -124,14 +153,12 @@ RayStart observed(const Plan& plan, ObserverKind kind, const double (&q)[3], con
 std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer) {
     std::vector<RayStart> starts;
     starts.reserve(rays.size());
+    std::optional<ObserverFrame> frame;
+    if (!observer.empty()) frame.emplace(plan, observer_named(observer));
     for (const RayInput& ray : rays) {
         double q[3];
         for (int k = 0; k < 3; ++k) q[k] = ray.position[k] / plan.unit - plan.scene.space.center[k];
-        if (observer.empty()) {
-            starts.push_back(directed(plan, q, ray.direction));
-        } else {
-            starts.push_back(observed(plan, observer_named(observer), q, ray.direction));
-        }
+        starts.push_back(frame ? observed(plan, *frame, q, ray.direction) : directed(plan, q, ray.direction));
     }
     for (RayStart& start : starts)
         if (start.failure == Failure::none && !start.captured && observer != "falling" &&  // whose p_t may vanish

@@ -15,8 +15,8 @@ inline constexpr std::uint32_t abi_version = 11;
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
 /// What a strategy puts into vectors where it has a choice: per-ray the components of the gradient or the stages of a Gauss method;
-/// `auto_vectorized` is the scalar code as the compiler regroups it by itself.
-enum class Form : std::uint8_t { none, gradient, stages, auto_vectorized };
+/// `auto_vectorized` is the scalar code as the compiler regroups it by itself, a `gang` many packets in lockstep.
+enum class Form : std::uint8_t { none, gradient, stages, auto_vectorized, gang };
 
 /// How a ray ended. Every ray ends in exactly one of these.
 enum class Status : std::uint8_t { hit, escaped, captured, step_limit, failed };

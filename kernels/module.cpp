@@ -40,12 +40,20 @@ template <class V>
 constexpr KernelInfo kernel_of(Strategy strategy, Precision precision) {
     return {strategy, precision, Form::none, lane_count<V>, ValueTraits<V>::registers, trace_entry<V>, nullptr};
 }
+template <class V, std::uint32_t lanes>
+constexpr KernelInfo gang_of(Precision precision) {
+    return {Strategy::packet, precision, Form::gang, lanes, ValueTraits<V>::registers * lanes / lane_count<V>, trace_entry<V, lanes>, nullptr};
+}
 /// Those that serve every space first: of each strategy and precision the first is the one that is taken unasked.
 constexpr KernelInfo kernel_infos[] = {
     kernel_of<PacketDouble>(Strategy::packet, Precision::float64),
     kernel_of<PacketFloat>(Strategy::packet, Precision::float32),
     kernel_of<double>(Strategy::scalar, Precision::float64),
     kernel_of<float>(Strategy::scalar, Precision::float32),
+    gang_of<PacketDouble, 128>(Precision::float64),
+    gang_of<PacketDouble, 256>(Precision::float64),
+    gang_of<PacketFloat, 128>(Precision::float32),
+    gang_of<PacketFloat, 256>(Precision::float32),
     compared_kernel_of<PerRayStages>(),
     compared_kernel_of<PerRayGradient>(),
     compared_kernel_of<AutoVectorized>(),

@@ -38,7 +38,7 @@ CompareOptions once(const std::vector<std::string>& methods) {
 TEST(Compare, EveryWayMakesTheSamePicture) {
     const Comparison result = compare(small_room(), once({"gauss8", "verlet"}));
     const std::uint64_t pixels = 48 * 40;
-    bool forms[4] = {};
+    bool forms[5] = {};
     for (const CompareRow& row : result.rows) {
         const KernelInfo& kernel = *row.kernel;
         SCOPED_TRACE(row.isa + " " + name_of(kernel.strategy) + " " + name_of(kernel.form) + " " + row.method + " " +

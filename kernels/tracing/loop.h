@@ -24,7 +24,7 @@ Vec3<double> lane_of(const Vec3<V>& v, int i) {
     return {double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
 }
 
-/// Rays from start to end, as many at a time as the packet has lanes.
+/// The rays of one packet from start to end: `start`, as many a `step` as any of them needs, `finish`.
 template <class V>
 class PacketTracer {
     using S = ScalarOf<V>;
@@ -33,15 +33,30 @@ class PacketTracer {
 public:
     PacketTracer(const Task<V>& task, Counters& counters) : task_(task), job_(task.job), counters_(counters) {}
 
-    /// Traces a packet's worth of rays from the queue; all of it where finished lanes are refilled.
-    void trace(RayQueue<W>& queue) {
+    /// Takes a packet's worth of rays from the queue, and goes the short ways with those that have one.
+    void start(RayQueue<W>& queue) {
         if (job_.geometry) encounter_.emplace(task_);
         active_before_ = counters_.active_lane_steps, issued_before_ = counters_.issued_lane_steps;
         if (!fill(queue)) return;
         if (encounter_) encounter_->begin(active_);
         if (task_.in_closed_form()) end_straight();
         if (task_.passes() && active_) pass();
-        if (active_) step_to_ends(queue);
+        if (active_) landing_.emplace(task_);
+    }
+    /// Whether any ray goes on.
+    bool goes_on() const { return active_ != 0; }
+    /// One step; into lanes that are done new rays come, where the job wants them.
+    void step(RayQueue<W>& queue) {
+        constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
+        advance_once();
+        while (job_.refill && !task_.passes() && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue);
+    }
+    /// Counts a step that others take while all rays here are done.
+    void idle() { counters_.issued_lane_steps += W; }
+    /// Lands the rays that wait, and tells what can be told only now.
+    void finish() {
+        if (!filled_) return;
+        if (landing_) land();
         tell_occupancy(filled_);
         if (encounter_) counters_.query_ticks += encounter_->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
@@ -49,24 +64,14 @@ public:
     }
 
 private:
-    void step_to_ends(RayQueue<W>& queue) {
-        Landing<V> landing(task_);
-        constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
-        const bool refills = job_.refill && !task_.passes();
-        while (active_) {
-            advance_once(landing);
-            while (refills && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue, landing);
-        }
-        land(landing);
-    }
     void end_straight();
     void pass();
     bool fill(RayQueue<W>& queue);
-    void refill(RayQueue<W>& queue, Landing<V>& landing);
+    void refill(RayQueue<W>& queue);
     static void put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow);
     void enter(const RayStarts<W>& starts, std::uint64_t lanes);
-    void advance_once(Landing<V>& landing);
-    std::uint64_t leave(Landing<V>& landing, std::uint64_t moving);
+    void advance_once();
+    std::uint64_t leave(std::uint64_t moving);
     std::uint64_t crosses_crease(std::uint64_t moving) const;
     V length_to_crease(std::uint64_t lanes);
     void retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy);
@@ -78,9 +83,9 @@ private:
     void retire_far_out(const RayStarts<W>& starts, int lane);
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
-    std::uint64_t wait_for_surface(Landing<V>& landing, std::uint64_t hits);
-    void wait_for_sphere(Landing<V>& landing, std::uint64_t lanes);
-    void land(Landing<V>& landing);
+    std::uint64_t wait_for_surface(std::uint64_t hits);
+    void wait_for_sphere(std::uint64_t lanes);
+    void land();
     void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
     void tell_iterations(int lane, const V& now);
     void tell_occupancy(std::uint64_t lanes);
@@ -91,6 +96,7 @@ private:
     const Job& job_;
     Counters& counters_;
     std::optional<Encounter<V>> encounter_;  ///< where there is anything to meet
+    std::optional<Landing<V>> landing_;      ///< where steps are taken
     Flow<V> flow_;
     V nominal_;                     ///< step length of active lanes, 0 in finished ones
     V worst_energy_;
@@ -127,7 +133,7 @@ MaskOf<V> PacketTracer<V>::leaves_space(const Vec3<V>& q, const Vec3<V>& v) cons
 }
 
 template <class V>
-void PacketTracer<V>::advance_once(Landing<V>& landing) {
+void PacketTracer<V>::advance_once() {
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(active_));
     task_.step(flow_);
@@ -150,24 +156,24 @@ void PacketTracer<V>::advance_once(Landing<V>& landing) {
     const MaskOf<V> moved = from_bits<V>(moving);
     steps_ = pick(moved, steps_ + V(S(1)), steps_);
     if (flow_.want_energy) worst_energy_ = pick(moved, max(worst_energy_, flow_.energy_error), worst_energy_);
-    const std::uint64_t staying = moving & ~leave(landing, moving);
+    const std::uint64_t staying = moving & ~leave(moving);
     report_path(flow_, staying, false);
     commit(moving, staying);
 }
 
 /// The lanes of `moving` whose rays end with this step: they wait for landing, or are retired at once.
 template <class V>
-std::uint64_t PacketTracer<V>::leave(Landing<V>& landing, std::uint64_t moving) {
+std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
     std::uint64_t staying = moving;
-    if (encounter_) staying &= ~wait_for_surface(landing, encounter_->meet(flow_, moving));
+    if (encounter_) staying &= ~wait_for_surface(encounter_->meet(flow_, moving));
     const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.domain <= V(S(0))) : 0;
-    if (beyond) landing.wait_for_edge(flow_, beyond, Edge::domain);
+    if (beyond) landing_->wait_for_edge(flow_, beyond, Edge::domain);
     staying &= ~beyond;
     const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
-    if (outside) wait_for_sphere(landing, outside);
+    if (outside) wait_for_sphere(outside);
     staying &= ~outside;
     const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.captured <= V(S(0))) : 0;
-    if (captured) landing.wait_for_edge(flow_, captured, Edge::capture);
+    if (captured) landing_->wait_for_edge(flow_, captured, Edge::capture);
     staying &= ~captured;
     std::uint64_t limited = 0;
     if (std::isfinite(job_.parameter_limit)) {

@@ -7,7 +7,7 @@ namespace kagero {
 
 /// Hits become waiting lanes, except those that lie beyond the escape sphere.
 template <class V>
-std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, std::uint64_t hits) {
+std::uint64_t PacketTracer<V>::wait_for_surface(std::uint64_t hits) {
     if (!hits) return 0;
     const Encounter<V>& encounter = *encounter_;
     const Curve<V> curve = task_.curve(flow_);
@@ -16,8 +16,8 @@ std::uint64_t PacketTracer<V>::wait_for_surface(Landing<V>& landing, std::uint64
     const std::uint64_t accepted = hits & ~to_bits(is_beyond(hit));
     if (!accepted) return 0;
     const Level<V> levels = encounter.levels(accepted);
-    landing.wait(accepted, levels, from, to, mul_add(to - from, chord_fraction(levels, a, b, t), from));
-    landing.take(flow_, accepted);
+    landing_->wait(accepted, levels, from, to, mul_add(to - from, chord_fraction(levels, a, b, t), from));
+    landing_->take(flow_, accepted);
     fell_on_surface_ |= accepted;
     for (std::uint64_t rest = accepted; rest; rest &= rest - 1) {
         const int i = __builtin_ctzll(rest);
@@ -34,16 +34,17 @@ MaskOf<V> PacketTracer<V>::is_beyond(const Vec3<V>& q) const {
 }
 
 template <class V>
-void PacketTracer<V>::wait_for_sphere(Landing<V>& landing, std::uint64_t lanes) {
+void PacketTracer<V>::wait_for_sphere(std::uint64_t lanes) {
     const V zero(S(0)), one(S(1));
     const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
     const Level<V> sphere = sphere_level<V>(pick(dot(b, b) < dot(a, a), V(S(job_.inner_escape_radius)), V(S(job_.escape_radius))));
-    landing.wait(lanes, sphere, zero, one, chord_fraction(sphere, a, b, one));
-    landing.take(flow_, lanes);
+    landing_->wait(lanes, sphere, zero, one, chord_fraction(sphere, a, b, one));
+    landing_->take(flow_, lanes);
 }
 
 template <class V>
-void PacketTracer<V>::land(Landing<V>& landing) {
+void PacketTracer<V>::land() {
+    Landing<V>& landing = *landing_;
     if (!landing.waiting) return;
     const Stopwatch watch(job_.timed, counters_.landing_ticks);
     landing.land();

@@ -30,9 +30,9 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
 
 /// Rays into lanes whose own have ended.
 template <class V>
-void PacketTracer<V>::refill(RayQueue<W>& queue, Landing<V>& landing) {
-    land(landing);
-    landing.clear();
+void PacketTracer<V>::refill(RayQueue<W>& queue) {
+    land();
+    landing_->clear();
     tell_occupancy(~active_ & filled_);
     RayStarts<W> starts;
     const std::uint64_t lanes = queue.take(~active_ & all_lanes<W>, starts, ends_, numbers_);

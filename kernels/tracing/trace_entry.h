@@ -6,23 +6,44 @@
 #include "kernels/tracing/packets.h"
 #include "kernels/tracing/registry.h"
 
+#include <algorithm>
+#include <memory>
+#include <optional>
+
 namespace kagero {
 
 /// Whether these parameters leave every ray straight.
 bool is_straight(std::uint32_t hamiltonian, const double* parameters);
 
-/// Traces a tile, packet by packet.
-template <class V>
+/// Traces a tile, packet by packet, or by gangs: packets that take their steps in turn, so that all wait for the longest ray of them. That
+/// is a vector of hundreds of lanes, done a few registers at a time.
+template <int packets = 1, class V>
 void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
-    while (!queue.empty()) PacketTracer<V>(task, counters).trace(queue);
+    if constexpr (packets == 1) {
+        while (!queue.empty()) {
+            PacketTracer<V> packet(task, counters);
+            packet.start(queue);
+            while (packet.goes_on()) packet.step(queue);
+            packet.finish();
+        }
+    } else {
+        const auto gang = std::make_unique<std::optional<PacketTracer<V>>[]>(packets);
+        while (!queue.empty()) {
+            for (int i = 0; i < packets; ++i) gang[i].emplace(task, counters), gang[i]->start(queue);
+            const auto any_goes_on = [&] { return std::any_of(&gang[0], &gang[packets], [](const auto& packet) { return packet->goes_on(); }); };
+            while (any_goes_on())
+                for (int i = 0; i < packets; ++i) gang[i]->goes_on() ? gang[i]->step(queue) : gang[i]->idle();
+            for (int i = 0; i < packets; ++i) gang[i]->finish();
+        }
+    }
 }
 
 /// Traces a tile with the kernel of a Hamiltonian.
-template <class V>
+template <int packets = 1, class V>
 void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, RayEnd* ends, Counters& counters) {
     const Task<V> task(job, kernel, is_straight(job.hamiltonian, job.parameters));
-    trace_tile(task, tile, ends, counters);
+    trace_tile<packets>(task, tile, ends, counters);
 }
 
 /// The kernel of a job's Hamiltonian.
@@ -38,9 +59,10 @@ const SpaceKernel<V>& space_of(const Job& job) {
     return kernels[job.hamiltonian](job);
 }
 
-template <class V>
+/// Traces a tile with so many rays in lockstep: a packet's, or a gang's.
+template <class V, int lanes = lane_count<V>>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    trace_with(space_of<V>(*job), *job, *tile, ends, *counters);
+    trace_with<lanes / lane_count<V>>(space_of<V>(*job), *job, *tile, ends, *counters);
 }
 
 }  // namespace kagero

@@ -26,8 +26,13 @@ bool is_yardstick(const KernelInfo& kernel) {
     return kernel.strategy == Strategy::scalar && kernel.form == Form::none && kernel.precision == Precision::float64;
 }
 
-/// The pixels of a packet, as the tracing loop arranges them.
-std::string shape_of(const Plan& plan, std::uint32_t lanes, bool scanlines) {
+/// The pixels of a packet, as the tracing loop arranges them; of a gang, its packets.
+std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines) {
+    if (kernel.form == Form::gang) {
+        const KernelInfo& packet = *find_kernel(plan, {kernel.strategy, kernel.precision, 0});
+        return std::to_string(kernel.lanes / packet.lanes) + " of " + shape_of(plan, packet, scanlines);
+    }
+    const std::uint32_t lanes = kernel.lanes;
     const std::uint32_t wide = lanes >= 64 ? 8 : lanes >= 8 ? 4 : lanes >= 4 ? 2 : lanes;
     const bool blocks = kernel_makes_rays(plan) && !scanlines;
     return blocks ? std::to_string(wide) + "x" + std::to_string(lanes / wide) : std::to_string(lanes) + "x1";
@@ -160,6 +165,7 @@ void Comparer::choose_by_error(Plan& plan, const Candidates& candidates) {
     for (const KernelInfo* kernel : yardstick_first(*plan.module)) {
         if (stopped()) return;
         if (!is_yardstick(*kernel) && !wanted(*kernel)) continue;
+        if (kernel->form == Form::gang && options_.lanes.empty()) continue;  // no quicker than its packets
         const auto variant = cheapest_for(plan, *kernel, candidates, stop_);
         if (stopped()) return;
         if (variant) {
@@ -180,12 +186,12 @@ void Comparer::add(Plan& plan, const Variant& variant, std::size_t& yardstick) {
     row.isa = plan.module->isa, row.kernel = &kernel, row.method = info_of(plan, variant).name;
     row.step = variant.step;
     row.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan.job.solver_tolerance;
-    row.shape = shape_of(plan, kernel.lanes, false);
+    row.shape = shape_of(plan, kernel, false);
     runners_.push_back(runner);
     // Rows of the picture, as in the paper, for the packets taken unasked; a tile must hold them.
     constexpr std::uint32_t widest_run = 32;
     if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > widest_run || !kernel_makes_rays(plan)) return;
-    runner.scanlines = true, row.shape = shape_of(plan, kernel.lanes, true);
+    runner.scanlines = true, row.shape = shape_of(plan, kernel, true);
     runners_.push_back(runner);
 }
 

@@ -16,7 +16,8 @@ bool fits(const KernelInfo& kernel, const KernelWish& wish) {
     if (wish.strategy && kernel.strategy != *wish.strategy) return false;
     if (!wish.strategy && kernel.strategy == Strategy::per_ray) return false;
     if (!wish.strategy && wish.lanes == 0 && kernel.strategy != Strategy::packet) return false;
-    return wish.lanes == 0 || kernel.lanes == wish.lanes;
+    if (wish.lanes == 0) return kernel.form != Form::gang;
+    return kernel.lanes == wish.lanes;
 }
 
 /// Whether the widest packets are the quickest: in the plane of an orbit a step is one long chain of a few operations, each of which waits
@@ -37,11 +38,10 @@ std::string text_of(const KernelWish& wish) {
 
 /// The numbers of lanes that would do, were it not for those that are asked for.
 std::string lanes_text(const Plan& plan, KernelWish wish) {
-    wish.lanes = 0;
     std::vector<std::uint32_t> lanes;
     for (const KernelInfo& kernel : kernels_of(*plan.module)) {
-        const bool scalar = !wish.strategy && kernel.strategy == Strategy::scalar && kernel.precision == wish.precision;
-        if ((fits(kernel, wish) || scalar) && !refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled))
+        wish.lanes = kernel.lanes;
+        if (fits(kernel, wish) && !refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled))
             lanes.push_back(kernel.lanes);
     }
     std::sort(lanes.begin(), lanes.end());
@@ -99,7 +99,7 @@ const char* refusal_of(const Plan& plan, const KernelInfo& kernel, std::uint32_t
 }
 
 const char* name_of(Form form) {
-    constexpr const char* names[] = {"", "gradient", "stages", "auto-vectorized"};
+    constexpr const char* names[] = {"", "gradient", "stages", "auto-vectorized", "gang"};
     return names[static_cast<int>(form)];
 }
 

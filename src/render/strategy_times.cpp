@@ -28,6 +28,7 @@ void add_runners(std::vector<Runner>& runners, Plan& plan, const Plan& like) {
     const std::size_t before = runners.size();
     for (std::uint32_t i = 0; i < plan.module->kernel_count; ++i) {
         const KernelInfo& kernel = plan.module->kernels[i];
+        if (kernel.form == Form::gang) continue;
         const bool taken = std::any_of(runners.begin() + std::ptrdiff_t(before), runners.end(),
                                        [&](const Runner& runner) { return alike(*runner.result.kernel, kernel); });
         if (taken) continue;

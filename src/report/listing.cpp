@@ -68,7 +68,7 @@ const char* what(Strategy strategy) {
         case Strategy::per_ray:
             return "one ray at a time, the stages of its Gauss method or the components of its gradient in the lanes";
         case Strategy::packet:
-            return "as many rays as a register has lanes, or a few times as many";
+            return "as many rays as a register has lanes, or a few times as many; a gang: many packets in lockstep";
     }
     return "";
 }

@@ -173,6 +173,49 @@ KAGERO_INLINE void to_floats(__m128d v, float* to) { _mm_storel_pi(reinterpret_c
 KAGERO_INLINE void to_floats(__m128 v, float* to) { _mm_storeu_ps(to, v); }
 #endif
 
+/// table[(z·ny + y)·nx + x], of whole numbers ≥ 0.
+#if defined(__AVX512F__)
+KAGERO_INLINE __m512d look_up(const float* table, __m512d x, __m512d y, __m512d z, int nx, int ny) {
+    const __m256i row = _mm256_add_epi32(_mm256_mullo_epi32(_mm512_cvttpd_epi32(z), _mm256_set1_epi32(ny)), _mm512_cvttpd_epi32(y));
+    const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm512_cvttpd_epi32(x));
+    return _mm512_cvtps_pd(_mm256_i32gather_ps(table, place, 4));
+}
+KAGERO_INLINE __m512 look_up(const float* table, __m512 x, __m512 y, __m512 z, int nx, int ny) {
+    const __m512i row = _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(z), _mm512_set1_epi32(ny)), _mm512_cvttps_epi32(y));
+    const __m512i place = _mm512_add_epi32(_mm512_mullo_epi32(row, _mm512_set1_epi32(nx)), _mm512_cvttps_epi32(x));
+    return _mm512_i32gather_ps(place, table, 4);
+}
+#elif defined(__AVX2__)
+KAGERO_INLINE __m256d look_up(const float* table, __m256d x, __m256d y, __m256d z, int nx, int ny) {
+    const __m128i row = _mm_add_epi32(_mm_mullo_epi32(_mm256_cvttpd_epi32(z), _mm_set1_epi32(ny)), _mm256_cvttpd_epi32(y));
+    const __m128i place = _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(nx)), _mm256_cvttpd_epi32(x));
+    return _mm256_cvtps_pd(_mm_i32gather_ps(table, place, 4));
+}
+KAGERO_INLINE __m256 look_up(const float* table, __m256 x, __m256 y, __m256 z, int nx, int ny) {
+    const __m256i row = _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(z), _mm256_set1_epi32(ny)), _mm256_cvttps_epi32(y));
+    const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm256_cvttps_epi32(x));
+    return _mm256_i32gather_ps(table, place, 4);
+}
+#else
+KAGERO_INLINE float look_up(const float* table, int x, int y, int z, int nx, int ny) { return table[(z * ny + y) * nx + x]; }
+KAGERO_INLINE __m128d look_up(const float* table, __m128d x, __m128d y, __m128d z, int nx, int ny) {
+    alignas(16) int at[3][4];
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[0]), _mm_cvttpd_epi32(x));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[1]), _mm_cvttpd_epi32(y));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[2]), _mm_cvttpd_epi32(z));
+    const auto lane = [&](int i) { return double(look_up(table, at[0][i], at[1][i], at[2][i], nx, ny)); };
+    return _mm_setr_pd(lane(0), lane(1));
+}
+KAGERO_INLINE __m128 look_up(const float* table, __m128 x, __m128 y, __m128 z, int nx, int ny) {
+    alignas(16) int at[3][4];
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[0]), _mm_cvttps_epi32(x));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[1]), _mm_cvttps_epi32(y));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[2]), _mm_cvttps_epi32(z));
+    const auto lane = [&](int i) { return look_up(table, at[0][i], at[1][i], at[2][i], nx, ny); };
+    return _mm_setr_ps(lane(0), lane(1), lane(2), lane(3));
+}
+#endif
+
 }  // namespace registers
 
 // ---- packets -----------------------------------------------------------------------------------------------------------------
@@ -396,6 +439,18 @@ KAGERO_INLINE void to_floats(const V& v, float* numbers) {
     } else {
         constexpr int R = ValueTraits<V>::registers;
         KAGERO_EACH_REGISTER(registers::to_floats(v.v[i], numbers + i * V::width))
+    }
+}
+/// The entry of each lane in a table of nx · ny · … numbers, by whole numbers x < nx, y < ny, z, all ≥ 0.
+template <class V>
+KAGERO_INLINE V look_up(const float* table, const V& x, const V& y, const V& z, int nx, int ny) {
+    if constexpr (lane_count<V> == 1) {
+        return V(table[(std::size_t(z) * std::size_t(ny) + std::size_t(y)) * std::size_t(nx) + std::size_t(x)]);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        V v;
+        KAGERO_EACH_REGISTER(v.v[i] = registers::look_up(table, x.v[i], y.v[i], z.v[i], nx, ny))
+        return v;
     }
 }
 /// The mask whose lane i is bit i.

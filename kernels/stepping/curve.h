@@ -55,6 +55,10 @@ public:
         const auto points = [this](int i) __attribute__((always_inline)) { return point[i]; };
         return degree == 3 ? evaluate(3, s, points) : evaluate(degree, s, points);
     }
+    KAGERO_INLINE Vec3<V> middle() const {
+        if (degree != 3) return at(V(S(0.5)));
+        return V(S(0.125)) * (point[0] + point[3]) + V(S(0.375)) * (point[1] + point[2]);
+    }
     /// d/ds.
     KAGERO_INLINE Vec3<V> slope(const V& s) const {
         const auto ways = [this](int i) __attribute__((always_inline)) { return point[i + 1] - point[i]; };
@@ -73,14 +77,14 @@ public:
         }
         return V(S(1.1 * (1 - 2.0 / (1 << degree)))) * root(off);
     }
-    /// Greatest distance of any point of the curve from q, in a space whose axes are stretched; bounded by its control points.
-    KAGERO_INLINE V reach(const Vec3<V>& q, const Vec3<V>& stretch) const {
+    /// Square of the greatest distance of any point of the curve from q, in a space whose axes are stretched; bounded by its control points.
+    KAGERO_INLINE V reach2(const Vec3<V>& q, const Vec3<V>& stretch) const {
         V square(S(0));
         for (int i = 0; i <= degree; ++i) {
             const Vec3<V> way = point[i] - q, e{stretch.x * way.x, stretch.y * way.y, stretch.z * way.z};
             square = max(square, dot(e, e));
         }
-        return root(square);
+        return square;
     }
 
 private:

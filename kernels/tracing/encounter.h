@@ -14,9 +14,9 @@
 
 namespace kagero {
 
-/// Lower bounds of the distances from q to the nearest surface in the lanes of `lanes`, less in others; all in the grid's stretched space.
+/// Lower bounds of the distances from q to the nearest surface; all in the grid's stretched space.
 template <class V>
-V clearance_at(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes) {
+V clearance_at(const ClearanceGrid& grid, const Vec3<V>& q) {
     using S = ScalarOf<V>;
     const V per_cell(S(1 / grid.cell)), zero(S(0));
     const V at[3] = {q.x, q.y, q.z};
@@ -24,17 +24,11 @@ V clearance_at(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes)
     for (int k = 0; k < 3; ++k) {
         const V u = at[k] - V(S(grid.origin[k])), beyond = max(max(-u, u - V(S(grid.cells[k] * grid.cell))), zero);
         beyond2 = mul_add(beyond, beyond, beyond2);
-        cell[k] = min(max(u * per_cell, zero), V(S(grid.cells[k] - 1)));
+        cell[k] = min(max(u * per_cell, zero), V(S(grid.cells[k] - 1)));  // 0 where u is not a number
     }
-    const V outside = root(beyond2);
-    V inside(zero);
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        const auto index = [&](int k) { return static_cast<std::uint32_t>(get_lane(cell[k], i)); };
-        const std::size_t place = (std::size_t(index(2)) * grid.cells[1] + index(1)) * grid.cells[0] + index(0);
-        set_lane(inside, i, S(grid.distance[place]));
-    }
-    return pick(outside > zero, outside, inside);
+    const V inside = look_up(grid.distance, cell[0], cell[1], cell[2], int(grid.cells[0]), int(grid.cells[1]));
+    const MaskOf<V> outside = beyond2 > zero;
+    return any(outside) ? pick(outside, root(beyond2), inside) : inside;
 }
 
 template <class V>
@@ -89,22 +83,23 @@ private:
     /// clearance in the middle of the step tells more than that at its start: from there the ends are half as far.
     std::uint64_t spend(const Flow<V>& flow, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        const V spare(S(1.01)), reach = reach_of(flow) * spare;  // no shorter than the way to the step's end
+        constexpr S spare(1.01);
+        const V reach = reach_of(flow) * V(spare);  // no shorter than the way to the step's end
         const std::uint64_t short_of = active & ~to_bits(reach < budget_);
         budget_ -= reach;
         if (!short_of) return 0;
         const Curve<V> curve = task_.curve(flow);
-        const Vec3<V> middle = curve.at(V(S(0.5))), rest = stretched(flow.end.q() - middle);
-        const V clearance = clearance_at(*geometry_.clearance, stretched(middle), active);
-        budget_ = max(budget_, clearance - root(dot(rest, rest)) * spare);
-        return short_of & ~to_bits(curve.reach(middle, stretch_) * spare < clearance);
+        const Vec3<V> middle = curve.middle(), rest = stretched(flow.end.q() - middle);
+        const V clearance = clearance_at(*geometry_.clearance, stretched(middle)), shorter = max(clearance, V(S(0))) * V(1 / spare);
+        budget_ = max(budget_, mul_add(-root(dot(rest, rest)), V(spare), clearance));
+        return short_of & ~to_bits(curve.reach2(middle, stretch_) < shorter * shorter);
     }
 
     Vec3<V> stretched(const Vec3<V>& a) const { return {stretch_.x * a.x, stretch_.y * a.y, stretch_.z * a.z}; }
 
     /// Greatest distance of any point of a step from its start, in the grid's stretched space.
     V reach_of(const Flow<V>& f) const {
-        if (task_.own_curve) return task_.curve(f).reach(f.start.q(), stretch_);
+        if (task_.own_curve) return root(task_.curve(f).reach2(f.start.q(), stretch_));
         // Hermite's control points, relative to the first.
         const V third = f.h * V(S(1.0 / 3));
         const Vec3<V> way = stretched(f.end.q() - f.start.q()), last = retreat(way, third, stretched(f.end_velocity));

@@ -82,7 +82,7 @@ private:
     void refine_on_curve(const MaskOf<V>& mask) {
         const V margin = V(S(0.25)) * (hi_ - lo_), least = lo_ - margin, greatest = hi_ + margin;
         V s = s_;
-        for (int i = 0; i < 4; ++i) {
+        for (int i = 0; i < 3; ++i) {
             const Vec3<V> q = curve_.at(s);
             const V next = s - level_.value(q) / level_.slope(q, curve_.slope(s));
             s = pick(is_finite(next), min(max(next, least), greatest), s);

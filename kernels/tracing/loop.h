@@ -31,7 +31,9 @@ class PacketTracer {
     static constexpr int W = lane_count<V>;
 
 public:
-    PacketTracer(const Task<V>& task, Counters& counters) : task_(task), job_(task.job), counters_(counters) {}
+    PacketTracer(const Task<V>& task, Counters& counters)
+        : task_(task), job_(task.job), counters_(counters),
+          bounds_steps_(task.straight || task.kernel.scaled || std::isfinite(task.job.parameter_limit)) {}
 
     /// Takes a packet's worth of rays from the queue, and goes the short ways with those that have one.
     void start(RayQueue<W>& queue) {
@@ -90,11 +92,13 @@ private:
     void tell_iterations(int lane, const V& now);
     void tell_occupancy(std::uint64_t lanes);
     void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
-    V step_length() const;
+    V step_length() const { return bounds_steps_ ? bounded_step_length() : nominal_; }
+    V bounded_step_length() const;
 
     const Task<V>& task_;
     const Job& job_;
     Counters& counters_;
+    const bool bounds_steps_;                ///< a step may have another length than the job's, or the method's
     std::optional<Encounter<V>> encounter_;  ///< where there is anything to meet
     std::optional<Landing<V>> landing_;      ///< where steps are taken
     Flow<V> flow_;

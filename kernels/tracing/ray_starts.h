@@ -117,7 +117,7 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
 
 /// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
 template <class V>
-V PacketTracer<V>::step_length() const {
+V PacketTracer<V>::bounded_step_length() const {
     V h = nominal_;
     if (task_.straight) {
         const Vec3<V> q = flow_.start.q(), v = flow_.start_velocity;

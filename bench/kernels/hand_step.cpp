@@ -1,5 +1,6 @@
 // What does automatic differentiation cost in a whole step? The steps of `verlet` and `gauss8` on (16), K = r·H, with derivatives worked out
-// by hand in the place of the tape's, and with the tape's of (16) as it is printed, term by term; all else is the same code.
+// by hand in the place of the tape's, and with the tape's of (16) as it is printed, term by term (which finds the square in it); all else is
+// the same code.
 #include "bench/kernels/gradient_rivals.h"
 #include "bench/kernels/steps.h"
 #include "kernels/stepping/steppers.h"

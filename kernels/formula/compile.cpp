@@ -1,5 +1,6 @@
 // From the list of nodes that a scene's formulas are parsed to, over the tape that all Hamiltonians use, to code.
 #include "kernels/formula/programs.h"
+#include "kernels/numeric/squares.h"
 
 namespace kagero::formula {
 namespace {
@@ -83,7 +84,7 @@ bool write_sides(const Tape& t, const std::array<int, 6>& g, Code& force, Code& 
     return write(t, q, kick_varies, force) && write(t, p, drift_varies, velocity);
 }
 
-/// multiply_through looks at an expression as a tree, which may be far larger than the list of its nodes.
+/// Some look at an expression as a tree, which may be far larger than the list of its nodes.
 bool small_as_tree(const Tape& t, int root) {
     std::array<double, Tape::capacity> size{};
     for (int i = 0; i <= root; ++i) {
@@ -95,10 +96,12 @@ bool small_as_tree(const Tape& t, int root) {
     return size[root] < 5000;
 }
 
+int squares_together(Tape& t, int sum) { return !t.full && small_as_tree(t, sum) ? take_squares_together(t, sum) : sum; }
+
 bool write_motion(const Formula& f, Programs& p) {
     Replay r(f);
     Tape& t = r.tape;
-    const int excess = t.sub(r.expression(f.energy), t.constant(f.level));
+    const int excess = squares_together(t, t.sub(r.expression(f.energy), t.constant(f.level)));
     int k = excess, pace = t.constant(1);
     if (p.rescaled) {
         pace = r.expression(f.rescale);

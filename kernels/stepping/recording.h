@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/numeric/program.h"
+#include "kernels/numeric/squares.h"
 #include "kernels/numeric/vec.h"
 
 namespace kagero {
@@ -56,7 +57,7 @@ struct Recording {
         q = {{&t, input[0]}, {&t, input[1]}, {&t, input[2]}};
         p = {{&t, input[3]}, {&t, input[4]}, {&t, input[5]}};
         const auto parameters = make_parameters<H>(k);
-        energy = t.sub(H::energy(parameters, q, p, Recorded(&t, input[6])).on(t), t.constant(H::level));
+        energy = take_squares_together(t, t.sub(H::energy(parameters, q, p, Recorded(&t, input[6])).on(t), t.constant(H::level)));
         if constexpr (Rescalable<H>) rescale = H::rescale(parameters, q).on(t);
         else rescale = t.constant(1);
     }

@@ -179,6 +179,42 @@ TEST(Tape, MultiplyThroughIsMultiplication) {
     }
 }
 
+// c·(Σ ± a)² written out, among other terms; roots are inputs, with a parameter or 1/r or both.
+TEST(Tape, FindsPerfectSquares) {
+    Random random(25);
+    for (int round = 0; round < expressions; ++round) {
+        auto t = std::make_unique<Tape>();
+        const Leaves leaves = random_leaves(random);
+        std::vector<Recorded> x;
+        for (int i = 0; i < inputs; ++i) x.push_back({t.get(), t->input(i)});
+        const Recorded k(t.get(), t->parameter(0)), m(t.get(), t->parameter(1)), r = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+        std::vector<Recorded> roots;
+        for (int i = 0; i < 2 + random.below(inputs - 1); ++i) {
+            Recorded root = random.below(2) == 0 ? x[i] : -x[i];
+            if (random.below(2) == 0) root = root * k;
+            if (random.below(2) == 0) root = root / r;
+            roots.push_back(root);
+        }
+        const Recorded factor = random.below(2) == 0 ? -0.5 * m : m / (r * r * r);
+        Recorded sum = x[0] * x[3] - k * m * x[1] + cos(x[2]);
+        for (std::size_t i = 0; i < roots.size(); ++i)
+            for (std::size_t j = 0; j <= i; ++j) sum = sum + factor * roots[i] * roots[j] * Recorded(i == j ? 1 : 2);
+        const int before = kagero::detail::operations_to(*t, sum.node), shorter = take_squares_together(*t, sum.node);
+        EXPECT_LT(kagero::detail::operations_to(*t, shorter), before);
+        const auto value = evaluate(t->nodes, t->size, leaves);
+        expect_equal(value[shorter], value[sum.node], "sum");
+    }
+}
+
+TEST(Tape, TakesNothingElseForASquare) {
+    Tape t;
+    const Recorded x(&t, t.input(0)), y(&t, t.input(1)), k(&t, t.parameter(0));
+    for (const Recorded& sum : {x * x + y * y + 1.9 * x * y, x * x - y * y + 2.0 * x * y, x * x + k * y * y + 2.0 * k * x * y, x * x * y + y})
+        EXPECT_EQ(take_squares_together(t, sum.node), sum.node);
+    const Recorded square = x * x + y * y - 2.0 * x * y;
+    EXPECT_EQ(take_squares_together(t, square.node), ((x - y) * (x - y)).node);
+}
+
 TEST(Tape, FoldsWhatItKnows) {
     Tape t;
     const Recorded x(&t, t.input(0)), y(&t, t.input(1)), k(&t, t.parameter(0)), s = x * x + y * y, r = sqrt(s);

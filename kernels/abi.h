@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 11;
+inline constexpr std::uint32_t abi_version = 12;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -65,6 +65,7 @@ struct HamiltonianInfo {
     double step;             ///< its default step
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
     bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
+    bool cyclic[3] = {};                     ///< coordinates that do not occur in what is integrated
     const char* orbit_method = nullptr;      ///< integrator in the plane of the orbit, taken unasked; null: none
     double orbit_step = 0;                   ///< its default step, radians
 };
@@ -76,6 +77,7 @@ struct IntegratorInfo {
     bool symplectic, symmetric, implicit, adaptive;
     const char* what;      ///< one line with its source
     bool angular = false;  ///< steps are angles, not lengths of the integration parameter
+    bool drifts = false;   ///< drifts along p and kicks in turn, so that cyclic coordinates can wait for a step's end
 };
 
 /// One surface of the scene, in the order of Embree's geometry identifiers; in double, for refinement.
@@ -205,6 +207,7 @@ struct Job {
     double escape_radius;        ///< of |q|
     double inner_escape_radius;  ///< rays that fall below it are escaped too, into a wormhole's other universe; 0: there is none
     double parameter_limit;  ///< infinity, or the λ at which every ray is ended exactly
+    bool use_symmetry;       ///< leave to each step's end the coordinates that do not occur in H, where the method can
     HitModel hit;
     double chord_tolerance;  ///< chords closer than this to the dense output are not split
     std::uint32_t outputs;   ///< OutputBits

@@ -18,6 +18,8 @@ constexpr HamiltonianInfo info_of() {
     HamiltonianInfo info{H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
             H::spacetime, Rescalable<H>, H::level, H::method, H::step,
             Bounded<H>, Capturing<H>, Creased<H>, Scaled<H>};
+    constexpr Axes cyclic = Sides<H, Rescalable<H>, double>::cyclic;
+    info.cyclic[0] = cyclic.x, info.cyclic[1] = cyclic.y, info.cyclic[2] = cyclic.z;
     if constexpr (requires { H::orbit_method; }) info.orbit_method = H::orbit_method, info.orbit_step = H::orbit_step;
     return info;
 }
@@ -26,7 +28,7 @@ constexpr HamiltonianInfo hamiltonian_infos[] = {
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
     {"formula", "any Hamiltonian, written in the scene", "space.H = \"...\" in x y z px py pz pt", "docs/hamiltonians.md", "",
-     nullptr, 0, false, false, 0, "gauss8", 0.1, true, true, false, true},
+     nullptr, 0, false, false, 0, "gauss8", 0.1, true, true, false, true, {}},
 };
 constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 

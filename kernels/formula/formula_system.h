@@ -119,6 +119,7 @@ public:
     using Hamiltonian = formula::AnyFormula<is_separable>;
     static constexpr bool rescaled = Rescaled, separable = is_separable;
     static constexpr bool force_needs_p = !separable, velocity_needs_q = !separable;
+    static constexpr Axes cyclic{};  // known to its programs alone
     static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;
     static constexpr ProgramOperations operations{};  // known to its programs alone
 

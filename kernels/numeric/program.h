@@ -44,6 +44,11 @@ struct Program {
             if (nodes[k].op == Op::parameter && nodes[k].a >= count) count = nodes[k].a + 1;
         return count;
     }
+    /// Whether output k is 0, whatever the inputs.
+    constexpr bool returns_zero(int k) const {
+        const Node& n = nodes[outputs[k]];
+        return n.op == Op::constant && n.value == 0;
+    }
     /// Whether output k is input i itself.
     constexpr bool returns_input(int k, int i) const {
         const Node& n = nodes[outputs[k]];
@@ -289,7 +294,7 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
 /// Evaluates the nodes of a program that depend on parameters alone into its table of uniforms.
 template <class S>
 void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parameters, S* uniforms) {
-    S value[Tape::capacity] = {};
+    S value[Tape::capacity];
     for (int i = 0; i < size; ++i) {
         const Node& n = nodes[i];
         if (!n.uniform) continue;

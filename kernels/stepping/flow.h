@@ -34,6 +34,7 @@ struct Leg : Arrival<V> {
     bool want_energy = false;  ///< `energy_error` is wanted
     bool want_path = false;    ///< `energy` is wanted
     bool test_energy = false;  ///< `energy_holds` is wanted
+    bool use_symmetry = true;  ///< Job::use_symmetry
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
     ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
 

@@ -18,6 +18,15 @@ struct Nystroem {
 
     template <class System, class V>
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+        if constexpr (System::cyclic.any())
+            if (f.use_symmetry) return step_along<System::cyclic>(system, f, coefficients);
+        step_along<Axes{}>(system, f, coefficients);
+    }
+
+private:
+    /// Along cyclic coordinates, whose momenta stay, rays move evenly: they are left to the end.
+    template <Axes cyclic, class System, class V>
+    KAGERO_INLINE static void step_along(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         V parameter = f.start_parameter;
@@ -26,14 +35,22 @@ struct Nystroem {
             const V t = f.h * V(S(fraction));
             if (kick) {
                 const State<V> here = joined(f, q, p);
-                p = retreat(p, t, system.dq(here));
+                const Vec3<V> force = system.dq(here);
+                if constexpr (!cyclic.x) p.x = neg_mul_add(t, force.x, p.x);
+                if constexpr (!cyclic.y) p.y = neg_mul_add(t, force.y, p.y);
+                if constexpr (!cyclic.z) p.z = neg_mul_add(t, force.z, p.z);
                 if (f.want_parameter) parameter = mul_add(t, system.pace(here), parameter);
                 f.gradients += V(S(1));
             } else {
-                q = advance(q, t, p);
+                if constexpr (!cyclic.x) q.x = mul_add(t, p.x, q.x);
+                if constexpr (!cyclic.y) q.y = mul_add(t, p.y, q.y);
+                if constexpr (!cyclic.z) q.z = mul_add(t, p.z, q.z);
             }
             kick = !kick;
         }
+        if constexpr (cyclic.x) q.x = mul_add(f.h, p.x, q.x);
+        if constexpr (cyclic.y) q.y = mul_add(f.h, p.y, q.y);
+        if constexpr (cyclic.z) q.z = mul_add(f.h, p.z, q.z);
         f.end.set(q, p);
         f.end_parameter = System::rescaled ? parameter : f.start_parameter + f.h;
         f.solved = V(S(0)) <= V(S(0));

@@ -33,6 +33,12 @@ struct Survey {
     V scale;           ///< no step from here may be longer
 };
 
+/// Some of the three axes.
+struct Axes {
+    bool x = false, y = false, z = false;
+    constexpr bool any() const { return x || y || z; }
+};
+
 /// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
 template <class Force, class Velocity>
 constexpr bool is_separable(const Force& force, const Velocity& velocity) {
@@ -66,6 +72,11 @@ public:
     static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
     static constexpr bool separable = is_separable(force_, velocity_);
+    /// Coordinates that do not occur in K, as along the layers of a stratified medium: their momenta are constants of the motion.
+    static constexpr Axes cyclic = [] {
+        const auto is_cyclic = [](int k) { return force_.returns_zero(k) && !rescale_program<H>.uses_any_input(k, k + 1); };
+        return Axes{is_cyclic(0), is_cyclic(1), is_cyclic(2)};
+    }();
 
     explicit Sides(const double* parameters) : force_u_(parameters), velocity_u_(parameters) {}
 

@@ -1,6 +1,7 @@
 #include "render/explain.h"
 
 #include "film/film.h"
+#include "formula/formula.h"
 #include "render/camera.h"
 
 #include <algorithm>
@@ -55,6 +56,23 @@ std::string why_no_orbit(const Plan& plan, const HamiltonianInfo& space) {
     return "the scene states a method or a step for the general path";
 }
 
+/// "x, y", of the coordinates that do not occur in what is integrated.
+std::string cyclic_coordinates(const HamiltonianInfo& space) {
+    std::string text;
+    for (std::size_t i = 0; i < 3; ++i)
+        if (space.cyclic[i]) text += std::string(text.empty() ? "" : ", ") + formula_variables[i];
+    return text;
+}
+
+/// Whether they are left out of every step until its end.
+std::string why_not_cyclic(const Plan& plan, const HamiltonianInfo& space) {
+    if (plan.straight) return "these parameters leave every ray straight";
+    if (cyclic_coordinates(space).empty()) return "every coordinate occurs in H";
+    if (!plan.job.use_symmetry) return "integrator.symmetry = \"none\"";
+    if (!plan.module->integrators[plan.job.integrator].drifts) return plan.scene.integrator.method + " takes all coordinates together";
+    return "";
+}
+
 std::string why_not_rescaled(const Plan& plan, const HamiltonianInfo& space) {
     if (plan.straight) return "rays are straight";
     if (!space.rescales) return "the space declares none";
@@ -99,6 +117,10 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);
     parts.add(false, "the equation of motion of p_t", "p_t is a constant of the motion: H does not depend on time");
     parts.add(bent && method.angular, "the plane of the orbit: of six variables two are left, and the angle", why_no_orbit(plan, space));
+    const std::string why_all = why_not_cyclic(plan, space);
+    if (!plan.scene.space.formula)
+        parts.add(why_all.empty(), why_all.empty() ? "stratified space: " + cyclic_coordinates(space) + " go to every step's end at once"
+                                                   : "stratified space: coordinates that do not occur in H", why_all);
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
     if (plan.scene.space.formula) explain_formula(plan, parts);
     const bool implicit = bent && method.implicit && !is_separable(plan);

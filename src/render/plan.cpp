@@ -63,6 +63,7 @@ void fill_job(Plan& plan, bool with_camera) {
     job.escape_radius = far > 0 ? 0.5 * (limit + std::sqrt(limit * limit + 4 * far * far)) : limit;
     job.inner_escape_radius = far > 0 ? far * far / job.escape_radius : 0;
     job.parameter_limit = std::numeric_limits<double>::infinity();
+    job.use_symmetry = scene.integrator.symmetry != "none";
     job.hit = scene.integrator.hit;
     job.chord_tolerance = chord_tolerance(plan, with_camera);
     job.outputs = plan.options.energy_error ? output_energy : 0u;

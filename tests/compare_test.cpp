@@ -133,6 +133,7 @@ TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
 
 TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 1").status, 0);
+    EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 128").status, 0);
     const Outcome none = run("render hole.toml -o a.png --quiet --lanes 7");
     EXPECT_EQ(none.status, 2);
     EXPECT_NE(none.err.find("lanes there are: 1, "), std::string::npos) << none.err;

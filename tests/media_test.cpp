@@ -46,7 +46,11 @@ TEST_P(Media, StratifiedSpacesNeedNotStepAlongTheirLayers) {
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const RayEnd &a = ends[0][i], &b = ends[1][i];
             ASSERT_EQ(a.status, b.status);
-            for (int k = 0; k < 3; ++k) EXPECT_NEAR(a.q[k], b.q[k], 1e-12), EXPECT_NEAR(a.p[k], b.p[k], 1e-12), moved += a.q[k] != b.q[k];
+            for (int k = 0; k < 3; ++k) {
+                EXPECT_NEAR(a.q[k], b.q[k], 1e-12);
+                EXPECT_NEAR(a.p[k], b.p[k], 1e-12);
+                moved += a.q[k] != b.q[k];
+            }
         }
         EXPECT_GT(moved, 0u);  // by a rounding, in some
     }

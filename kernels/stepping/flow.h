@@ -50,8 +50,8 @@ struct Leg : Arrival<V> {
     V suggested;               ///< adaptive methods: the length of the next step, or of this one if it is to be taken again
 
     // Carried from step to step by the stepper.
-    V carry[6];                ///< at the start: what rounding has cut off the state (Gauss), or L (Orbit)
-    V next_carry[6];           ///< … and at the end
+    V carry[6] = {0, 0, 0, 0, 0, 0};       ///< at the start: what rounding has cut off the state (Gauss), or L (Orbit)
+    V next_carry[6] = {0, 0, 0, 0, 0, 0};  ///< … and at the end
 
     // Iterations of implicit solves, accumulated: those that each ray needed, and those that the packet ran.
     V open_iterations;

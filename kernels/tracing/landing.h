@@ -9,6 +9,8 @@
 #include "kernels/tracing/surface.h"
 #include "kernels/tracing/task.h"
 
+#include <type_traits>
+
 namespace kagero {
 
 /// What ends a ray without being a surface: a number of its own that falls to zero.
@@ -95,11 +97,9 @@ private:
     /// A partial step to where the surface should be, and from there Newton's corrections. Each squares the error, so that of the one
     /// shorter than the root of a rounding nothing is left but what is straight: it goes on as the correction before it went. A lane
     /// that has arrived stays there to the last bit, however long others take.
-    ///
-    /// The first correction is the error of cubic dense output, O(h³) of the step. Straight on, it leaves an error O(h⁵), no worse than
-    /// what a method of order five has gathered on its way.
+    /// In double it is never the first, whose step was long: what a symplectic method conserves would be lost by some 1e-8.
     void deliver(const MaskOf<V>& mask, const V& full) {
-        const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0)), close_at_once(S(task_.method.info.order <= 5 ? 1e-4 : 0));
+        const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0)), close_at_once = std::is_same_v<S, float> ? close : zero;
         const MaskOf<V> edge = from_bits<V>(edge_);
         const MaskOf<V> all = mask & !edge;
         MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);

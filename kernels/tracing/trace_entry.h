@@ -7,7 +7,6 @@
 #include "kernels/tracing/registry.h"
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 
 namespace kagero {
@@ -28,13 +27,12 @@ void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& c
             packet.finish();
         }
     } else {
-        const auto gang = std::make_unique<std::optional<PacketTracer<V>>[]>(packets);
+        std::optional<PacketTracer<V>> gang[packets];
         while (!queue.empty()) {
-            for (int i = 0; i < packets; ++i) gang[i].emplace(task, counters), gang[i]->start(queue);
-            const auto any_goes_on = [&] { return std::any_of(&gang[0], &gang[packets], [](const auto& packet) { return packet->goes_on(); }); };
-            while (any_goes_on())
-                for (int i = 0; i < packets; ++i) gang[i]->goes_on() ? gang[i]->step(queue) : gang[i]->idle();
-            for (int i = 0; i < packets; ++i) gang[i]->finish();
+            for (auto& packet : gang) packet.emplace(task, counters), packet->start(queue);
+            while (std::any_of(gang, gang + packets, [](const auto& packet) { return packet->goes_on(); }))
+                for (auto& packet : gang) packet->goes_on() ? packet->step(queue) : packet->idle();
+            for (auto& packet : gang) packet->finish();
         }
     }
 }

@@ -31,10 +31,10 @@ TEST(KerrSchildForm, IsThePrintedEquation) {
 // The tape finds the square again: what is typed in as printed costs no more.
 TEST(KerrSchildForm, AsPrintedIsAsShort) {
     using Factored = hamiltonians::Schwarzschild;
-    EXPECT_EQ((derivatives_program<Printed, true>.size), (derivatives_program<Factored, true>.size));
-    EXPECT_EQ((force_program<Printed, true>.size), (force_program<Factored, true>.size));
-    EXPECT_EQ((velocity_program<Printed, true>.size), (velocity_program<Factored, true>.size));
-    EXPECT_EQ((derivatives_program<Printed, false>.size), (derivatives_program<Factored, false>.size));
+    EXPECT_LE((derivatives_program<Printed, true>.size), (derivatives_program<Factored, true>.size));
+    EXPECT_LE((force_program<Printed, true>.size), (force_program<Factored, true>.size));
+    EXPECT_LE((velocity_program<Printed, true>.size), (velocity_program<Factored, true>.size));
+    EXPECT_LE((derivatives_program<Printed, false>.size), (derivatives_program<Factored, false>.size));
 }
 
 }  // namespace

@@ -1,0 +1,146 @@
+/// Single registers: fused operations, estimates of reciprocals, masks and numbers to and from memory, by instruction set. What xsimd has
+/// not, or not as quickly; `lanes.h` builds on it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <immintrin.h>
+
+#ifdef KAGERO_SANITIZED  // checks multiply what is inlined, and with it the time of compiling
+#define KAGERO_INLINE inline
+#else
+#define KAGERO_INLINE inline __attribute__((always_inline))
+#endif
+
+namespace kagero::registers {
+
+#if defined(__AVX512F__)
+// xsimd 8.1 does not fuse on AVX-512.
+KAGERO_INLINE __m512d fused(__m512d a, __m512d b, __m512d c) { return _mm512_fmadd_pd(a, b, c); }
+KAGERO_INLINE __m512 fused(__m512 a, __m512 b, __m512 c) { return _mm512_fmadd_ps(a, b, c); }
+KAGERO_INLINE __m512d fused_sub(__m512d a, __m512d b, __m512d c) { return _mm512_fmsub_pd(a, b, c); }
+KAGERO_INLINE __m512 fused_sub(__m512 a, __m512 b, __m512 c) { return _mm512_fmsub_ps(a, b, c); }
+KAGERO_INLINE __m512d fused_neg(__m512d a, __m512d b, __m512d c) { return _mm512_fnmadd_pd(a, b, c); }
+KAGERO_INLINE __m512 fused_neg(__m512 a, __m512 b, __m512 c) { return _mm512_fnmadd_ps(a, b, c); }
+KAGERO_INLINE __m512d rsqrt14(__m512d x) { return _mm512_rsqrt14_pd(x); }
+KAGERO_INLINE __m512 rsqrt14(__m512 x) { return _mm512_rsqrt14_ps(x); }
+KAGERO_INLINE __m512d recip14(__m512d x) { return _mm512_rcp14_pd(x); }
+KAGERO_INLINE __m512 recip14(__m512 x) { return _mm512_rcp14_ps(x); }
+KAGERO_INLINE double rsqrt14(double x) { return _mm_cvtsd_f64(_mm_rsqrt14_sd(_mm_setzero_pd(), _mm_set_sd(x))); }
+KAGERO_INLINE float rsqrt14(float x) { return _mm_cvtss_f32(_mm_rsqrt14_ss(_mm_setzero_ps(), _mm_set_ss(x))); }
+KAGERO_INLINE double recip14(double x) { return _mm_cvtsd_f64(_mm_rcp14_sd(_mm_setzero_pd(), _mm_set_sd(x))); }
+KAGERO_INLINE float recip14(float x) { return _mm_cvtss_f32(_mm_rcp14_ss(_mm_setzero_ps(), _mm_set_ss(x))); }
+#elif defined(__FMA__)
+KAGERO_INLINE __m256d fused(__m256d a, __m256d b, __m256d c) { return _mm256_fmadd_pd(a, b, c); }
+KAGERO_INLINE __m256 fused(__m256 a, __m256 b, __m256 c) { return _mm256_fmadd_ps(a, b, c); }
+KAGERO_INLINE __m256d fused_sub(__m256d a, __m256d b, __m256d c) { return _mm256_fmsub_pd(a, b, c); }
+KAGERO_INLINE __m256 fused_sub(__m256 a, __m256 b, __m256 c) { return _mm256_fmsub_ps(a, b, c); }
+KAGERO_INLINE __m256d fused_neg(__m256d a, __m256d b, __m256d c) { return _mm256_fnmadd_pd(a, b, c); }
+KAGERO_INLINE __m256 fused_neg(__m256 a, __m256 b, __m256 c) { return _mm256_fnmadd_ps(a, b, c); }
+#else
+template <class B>
+KAGERO_INLINE B fused(const B& a, const B& b, const B& c) { return a * b + c; }
+template <class B>
+KAGERO_INLINE B fused_sub(const B& a, const B& b, const B& c) { return a * b - c; }
+template <class B>
+KAGERO_INLINE B fused_neg(const B& a, const B& b, const B& c) { return c - a * b; }
+#endif
+
+/// Bit i is lane i of one register's mask.
+#if defined(__AVX512F__)
+KAGERO_INLINE std::uint64_t bits(std::uint64_t m) { return m; }
+#elif defined(__AVX2__)
+KAGERO_INLINE std::uint64_t bits(__m256d m) { return static_cast<unsigned>(_mm256_movemask_pd(m)); }
+KAGERO_INLINE std::uint64_t bits(__m256 m) { return static_cast<unsigned>(_mm256_movemask_ps(m)); }
+#else
+KAGERO_INLINE std::uint64_t bits(__m128d m) { return static_cast<unsigned>(_mm_movemask_pd(m)); }
+KAGERO_INLINE std::uint64_t bits(__m128 m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
+#endif
+
+/// … and back: each lane looks at its own bit.
+#if defined(__AVX512F__)
+template <class M>
+KAGERO_INLINE void set_bits(M& m, std::uint64_t all) { m = static_cast<M>(all); }
+#elif defined(__AVX2__)
+KAGERO_INLINE __m256i own_bit(std::uint64_t all, __m256i own) {
+    return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(all)), own), own);
+}
+KAGERO_INLINE void set_bits(__m256d& m, std::uint64_t all) { m = _mm256_castsi256_pd(own_bit(all, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8))); }
+KAGERO_INLINE void set_bits(__m256& m, std::uint64_t all) { m = _mm256_castsi256_ps(own_bit(all, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128))); }
+#else
+KAGERO_INLINE __m128i own_bit(std::uint64_t all, __m128i own) {
+    return _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(all)), own), own);
+}
+KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t all) { m = _mm_castsi128_pd(own_bit(all, _mm_setr_epi32(1, 1, 2, 2))); }
+KAGERO_INLINE void set_bits(__m128& m, std::uint64_t all) { m = _mm_castsi128_ps(own_bit(all, _mm_setr_epi32(1, 2, 4, 8))); }
+#endif
+
+/// One register from doubles in memory, and one register to floats there.
+#if defined(__AVX512F__)
+KAGERO_INLINE void from_doubles(__m512d& v, const double* from) { v = _mm512_loadu_pd(from); }
+KAGERO_INLINE void from_doubles(__m512& v, const double* from) {
+    v = _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(_mm512_loadu_pd(from))), _mm512_cvtpd_ps(_mm512_loadu_pd(from + 8)), 1);
+}
+KAGERO_INLINE void to_floats(__m512d v, float* to) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(v)); }
+KAGERO_INLINE void to_floats(__m512 v, float* to) { _mm512_storeu_ps(to, v); }
+#elif defined(__AVX2__)
+KAGERO_INLINE void from_doubles(__m256d& v, const double* from) { v = _mm256_loadu_pd(from); }
+KAGERO_INLINE void from_doubles(__m256& v, const double* from) {
+    v = _mm256_set_m128(_mm256_cvtpd_ps(_mm256_loadu_pd(from + 4)), _mm256_cvtpd_ps(_mm256_loadu_pd(from)));
+}
+KAGERO_INLINE void to_floats(__m256d v, float* to) { _mm_storeu_ps(to, _mm256_cvtpd_ps(v)); }
+KAGERO_INLINE void to_floats(__m256 v, float* to) { _mm256_storeu_ps(to, v); }
+#else
+KAGERO_INLINE void from_doubles(__m128d& v, const double* from) { v = _mm_loadu_pd(from); }
+KAGERO_INLINE void from_doubles(__m128& v, const double* from) {
+    v = _mm_movelh_ps(_mm_cvtpd_ps(_mm_loadu_pd(from)), _mm_cvtpd_ps(_mm_loadu_pd(from + 2)));
+}
+KAGERO_INLINE void to_floats(__m128d v, float* to) { _mm_storel_pi(reinterpret_cast<__m64*>(to), _mm_cvtpd_ps(v)); }
+KAGERO_INLINE void to_floats(__m128 v, float* to) { _mm_storeu_ps(to, v); }
+#endif
+
+/// table[(z·ny + y)·nx + x], of whole numbers ≥ 0.
+#if defined(__AVX512F__)
+KAGERO_INLINE __m512d look_up(const float* table, __m512d x, __m512d y, __m512d z, int nx, int ny) {
+    const __m256i row = _mm256_add_epi32(_mm256_mullo_epi32(_mm512_cvttpd_epi32(z), _mm256_set1_epi32(ny)), _mm512_cvttpd_epi32(y));
+    const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm512_cvttpd_epi32(x));
+    return _mm512_cvtps_pd(_mm256_i32gather_ps(table, place, 4));
+}
+KAGERO_INLINE __m512 look_up(const float* table, __m512 x, __m512 y, __m512 z, int nx, int ny) {
+    const __m512i row = _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(z), _mm512_set1_epi32(ny)), _mm512_cvttps_epi32(y));
+    const __m512i place = _mm512_add_epi32(_mm512_mullo_epi32(row, _mm512_set1_epi32(nx)), _mm512_cvttps_epi32(x));
+    return _mm512_i32gather_ps(place, table, 4);
+}
+#elif defined(__AVX2__)
+KAGERO_INLINE __m256d look_up(const float* table, __m256d x, __m256d y, __m256d z, int nx, int ny) {
+    const __m128i row = _mm_add_epi32(_mm_mullo_epi32(_mm256_cvttpd_epi32(z), _mm_set1_epi32(ny)), _mm256_cvttpd_epi32(y));
+    const __m128i place = _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(nx)), _mm256_cvttpd_epi32(x));
+    return _mm256_cvtps_pd(_mm_i32gather_ps(table, place, 4));
+}
+KAGERO_INLINE __m256 look_up(const float* table, __m256 x, __m256 y, __m256 z, int nx, int ny) {
+    const __m256i row = _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(z), _mm256_set1_epi32(ny)), _mm256_cvttps_epi32(y));
+    const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm256_cvttps_epi32(x));
+    return _mm256_i32gather_ps(table, place, 4);
+}
+#else
+KAGERO_INLINE float look_up(const float* table, int x, int y, int z, int nx, int ny) { return table[(z * ny + y) * nx + x]; }
+KAGERO_INLINE __m128d look_up(const float* table, __m128d x, __m128d y, __m128d z, int nx, int ny) {
+    alignas(16) int at[3][4];
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[0]), _mm_cvttpd_epi32(x));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[1]), _mm_cvttpd_epi32(y));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[2]), _mm_cvttpd_epi32(z));
+    const auto lane = [&](int i) { return double(look_up(table, at[0][i], at[1][i], at[2][i], nx, ny)); };
+    return _mm_setr_pd(lane(0), lane(1));
+}
+KAGERO_INLINE __m128 look_up(const float* table, __m128 x, __m128 y, __m128 z, int nx, int ny) {
+    alignas(16) int at[3][4];
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[0]), _mm_cvttps_epi32(x));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[1]), _mm_cvttps_epi32(y));
+    _mm_store_si128(reinterpret_cast<__m128i*>(at[2]), _mm_cvttps_epi32(z));
+    const auto lane = [&](int i) { return look_up(table, at[0][i], at[1][i], at[2][i], nx, ny); };
+    return _mm_setr_ps(lane(0), lane(1), lane(2), lane(3));
+}
+#endif
+
+}  // namespace kagero::registers

@@ -24,7 +24,8 @@ V clearance_at(const ClearanceGrid& grid, const Vec3<V>& q) {
     for (int k = 0; k < 3; ++k) {
         const V u = at[k] - V(S(grid.origin[k])), beyond = max(max(-u, u - V(S(grid.cells[k] * grid.cell))), zero);
         beyond2 = mul_add(beyond, beyond, beyond2);
-        cell[k] = min(max(u * per_cell, zero), V(S(grid.cells[k] - 1)));  // 0 where u is not a number
+        const V into = u * per_cell;
+        cell[k] = min(pick(into > zero, into, zero), V(S(grid.cells[k] - 1)));  // 0 where it is not a number
     }
     const V inside = look_up(grid.distance, cell[0], cell[1], cell[2], int(grid.cells[0]), int(grid.cells[1]));
     const MaskOf<V> outside = beyond2 > zero;

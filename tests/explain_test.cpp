@@ -69,7 +69,7 @@ TEST_F(Explain, SaysWhichCoordinatesDoNotOccur) {
     const std::string view = "[camera]\nposition = [0, 0, 0]\nlook_at = [1, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
     write("air.toml", "[space]\nhamiltonian = \"mirage\"\n" + view);
     const auto explained_air = [&](const std::string& more) { return json::parse(run("explain air.toml --json " + more).out); };
-    EXPECT_TRUE(uses(explained_air(""), "stratified space: y"));
+    EXPECT_TRUE(uses(explained_air(""), "stratified space: along y straight"));
     EXPECT_TRUE(leaves_out(explained_air("-D integrator.symmetry=none"), "stratified space"));
     EXPECT_TRUE(leaves_out(explained_air("--integrator gauss8"), "stratified space"));
 }

@@ -119,7 +119,7 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     parts.add(bent && method.angular, "the plane of the orbit: of six variables two are left, and the angle", why_no_orbit(plan, space));
     const std::string why_all = why_not_cyclic(plan, space);
     if (!plan.scene.space.formula)
-        parts.add(why_all.empty(), why_all.empty() ? "stratified space: " + cyclic_coordinates(space) + " go to every step's end at once"
+        parts.add(why_all.empty(), why_all.empty() ? "stratified space: along " + cyclic_coordinates(space) + " straight to every step's end"
                                                    : "stratified space: coordinates that do not occur in H", why_all);
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
     if (plan.scene.space.formula) explain_formula(plan, parts);

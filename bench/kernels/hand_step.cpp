@@ -2,6 +2,7 @@
 // by hand in the place of the tape's, and with the tape's of (16) as it is printed, term by term (which finds the square in it); all else is
 // the same code.
 #include "bench/kernels/gradient_rivals.h"
+#include "bench/kernels/printed_schwarzschild.h"
 #include "bench/kernels/steps.h"
 #include "kernels/stepping/steppers.h"
 
@@ -21,17 +22,6 @@ struct HandSystem : System<Schwarzschild, true, S> {
     KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return bench::Hand<V, true>(rg).dq(s); }
     template <class V>
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return bench::Hand<V, true>(rg).dp(s); }
-};
-
-/// Satoh (2003), eq. (16), as a user may type it.
-struct PrintedSchwarzschild : Schwarzschild {
-    template <class V>
-    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        const V r = norm(q), r2 = r * r, r3 = r2 * r;
-        return -0.5 * (1 + k.rg / r) * pt * pt +
-               0.5 * ((1 - k.rg * q.x * q.x / r3) * p.x * p.x + (1 - k.rg * q.y * q.y / r3) * p.y * p.y + (1 - k.rg * q.z * q.z / r3) * p.z * p.z) -
-               k.rg * pt / r2 * dot(q, p) - k.rg / r3 * (q.x * q.y * p.x * p.y + q.x * q.z * p.x * p.z + q.y * q.z * p.y * p.z);
-    }
 };
 
 template <class Rival, class V>
@@ -55,7 +45,7 @@ void add(const char* form, const char* type, const SpaceKernel<V>& kernel) {
 template <class V>
 void add(const char* type) {
     add<V>("by_hand", type, rival_kernel<HandSystem<ScalarOf<V>>, V>);
-    add<V>("as_printed", type, rival_kernel<System<PrintedSchwarzschild, true, ScalarOf<V>>, V>);
+    add<V>("as_printed", type, rival_kernel<System<bench::PrintedSchwarzschild, true, ScalarOf<V>>, V>);
 }
 
 const bool added = [] {

@@ -29,7 +29,9 @@ bool is_yardstick(const KernelInfo& kernel) {
 /// The pixels of a packet, as the tracing loop arranges them; of a gang, its packets.
 std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines) {
     if (kernel.form == Form::gang) {
-        const KernelInfo& packet = *find_kernel(plan, {kernel.strategy, kernel.precision, 0});
+        const KernelInfo& packet = *std::find_if(plan.module->kernels, plan.module->kernels + plan.module->kernel_count, [&](const KernelInfo& k) {
+            return k.strategy == kernel.strategy && k.precision == kernel.precision;
+        });
         return std::to_string(kernel.lanes / packet.lanes) + " of " + shape_of(plan, packet, scanlines);
     }
     const std::uint32_t lanes = kernel.lanes;

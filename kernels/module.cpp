@@ -11,19 +11,22 @@
 #include "all_hamiltonians.inc"
 
 namespace kagero {
+
+template void fill_uniforms<double>(const Node*, const int*, int, const double*, double*);
+
 namespace {
 
 template <class H>
-constexpr HamiltonianInfo info_of() {
+HamiltonianInfo info_of() {
     HamiltonianInfo info{H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
             H::spacetime, Rescalable<H>, H::level, H::method, H::step,
             Bounded<H>, Capturing<H>, Creased<H>, Scaled<H>};
-    constexpr Axes cyclic = Sides<H, Rescalable<H>, double>::cyclic;
+    const Axes cyclic = space_kernel<H, double>(Rescalable<H>).cyclic;
     info.cyclic[0] = cyclic.x, info.cyclic[1] = cyclic.y, info.cyclic[2] = cyclic.z;
     if constexpr (requires { H::orbit_method; }) info.orbit_method = H::orbit_method, info.orbit_step = H::orbit_step;
     return info;
 }
-constexpr HamiltonianInfo hamiltonian_infos[] = {
+const HamiltonianInfo hamiltonian_infos[] = {
 #define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
@@ -139,9 +142,7 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
                                       formula::operations_of(p.velocity), formula::operations_of(p.survey)});
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() {
-        double slope = 0;
-        if constexpr (Orbiting<H>) slope = operations_of(force_program<OrbitPlane<H>, false>);
-        return operations_of(method, space_kernel<H, double>(rescaled && Rescalable<H>).operations, slope);
+        return operations_of(method, space_kernel<H, double>(rescaled && Rescalable<H>).operations);
     });
 }
 
@@ -149,7 +150,7 @@ double multiply_adds(Precision precision, std::uint64_t rounds) {
     return precision == Precision::float32 ? kagero::multiply_adds<float>(rounds) : kagero::multiply_adds<double>(rounds);
 }
 
-constexpr Module module{
+const Module module{
     abi_version,         KAGERO_ISA,
     "" __VERSION__,      hamiltonian_infos,
     std::size(hamiltonian_infos), integrator_infos.data(),

@@ -77,7 +77,7 @@ private:
 /// One of the two parts H_A and H_B.
 class PartSystem {
 public:
-    static constexpr bool force_needs_p = true;
+    static constexpr bool force_needs_p = true, velocity_needs_q = true;
     PartSystem(const Programs& programs, int which) : force_(programs.part_force[which]), velocity_(programs.part_velocity[which]) {}
     template <class V>
     Vec3<V> dq(const State<V>& s) const { return side(force_, s); }
@@ -111,19 +111,19 @@ private:
 
 namespace kagero {
 
-template <bool is_separable, bool Rescaled, class S>
-class System<formula::AnyFormula<is_separable>, Rescaled, S> {
+/// A formula, rescaled or not: what steps see, so that they are compiled for both at once.
+template <bool is_separable, class S>
+class FormulaSystem {
     using Parts = formula::PartSystem;
 
 public:
     using Hamiltonian = formula::AnyFormula<is_separable>;
-    static constexpr bool rescaled = Rescaled, separable = is_separable;
-    static constexpr bool force_needs_p = !separable, velocity_needs_q = !separable;
+    static constexpr bool separable = is_separable, force_needs_p = !separable, velocity_needs_q = !separable;
     static constexpr Axes cyclic{};  // known to its programs alone
-    static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;
-    static constexpr ProgramOperations operations{};  // known to its programs alone
+    bool rescaled;
 
-    explicit System(const double* parameters) : p_(formula::programs_in(parameters)), a_(p_, 0), b_(p_, 1) {}
+    explicit FormulaSystem(const double* parameters)
+        : rescaled(formula::programs_in(parameters).rescaled), p_(formula::programs_in(parameters)), a_(p_, 0), b_(p_, 1) {}
     const Parts& part_a() const { return a_; }
     const Parts& part_b() const { return b_; }
     S level() const { return S(p_.level); }
@@ -159,10 +159,9 @@ public:
         }
     }
 
-    template <class V>
-    V roundings(const State<V>& s, const V (&seeds)[12]) const {
+    Listed<S> listed() const {
         const formula::Nodes& n = p_.derivative_nodes;
-        return sum_of_roundings<V>({n.nodes, nullptr, n.outputs, n.size}, static_cast<const double*>(nullptr), s.y, seeds, 6);
+        return {{n.nodes, nullptr, n.outputs, n.size}, nullptr};
     }
 
     template <class V>
@@ -174,7 +173,7 @@ public:
     template <class V>
     V pace(const State<V>& s) const {
         V out[1] = {V(S(1))};
-        if (Rescaled) formula::evaluate(p_.pace, s.y, out);
+        if (rescaled) formula::evaluate(p_.pace, s.y, out);
         return out[0];
     }
     template <class V>
@@ -188,6 +187,15 @@ public:
 private:
     const formula::Programs& p_;
     Parts a_, b_;
+};
+
+template <bool separable, bool Rescaled, class S>
+struct System<formula::AnyFormula<separable>, Rescaled, S> : FormulaSystem<separable, S> {
+    using Stepped = FormulaSystem<separable, S>;
+    using Stepped::Stepped;
+    static constexpr bool rescaled = Rescaled;
+    static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;
+    static constexpr ProgramOperations operations{};  // known to its programs alone
 };
 
 }  // namespace kagero

@@ -23,9 +23,10 @@ constexpr double operations_of(const Program<Size, Outputs>& program) {
     return sum;
 }
 
-/// Of the programs of a Hamiltonian that every method runs.
+/// Of the programs of a Hamiltonian that methods run.
 struct ProgramOperations {
     double derivatives, force, velocity, survey;
+    double slope = 0;  ///< ∂V/∂u in the plane of an orbit, where it is stated
 };
 
 }  // namespace kagero

@@ -265,13 +265,16 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);
 }
 
+template <const auto& P>
+inline constexpr bool calls_circular = P.calls_circular();
+
 template <const auto& P, int I, class V, class S>
 KAGERO_INLINE void evaluate(V* s, const S* uniforms, const V* inputs) {
     constexpr Node n = P.nodes[I];
     if constexpr (n.op == Op::input) s[I] = inputs[n.a];
     else if constexpr (n.op == Op::constant) s[I] = V(S(n.value));
     else if constexpr (n.uniform) { if constexpr (P.slot[I] >= 0) s[I] = V(uniforms[P.slot[I]]); }
-    else s[I] = apply<n.op, P.calls_circular(), V>(s[n.a], s[n.b < 0 ? n.a : n.b], s[n.c < 0 ? n.a : n.c]);
+    else s[I] = apply<n.op, calls_circular<P>, V>(s[n.a], s[n.b < 0 ? n.a : n.b], s[n.c < 0 ? n.a : n.c]);
 }
 
 template <const auto& P, class V, class S, int... I, int... O>
@@ -323,5 +326,7 @@ void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parame
         if (slot[i] >= 0) uniforms[slot[i]] = value[i];
     }
 }
+
+extern template void fill_uniforms<double>(const Node*, const int*, int, const double*, double*);  // in module.cpp
 
 }  // namespace kagero

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/numeric/dual.h"
-#include "kernels/numeric/program.h"
+#include "kernels/numeric/listing.h"
 
 namespace kagero {
 
@@ -14,14 +14,6 @@ KAGERO_INLINE V first_place(const V& x) {
     return abs(scaled - V(1 - 0x1p-53) * scaled);
 }
 
-/// A program as data.
-struct Listing {
-    const Node* nodes;
-    const int* slots;  ///< of uniform nodes in the table of uniforms
-    const int* outputs;
-    int size;
-};
-
 namespace detail {
 
 /// How far a result is off at most, in units of half its last place. The quick reciprocals of numeric/lanes.h are within two last
@@ -31,39 +23,19 @@ constexpr double greatest_rounding(Op op) {
     return op == Op::recip || op == Op::rsqrt || (op >= Op::exp && op <= Op::atan2) ? 4 : 1;
 }
 
-/// op(a, b, c), of an operation that is no leaf.
-template <class V>
-V applied(Op op, const V& a, const V& b, const V& c) {
-    switch (op) {
-#define KAGERO_OPERATION(OP) \
-    case Op::OP: return apply<Op::OP, false, V>(a, b, c);
-        KAGERO_OPERATION(add) KAGERO_OPERATION(sub) KAGERO_OPERATION(mul) KAGERO_OPERATION(neg) KAGERO_OPERATION(recip)
-        KAGERO_OPERATION(sqrt) KAGERO_OPERATION(rsqrt) KAGERO_OPERATION(exp) KAGERO_OPERATION(log) KAGERO_OPERATION(sin)
-        KAGERO_OPERATION(cos) KAGERO_OPERATION(tan) KAGERO_OPERATION(tanh) KAGERO_OPERATION(atan2) KAGERO_OPERATION(min)
-        KAGERO_OPERATION(max) KAGERO_OPERATION(at_least) KAGERO_OPERATION(mul_add) KAGERO_OPERATION(mul_sub) KAGERO_OPERATION(neg_mul_add)
-#undef KAGERO_OPERATION
-        default: return a;
-    }
-}
-
 }  // namespace detail
 
 /// Σ |adjoint · last place of the value| over the operations of a program that reads `inputs`. `seeds` are its outputs' adjoints with
 /// regard to two numbers (2 × outputs), which count by their length. In units of half the last place of 1.
 template <class V, class S>
-__attribute__((noinline)) V sum_of_roundings(const Listing& program, const S* uniforms, const V* inputs, const V* seeds, int outputs) {
+V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int outputs) {
     using Forward = Dual<V, 3>;
+    const Listing& program = listed.program;
     V value[Tape::capacity], adjoint[Tape::capacity][2];
     const V zero(S(0));
     const auto of = [&](int k) -> const V& { return k < 0 ? zero : value[k]; };
-    for (int i = 0; i < program.size; ++i) {
-        const Node& n = program.nodes[i];
-        adjoint[i][0] = adjoint[i][1] = zero;
-        if (n.op == Op::input) value[i] = inputs[n.a];
-        else if (n.op == Op::constant) value[i] = V(S(n.value));
-        else if (n.op == Op::parameter) value[i] = V(uniforms[program.slots[i]]);
-        else value[i] = detail::applied<V>(n.op, of(n.a), of(n.b), of(n.c));
-    }
+    evaluate(listed, inputs, value);
+    for (int i = 0; i < program.size; ++i) adjoint[i][0] = adjoint[i][1] = zero;
     for (int o = 0; o < outputs; ++o)
         for (int r = 0; r < 2; ++r) adjoint[program.outputs[o]][r] += seeds[r * outputs + o];
     V sum = zero;

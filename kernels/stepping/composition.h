@@ -8,11 +8,13 @@
 /// with χ for every part, stays at order 1.
 #pragma once
 
-#include "kernels/stepping/newton.h"
+#include "kernels/stepping/implicit.h"
+#include "kernels/stepping/shared.h"
 
 namespace kagero {
 
 struct Composition {
+    static constexpr Kind shared_as = Kind::composition;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
     /// stage[0][0..2] carries ∂K/∂q, stage[1][0..2] carries ∂K/∂p, as starts of the implicit solves.
@@ -46,7 +48,7 @@ struct Composition {
             f.gradients += V(S(1));
         }
         f.end.set(q, p);
-        f.end_parameter = System::rescaled ? parameter : f.start_parameter + f.h;
+        f.end_parameter = system.rescaled ? parameter : f.start_parameter + f.h;
         f.stage[0][0] = force.x, f.stage[0][1] = force.y, f.stage[0][2] = force.z;
         f.stage[1][0] = velocity.x, f.stage[1][1] = velocity.y, f.stage[1][2] = velocity.z;
     }
@@ -118,7 +120,7 @@ private:
             // Copies, so that the variables of the loop above stay in registers.
             const Vec3<V> q_now = q, p_now = p;
             const V tau_now = tau;
-            const Vec3<V> other = newton<side>(system, f, q_now, p_now, tau_now, side == Side::kick ? p_now : q_now);
+            const Vec3<V> other = Shared<V>::newton(side, called<V>(system), f, q_now, p_now, tau_now, side == Side::kick ? p_now : q_now);
             x = pick<V>(open, other, x);
             f.solved = solved & (f.solved | !open);
             f.gradients = pick(open, f.gradients, gradients);

@@ -2,14 +2,17 @@
 /// stages; the stages are independent of each other, which keeps several operations in flight. Newton's method takes what that leaves.
 #pragma once
 
-#include "kernels/stepping/curve.h"
-#include "kernels/stepping/newton_stages.h"
+#include "kernels/stepping/implicit.h"
+#include "kernels/stepping/shared.h"
+
+#include <algorithm>
 
 namespace kagero {
 
 /// `fixed` stages, known to the compiler, or with 0 as many as the coefficients say.
 template <int fixed>
 struct Gauss {
+    static constexpr Kind shared_as = fixed ? Kind::gauss_of_4 : Kind::gauss;
     /// No stage lies on an end of the step.
     static constexpr bool stages_inside = true;
     static constexpr bool carries = true;
@@ -48,11 +51,7 @@ struct Gauss {
 
     /// Dense output of the step in `f`.
     template <class V>
-    static Curve<V> curve(const Flow<V>& f, const Coefficients& coefficients) {
-        using S = ScalarOf<V>;
-        const auto velocity = [&f](int j) { return Vec3<V>{f.stage[j][3], f.stage[j][4], f.stage[j][5]}; };
-        return Curve<V>::collocation(f, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
-    }
+    static Curve<V> curve(const Flow<V>& f, const Coefficients& coefficients) { return Shared<V>::collocation_curve(f, coefficients); }
 
 private:
     static constexpr int room = fixed ? fixed : max_stages;
@@ -125,7 +124,7 @@ private:
     static void solve_rest(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V (&g)[room][6]) {
         V now[room][6];
         std::copy(&g[0][0], &g[0][0] + 6 * s, &now[0][0]);
-        newton_stages(system, f, w, s, [&now](int i, int k) -> V& { return now[i][k]; });
+        Shared<V>::newton_stages(called<V>(system), f, w, s, &now[0][0], 6, 1);
         std::copy(&now[0][0], &now[0][0] + 6 * s, &g[0][0]);
     }
 
@@ -147,7 +146,7 @@ private:
     KAGERO_INLINE static void finish(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, const V (&g)[room][6]) {
         finish_state(f, g, w, s);
         f.end_parameter = f.start_parameter + f.h;
-        if (System::rescaled && f.want_parameter) {
+        if (system.rescaled && f.want_parameter) {
             V pace(S(0));
             for (int i = 0; i < s; ++i) {
                 State<V> y;

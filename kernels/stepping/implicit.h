@@ -64,6 +64,12 @@ private:
     V previous_;
 };
 
+/// The state of rays at q with momentum p.
+template <class V>
+KAGERO_INLINE State<V> joined(const Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p) {
+    return {{q.x, q.y, q.z, p.x, p.y, p.z, f.start.y[6]}};
+}
+
 /// Greatest component of |a − b|.
 template <class V>
 KAGERO_INLINE V greatest_difference(const Vec3<V>& a, const Vec3<V>& b) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/stepping/implicit.h"
+#include "kernels/stepping/shared.h"
 
 namespace kagero {
 
@@ -25,20 +26,11 @@ KAGERO_INLINE MaskOf<V> is_positive(const V (&j)[9], const V& determinant) {
     return (trace > zero) & (determinant > zero) & (trace * minors > determinant);
 }
 
-template <class V>
-KAGERO_INLINE State<V> joined(const Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p) {
-    return {{q.x, q.y, q.z, p.x, p.y, p.z, f.start.y[6]}};
-}
-
-/// Which half of eq. (9) is implicit.
-enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q + τ ∂K/∂p(q', p)
-
 /// x with x = next(x), where next is one of the two sides, from the guess x. The Jacobian is I + τ M for a kick and I − τ Mᵀ for a
 /// drift, M = ∂²K/∂q∂p. Along the solution that grows out of the start as τ grows from zero its eigenvalues stay positive; they must
 /// be so at the start and at every iterate, or a second root, beyond a fold, might be taken.
-template <Side side, class System, class V>
-__attribute__((noinline)) Vec3<V> newton(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
-    using S = ScalarOf<V>;
+template <class V>
+Vec3<V> Shared<V>::newton(Side side, const CalledSystem<V>& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
     constexpr int max_iterations = 12;
     Convergence<V> convergence(f);
     MaskOf<V> right_branch = V(S(0)) <= V(S(0));

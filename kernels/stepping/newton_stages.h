@@ -2,8 +2,8 @@
 /// solved by itself, in scalar numbers, so that a ray needs the same iterations in every packet.
 #pragma once
 
-#include "kernels/stepping/gauss_table.h"
 #include "kernels/stepping/implicit.h"
+#include "kernels/stepping/shared.h"
 
 #include <algorithm>
 
@@ -41,13 +41,13 @@ bool solve_positive(int n, S (*a)[6 * max_stages], S* b) {
 /// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The Jacobian
 /// is the identity where h = 0; along the solution that grows out of the start its determinant stays positive. That, and
 /// corrections that at least halve each time (Deuflhard 2004, §2.1), keep a second root away.
-template <class System, class S>
+template <class V, class S = ScalarOf<V>>
 class StageNewton {
 public:
-    StageNewton(const System& system, const State<S>& start, S h, const GaussNumbers<S>& w, int s,
+    StageNewton(const CalledSystem<V>& system, const State<S>& start, S h, const GaussNumbers<S>& w, int s,
                 const Convergence<S>& convergence)
         : system_(system), start_(start), h_(h), w_(w), s_(s), convergence_(convergence) {
-        system.derivatives(start, g_[0]);
+        system.ray_derivatives(start, g_[0]);
         for (int i = 1; i < s; ++i) std::copy(g_[0], g_[0] + 6, g_[i]);
     }
     bool solve() {
@@ -81,8 +81,8 @@ private:
         for (int i = 0; i < s_; ++i) {
             const State<S> y = place(i);
             S fresh[6], second[36];
-            system_.derivatives(y, fresh);
-            system_.hessian(y, second);
+            system_.ray_derivatives(y, fresh);
+            system_.ray_hessian(y, second);
             for (int k = 0; k < 6; ++k) {
                 rest_[6 * i + k] = fresh[k] - g_[i][k];
                 for (int j = 0; j < s_; ++j)
@@ -105,7 +105,7 @@ private:
         return convergence_.relative(abs(h_) * q, abs(h_) * p);
     }
 
-    const System& system_;
+    const CalledSystem<V>& system_;
     State<S> start_;
     S h_;
     const GaussNumbers<S>& w_;
@@ -115,10 +115,10 @@ private:
     S g_[max_stages][6], rest_[6 * max_stages], matrix_[6 * max_stages][6 * max_stages];
 };
 
-/// Solves the stages of all rays that are not `f.solved`; `stage(i, k)` is where component k of stage i belongs.
-template <class System, class V, class S, class Stage>
-__attribute__((noinline)) void newton_stages(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s,
-                                             const Stage& stage) {
+/// Solves the stages of all rays that are not `f.solved`.
+template <class V>
+void Shared<V>::newton_stages(const CalledSystem<V>& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V* stages, int per_stage,
+                              int per_component) {
     std::uint64_t solved = 0;
     int most = 0;
     for (std::uint64_t rest = to_bits(!f.solved); rest; rest &= rest - 1) {
@@ -127,7 +127,7 @@ __attribute__((noinline)) void newton_stages(const System& system, Flow<V>& f, c
         State<S> start;
         for (int k = 0; k < 7; ++k) start.y[k] = of(f.start.y[k]);
         const Vec3<S> velocity{of(f.start_velocity.x), of(f.start_velocity.y), of(f.start_velocity.z)};
-        StageNewton<System, S> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.solver_tolerance});
+        StageNewton<V> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.solver_tolerance});
         const bool done = newton.solve();
         set_lane(f.gradients, lane, of(f.gradients) + S(2 * s * newton.iterations()));
         set_lane(f.open_iterations, lane, of(f.open_iterations) + S(newton.iterations()));
@@ -135,7 +135,7 @@ __attribute__((noinline)) void newton_stages(const System& system, Flow<V>& f, c
         if (!done) continue;
         solved |= std::uint64_t(1) << lane;
         for (int i = 0; i < s; ++i)
-            for (int k = 0; k < 6; ++k) set_lane(stage(i, k), lane, newton.stage(i, k));
+            for (int k = 0; k < 6; ++k) set_lane(stages[i * per_stage + k * per_component], lane, newton.stage(i, k));
     }
     f.solved = f.solved | from_bits<V>(solved);
     f.issued_iterations += std::uint64_t(most);

@@ -5,9 +5,8 @@
 
 namespace kagero {
 
-/// A method on these programs: its gradients with what moves the state between them, and what it does once per step. `slope`: of ∂V/∂u
-/// in the plane of an orbit.
-inline Operations operations_of(const Method& method, const ProgramOperations& program, double slope = 0) {
+/// A method on these programs: its gradients with what moves the state between them, and what it does once per step.
+inline Operations operations_of(const Method& method, const ProgramOperations& program) {
     const auto alike = [](double per_gradient, double per_step) { return Operations{per_gradient, per_step, per_step}; };
     const double arrival = program.survey, one_sided = 0.5 * (program.force + program.velocity);
     switch (method.kind) {
@@ -28,7 +27,7 @@ inline Operations operations_of(const Method& method, const ProgramOperations& p
         }
         // Into the plane, turning its axes, and out of it, or how long the step may be and whether it is the last: counted in orbit.h, with
         // sine, cosine and roots as what they are made of.
-        case Kind::orbit: return {slope + 5, arrival + 145, 40};
+        case Kind::orbit: return {program.slope + 5, arrival + 145, 40};
         default: return alike(one_sided + 6, arrival);
     }
 }

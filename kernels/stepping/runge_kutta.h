@@ -3,11 +3,13 @@
 #pragma once
 
 #include "kernels/stepping/implicit.h"
+#include "kernels/stepping/shared.h"
 
 namespace kagero {
 
 /// Any table: coefficients are data, so that one copy of the derivative program serves them all.
 struct RungeKutta {
+    static constexpr Kind shared_as = Kind::runge_kutta;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
     static constexpr bool resumes = true;
@@ -25,10 +27,10 @@ struct RungeKutta {
             if (i == 0) y = f.start;
             else move(f, g, table.a[i], i, y);
             system.derivatives(y, g[i]);
-            if (System::rescaled && f.want_parameter) pace = mul_add(V(S(table.b[i])), system.pace(y), pace);
+            if (system.rescaled && f.want_parameter) pace = mul_add(V(S(table.b[i])), system.pace(y), pace);
         }
         move(f, g, table.b, table.stages, f.end);
-        f.end_parameter = System::rescaled ? mul_add(f.h, pace, f.start_parameter) : f.start_parameter + f.h;
+        f.end_parameter = system.rescaled ? mul_add(f.h, pace, f.start_parameter) : f.start_parameter + f.h;
         f.gradients += V(S(table.stages));
         f.solved = V(S(0)) <= V(S(0));
         if (table.estimate_order) control(f, g, table);

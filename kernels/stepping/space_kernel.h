@@ -2,6 +2,7 @@
 /// Hamiltonian once per value type, and neither knows the other.
 #pragma once
 
+#include "kernels/numeric/listing.h"
 #include "kernels/stepping/curve.h"
 #include "kernels/stepping/methods.h"
 
@@ -22,12 +23,6 @@ const System& system_in(const SystemStorage& storage) {
 
 }  // namespace detail
 
-template <class V>
-struct View;
-template <class V>
-struct Sweep;
-struct RoundingCounts;
-
 /// One Hamiltonian, rescaled or not, on one value type.
 template <class V>
 struct SpaceKernel {
@@ -39,6 +34,8 @@ struct SpaceKernel {
     bool scaled;
     /// Rays end where Flow::domain, or Flow::captured, is not positive.
     bool bounded, capturing;
+    /// Coordinates that do not occur in K.
+    Axes cyclic;
     ProgramOperations operations;
     /// Per kind: null where it serves this Hamiltonian, else why not.
     const char* refusal[kind_count];
@@ -53,9 +50,11 @@ struct SpaceKernel {
     /// The first two for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
-    /// The reverse sweep along rays (sweep.h): from their ends, and back by one step. Packets of double alone have it.
-    void (*begin_sweep)(const SystemStorage&, const View<V>&, Sweep<V>&);
-    void (*sweep_step)(const SystemStorage&, const State<V>& from, const V& length, const RoundingCounts&, Sweep<V>&);
+    /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ and, of what is creased, Flow::side.
+    /// Packets of double alone have them.
+    Listed<double> (*derivatives)(const SystemStorage&);
+    V (*pace)(const SystemStorage&, const State<V>&);
+    V (*side)(const SystemStorage&, const State<V>&);
 };
 
 /// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.

@@ -52,7 +52,7 @@ private:
         if constexpr (cyclic.y) q.y = mul_add(f.h, p.y, q.y);
         if constexpr (cyclic.z) q.z = mul_add(f.h, p.z, q.z);
         f.end.set(q, p);
-        f.end_parameter = System::rescaled ? parameter : f.start_parameter + f.h;
+        f.end_parameter = system.rescaled ? parameter : f.start_parameter + f.h;
         f.solved = V(S(0)) <= V(S(0));
     }
 };

@@ -155,7 +155,7 @@ private:
         f.solved = !convergence.open();
         f.gradients = mul_add(iterations, S(s), f.gradients);
         f.open_iterations += iterations;
-        if (!f.solved) newton_stages(system, f, coefficients.gauss->template numbers<S>(), s, [&g](int i, int k) -> S& { return g[k * max_stages + i]; });
+        if (!f.solved) Shared<S>::newton_stages(called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1, max_stages);
         finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
     template <class L, class S>
@@ -177,7 +177,7 @@ private:
             f.next_carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }
         f.end_parameter = f.start_parameter + f.h;
-        if (System::rescaled && f.want_parameter) {
+        if (system.rescaled && f.want_parameter) {
             State<L> y;
             move(f, g, columns, s, y);
             const L paces = system.pace(y);

@@ -1,7 +1,7 @@
 /// The definition of `space_kernel`: a Hamiltonian joined with every kind of step.
 #pragma once
 
-#include "kernels/stepping/sweep.h"
+#include "kernels/stepping/space_kernel.h"
 
 namespace kagero {
 
@@ -24,17 +24,7 @@ namespace detail {
 template <class S>
 inline constexpr S greatest_loss = S(0.03);
 
-/// What the loop wants to know of the start of a ray. Not inlined, so that all kinds of step share it; so is `arrive`.
-template <class System, class V>
-__attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
-    const Survey<V> here = system.survey(f.start);
-    f.start_velocity = here.velocity, f.start_energy_terms = here.terms;
-    f.start_domain = f.domain = here.domain, f.start_captured = f.captured = here.captured;
-    f.start_side = f.side = here.side, f.start_scale = here.scale;
-    if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
-    if (f.want_path) f.energy = system.energy(f.start) + V(ScalarOf<V>(system.level()));
-}
-/// … and of the end of a step.
+/// What the tracing loop wants to know of the end of a step. Not inlined, so that all kinds of step share it.
 template <class System, class V>
 __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     using S = ScalarOf<V>;
@@ -48,17 +38,42 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     if (f.want_path) f.energy = system.energy(f.end) + V(S(system.level()));
 }
 
+/// … and of the start of a ray, which is the end of no step.
+template <class System, class V>
+__attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
+    f.end = f.start, f.start_energy_terms = V(ScalarOf<V>(0));
+    arrive(system, f);
+    f.start_velocity = f.end_velocity, f.start_energy_terms = f.energy_terms;
+    f.start_domain = f.domain, f.start_captured = f.captured, f.start_side = f.side, f.start_scale = f.scale;
+}
+
+/// Whether this step is compiled for all called systems together: unless it is explicit, and so all but the programs it calls.
+template <class System, class Step>
+constexpr bool is_shared() {
+    if constexpr (!is_called<System>() || !requires { Step::shared_as; }) return false;
+    else return Step::shared_as != Kind::composition || System::force_needs_p || System::velocity_needs_q;
+}
+
+/// A system as its own steps see it.
+template <class System>
+const auto& stepped_in(const SystemStorage& storage) {
+    if constexpr (requires { typename System::Stepped; }) return static_cast<const typename System::Stepped&>(system_in<System>(storage));
+    else return system_in<System>(storage);
+}
+
 template <class System, class Step, class V>
 void begin(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
-    const System& system = system_in<System>(storage);
+    const auto& system = stepped_in<System>(storage);
     depart(system, f);
-    Step::begin(system, f, coefficients);
+    if constexpr (is_shared<System, Step>()) SharedSteps<V>::begin(Step::shared_as, called<V>(system), f, coefficients);
+    else Step::begin(system, f, coefficients);
 }
 
 template <class System, class Step, class V>
 void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
-    const System& system = system_in<System>(storage);
-    Step::step(system, f, coefficients);
+    const auto& system = stepped_in<System>(storage);
+    if constexpr (is_shared<System, Step>()) SharedSteps<V>::step(Step::shared_as, called<V>(system), f, coefficients);
+    else Step::step(system, f, coefficients);
     arrive(system, f);
     if constexpr (requires { Step::arrived(f); }) Step::arrived(f);
 }
@@ -96,6 +111,7 @@ constexpr SpaceKernel<V> kernel_without_steps() {
     SpaceKernel<V> kernel{};
     kernel.creased = System::creased, kernel.scaled = System::scaled;
     kernel.bounded = System::bounded, kernel.capturing = System::capturing;
+    kernel.cyclic = System::cyclic;
     kernel.operations = System::operations;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
     kernel.begin_straight = begin<System, Straight, V>;
@@ -112,8 +128,12 @@ constexpr SpaceKernel<V> make_space_kernel() {
             if constexpr (!refusal<System, Step>()) add_step<System, Step>(kernel, k);
         });
     }
-    if constexpr (std::is_same_v<ScalarOf<V>, double> && lane_count<V> > 1)
-        kernel.begin_sweep = begin_sweep<System, V>, kernel.sweep_step = sweep_step<System, V>;
+    if constexpr (std::is_same_v<ScalarOf<V>, double> && lane_count<V> > 1) {
+        kernel.derivatives = [](const SystemStorage& storage) { return system_in<System>(storage).listed(); };
+        kernel.pace = [](const SystemStorage& storage, const State<V>& s) { return system_in<System>(storage).pace(s); };
+        if constexpr (System::creased)
+            kernel.side = [](const SystemStorage& storage, const State<V>& s) { return system_in<System>(storage).survey(s).side; };
+    }
     return kernel;
 }
 

@@ -60,6 +60,16 @@ struct Place {
     Vec3<V> velocity() const { return {slope[3], slope[4], slope[5]}; }
 };
 
+/// A system as the sweep sees it: through pointers, because few ask for it.
+template <class V>
+struct SweptSystem {
+    const SpaceKernel<V>& kernel;
+    const SystemStorage& storage;
+    Listed<double> derivatives = kernel.derivatives(storage);
+
+    V roundings(const State<V>& s, const V (&seeds)[12]) const { return sum_of_roundings(derivatives, s.y, seeds, 6); }
+};
+
 /// Rays on their way back.
 template <class V>
 struct Sweep {
@@ -74,15 +84,14 @@ namespace detail {
 /// Where H is not smooth a slope is looked at beside the state, by this share of the step.
 inline constexpr double aside = 1e-6;
 
-template <class System, class V>
-Place<V> place_at(const System& system, const State<V>& state) {
+template <class V>
+Place<V> place_at(const SweptSystem<V>& system, const State<V>& state) {
     Place<V> place;
-    system.derivatives(state, place.slope);
-    system.hessian(state, place.curvature);
-    place.inverse_pace = recip(system.pace(state));
+    differentiate(system.derivatives, state.y, place.slope, place.curvature);
+    place.inverse_pace = recip(system.kernel.pace(system.storage, state));
     for (V& s : place.slope) s = s * place.inverse_pace;
     for (V& c : place.curvature) c = c * place.inverse_pace;
-    if constexpr (System::creased) place.side = system.survey(state).side;
+    if (system.kernel.creased) place.side = system.kernel.side(system.storage, state);
     return place;
 }
 
@@ -153,8 +162,8 @@ V reach(const Rows<V>& rows, const V* x) {
 
 /// What the roundings of a step do, beside those of the state at its end: in the sums that move it, in the places of the stages, and in
 /// the derivatives, looked at in the middle.
-template <class System, class V>
-V roundings_of(const System& system, const State<V>& middle, const Place<V>& place, const V& length, const RoundingCounts& counts,
+template <class V>
+V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const Place<V>& place, const V& length, const RoundingCounts& counts,
                const Rows<V>& rows) {
     V flow[6], seeds[12];
     Rows<V> by_stages;
@@ -170,10 +179,12 @@ V roundings_of(const System& system, const State<V>& middle, const Place<V>& pla
     return abs(share) * (V(counts.sums + 1) * reach(rows, flow) + reach(by_stages, middle.y)) + system.roundings(middle, seeds);
 }
 
+}  // namespace detail
+
 /// Where rays end.
-template <class System, class V>
-void begin_sweep(const SystemStorage& storage, const View<V>& view, Sweep<V>& s) {
-    const System& system = system_in<System>(storage);
+template <class V>
+void begin_sweep(const SweptSystem<V>& system, const View<V>& view, Sweep<V>& s) {
+    using namespace detail;
     s.place = place_at(system, s.state);
     const Vec3<V> velocity = s.place.velocity();
     const V inverse = rsqrt(dot(velocity, velocity));
@@ -201,15 +212,16 @@ void begin_sweep(const SystemStorage& storage, const View<V>& view, Sweep<V>& s)
 }
 
 /// Back by a step of `length` in λ; nothing where that is 0.
-template <class System, class V>
-void sweep_step(const SystemStorage& storage, const State<V>& from, const V& length, const RoundingCounts& counts, Sweep<V>& s) {
-    const System& system = system_in<System>(storage);
+template <class V>
+void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& length, const RoundingCounts& counts, Sweep<V>& s) {
+    using namespace detail;
+    const bool creased = system.kernel.creased;
     Place<V> late = s.place;
-    if constexpr (System::creased) {
+    if (creased) {
         late = place_at(system, between(s.state, from, aside));
         carry_through(late, s.place, s.rows);
     }
-    const Place<V> early = place_at(system, System::creased ? between(from, s.state, aside) : from);
+    const Place<V> early = place_at(system, creased ? between(from, s.state, aside) : from);
     const State<V> middle = middle_of(from, early, s.state, late, length);
     const Place<V> between_them = place_at(system, middle);
     const V of_state = V(counts.state) * reach(s.rows, s.state.y);
@@ -224,5 +236,4 @@ void sweep_step(const SystemStorage& storage, const State<V>& from, const V& len
     s.state = from, s.place = early;
 }
 
-}  // namespace detail
 }  // namespace kagero

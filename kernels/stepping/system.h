@@ -5,9 +5,8 @@
 /// parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006, §VIII.2).
 #pragma once
 
-#include "kernels/numeric/dual.h"
 #include "kernels/numeric/operations.h"
-#include "kernels/numeric/rounding.h"
+#include "kernels/numeric/listing.h"
 #include "kernels/stepping/recording.h"
 
 namespace kagero {
@@ -102,18 +101,21 @@ public:
     }
 
 protected:
-    /// Short programs are unrolled wherever they are used. Long ones, and those of a system that no scene takes unasked, are called, so
-    /// that they are compiled once and not for every kind of step; beside their length a call is nothing.
+    static constexpr int longest_unrolled = 100;
+    /// Programs are unrolled where they are used. Long ones that steps of several kinds use are called instead; all others that are long, or
+    /// not taken unasked, are used by the calls of called_system.h alone.
     template <const auto& P, class V>
     KAGERO_INLINE static void evaluate(const S* uniforms, const V* inputs, V* outputs) {
-        if constexpr (P.length() <= longest_unrolled && Rescaled == Rescalable<H>) run<P>(uniforms, inputs, outputs);
-        else called<P>(uniforms, inputs, outputs);
+        if constexpr (separable && P.length() > longest_unrolled) run_called<P>(uniforms, inputs, outputs);
+        else run<P>(uniforms, inputs, outputs);
     }
+    /// ∂K/∂q to three places.
+    template <class V>
+    KAGERO_INLINE void put_dq(const State<V>& s, V* out) const { evaluate<force_>(force_u_.values, s.y, out); }
 
 private:
-    static constexpr int longest_unrolled = 100;
     template <const auto& P, class V>
-    __attribute__((noinline)) static void called(const S* uniforms, const V* inputs, V* outputs) { run<P>(uniforms, inputs, outputs); }
+    __attribute__((noinline)) static void run_called(const S* uniforms, const V* inputs, V* outputs) { run<P>(uniforms, inputs, outputs); }
     template <const auto& P, class V>
     KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
         V out[3];
@@ -185,11 +187,17 @@ class System : public Sides<H, Rescaled, S> {
 public:
     using Hamiltonian = H;
     static constexpr bool rescaled = Rescaled;
+    /// Steps in it are compiled for all such systems together (called_system.h).
+    static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::longest_unrolled;
     /// What of a survey is more than the number 1.
     static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, creased = Creased<H>, scaled = Scaled<H>;
 
-    static constexpr ProgramOperations operations{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
-                                                  operations_of(velocity_program<H, Rescaled>), operations_of(survey_)};
+    static constexpr ProgramOperations operations = [] {
+        ProgramOperations o{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
+                            operations_of(velocity_program<H, Rescaled>), operations_of(survey_)};
+        if constexpr (Orbiting<H>) o.slope = operations_of(force_program<OrbitPlane<H>, false>);
+        return o;
+    }();
 
     explicit System(const double* parameters)
         : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters), energy_u_(parameters),
@@ -203,7 +211,12 @@ public:
     /// out = ∂K/∂q (3), ∂K/∂p (3).
     template <class V>
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
-        Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);
+        if constexpr (Base::separable) {
+            out[3] = s.y[3], out[4] = s.y[4], out[5] = s.y[5];
+            Base::put_dq(s, out);
+        } else {
+            Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);
+        }
     }
     /// ∂²K/∂(q, p)² (36, row by row): forward duals over the reverse program, one variable at a time.
     template <class V>
@@ -217,11 +230,9 @@ public:
             for (int k = 0; k < 6; ++k) out[6 * k + variable] = g[k].derivative[0];
         }
     }
-    /// What roundings in `derivatives` do to two numbers with these adjoints (2 × 6), in units of half the last place of 1.
-    template <class V>
-    V roundings(const State<V>& s, const V (&seeds)[12]) const {
-        constexpr Listing listing{derivatives_.nodes.data(), derivatives_.slot.data(), derivatives_.outputs.data(), derivatives_.size};
-        return sum_of_roundings<V>(listing, derivatives_u_.values, s.y, seeds, 6);
+    /// The program of `derivatives` as data.
+    Listed<S> listed() const {
+        return {{derivatives_.nodes.data(), derivatives_.slot.data(), derivatives_.outputs.data(), derivatives_.size}, derivatives_u_.values};
     }
     /// The parameters, for flows that a Hamiltonian states in closed form.
     template <class V>

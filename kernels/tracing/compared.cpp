@@ -4,15 +4,6 @@
 
 namespace kagero {
 
-// The loops are compiled elsewhere, each once: that of the scalar strategy is the one of every way with one ray at a time.
-#define KAGERO_LOOP(...) extern template void trace_with<1>(const SpaceKernel<__VA_ARGS__>&, const Job&, const Tile&, RayEnd*, Counters&);
-KAGERO_LOOP(double)
-KAGERO_LOOP(FewDouble::Value)
-KAGERO_LOOP(ManyDouble::Value)
-KAGERO_LOOP(FewFloat::Value)
-KAGERO_LOOP(ManyFloat::Value)
-#undef KAGERO_LOOP
-
 namespace {
 
 /// Null for a Hamiltonian that is not on the short list.

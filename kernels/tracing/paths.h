@@ -60,15 +60,16 @@ void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, 
     const RoundingCounts counts = rounding_counts_of(methods[job->integrator]);
     SystemStorage system;
     kernel.construct(system, job->parameters);
+    const SweptSystem<V> swept{kernel, system};
     for (std::uint32_t first = 0; first < count; first += lane_count<V>) {
         const PathPacket<V> packet(paths + first, count - first);
         V late, early;
         Sweep<V> sweep;
         sweep.state = packet.from_end(0, late);
-        kernel.begin_sweep(system, packet.view(), sweep);
+        begin_sweep(swept, packet.view(), sweep);
         for (std::uint32_t k = 1; k < packet.longest(); ++k) {
             const State<V> from = packet.from_end(k, early);
-            kernel.sweep_step(system, from, late - early, counts, sweep);
+            sweep_step(swept, from, late - early, counts, sweep);
             late = early;
         }
         for (std::uint32_t i = 0; i < packet.count(); ++i) pixels[first + i] = half_place * get_lane(sweep.bound, int(i));

@@ -7,6 +7,7 @@
 
 #include "steps.h"
 
+#include "kernels/stepping/shared_steps.h"
 #include "kernels/stepping/steppers.h"
 
 namespace kagero {
@@ -14,6 +15,8 @@ namespace kagero {
 #define KAGERO_HAMILTONIAN(TYPE) template const SpaceKernel<Quad>& space_kernel<hamiltonians::TYPE, Quad>(bool);
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
+template struct Shared<Quad>;
+template struct SharedSteps<Quad>;
 
 namespace test {
 namespace {

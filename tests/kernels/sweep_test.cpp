@@ -29,12 +29,13 @@ View<V> view_on(const Vec3<V>& normal) {
 std::array<std::array<double, 6>, 2> rows_at_start(const SpaceKernel<V>& kernel, const double* parameters, const Path& path, const View<V>& view) {
     SystemStorage system;
     kernel.construct(system, parameters);
+    const SweptSystem<V> swept{kernel, system};
     const RoundingCounts counts{};
     Sweep<V> sweep;
     sweep.state = path.states.back();
-    kernel.begin_sweep(system, view, sweep);
+    begin_sweep(swept, view, sweep);
     for (std::size_t i = path.states.size() - 1; i-- > 0;)
-        kernel.sweep_step(system, path.states[i], path.parameters[i + 1] - path.parameters[i], counts, sweep);
+        sweep_step(swept, path.states[i], path.parameters[i + 1] - path.parameters[i], counts, sweep);
     std::array<std::array<double, 6>, 2> rows;
     for (int r = 0; r < 2; ++r)
         for (int k = 0; k < 6; ++k) rows[r][k] = get_lane(sweep.rows[r][k], last_lane);
@@ -124,8 +125,8 @@ TEST(Roundings, AreThoseOfEveryOperation) {
     const int x = t.input(0), y = t.input(1);
     const auto program = kagero::detail::extract_all<1>(t, std::array{t.recip(t.mul(x, y))});
     const double inputs[] = {4, 5}, seeds[] = {0.6, 0.8};
-    const double sum = sum_of_roundings<double>({program.nodes.data(), program.slot.data(), program.outputs.data(), program.size},
-                                                static_cast<const double*>(nullptr), inputs, seeds, 1);
+    const double sum = sum_of_roundings<double>(
+        Listed<double>{{program.nodes.data(), program.slot.data(), program.outputs.data(), program.size}, nullptr}, inputs, seeds, 1);
     EXPECT_NEAR(sum, 4 / 32.0 + 16 / 400.0, 1e-12);
 }
 

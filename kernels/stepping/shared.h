@@ -1,0 +1,37 @@
+/// What all Hamiltonians share: compiled once per value type, where shared_steps.h is included.
+#pragma once
+
+#include "kernels/stepping/called_system.h"
+#include "kernels/stepping/curve.h"
+#include "kernels/stepping/flow.h"
+
+namespace kagero {
+
+/// Kinds of step: each is one struct (methods.h), compiled once per Hamiltonian that it serves, or once for all that are called.
+enum class Kind : std::uint8_t { composition, recipe, nystroem, exact_split, orbit, runge_kutta, gauss, gauss_of_4 };
+inline constexpr int kind_count = 8;
+
+/// Which half of eq. (9) is implicit.
+enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q + τ ∂K/∂p(q', p)
+
+template <class V>
+struct Shared {
+    using S = ScalarOf<V>;
+
+    /// Newton's method for half a step (newton.h).
+    static Vec3<V> newton(Side side, const CalledSystem<V>& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x);
+    /// … and for the stages of a Gauss step (newton_stages.h); component k of stage i is stages[i · per_stage + k · per_component].
+    static void newton_stages(const CalledSystem<V>& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V* stages, int per_stage,
+                              int per_component);
+    /// Dense output of a Gauss step.
+    static Curve<V> collocation_curve(const Flow<V>& f, const Coefficients& coefficients);
+};
+
+/// The kinds of step that called systems share: their structs say which in `shared_as`.
+template <class V>
+struct SharedSteps {
+    static void begin(Kind kind, const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
+    static void step(Kind kind, const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
+};
+
+}  // namespace kagero

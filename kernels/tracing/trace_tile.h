@@ -1,0 +1,46 @@
+/// The definitions of the loop's entries; each value type is instantiated in one translation unit.
+#pragma once
+
+#include "kernels/tracing/loop.h"
+#include "kernels/tracing/trace_entry.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace kagero {
+
+/// Traces a tile, packet by packet, or by gangs: packets that take their steps in turn, so that all wait for the longest ray of them. That
+/// is a vector of hundreds of lanes, done a few registers at a time.
+template <int packets = 1, class V>
+void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
+    RayQueue<lane_count<V>> queue(task.job, tile, ends);
+    if constexpr (packets == 1) {
+        while (!queue.empty()) {
+            PacketTracer<V> packet(task, counters);
+            packet.start(queue);
+            while (packet.goes_on()) packet.step(queue);
+            packet.finish();
+        }
+    } else {
+        std::optional<PacketTracer<V>> gang[packets];
+        while (!queue.empty()) {
+            for (auto& packet : gang) packet.emplace(task, counters), packet->start(queue);
+            while (std::any_of(gang, gang + packets, [](const auto& packet) { return packet->goes_on(); }))
+                for (auto& packet : gang) packet->goes_on() ? packet->step(queue) : packet->idle();
+            for (auto& packet : gang) packet->finish();
+        }
+    }
+}
+
+template <class V>
+void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, RayEnd* ends, Counters& counters) {
+    trace_tile(Task<V>(job, kernel, is_straight(job.hamiltonian, job.parameters)), tile, ends, counters);
+}
+
+template <class V, int lanes>
+void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
+    const Task<V> task(*job, space_of<V>(*job), is_straight(job->hamiltonian, job->parameters));
+    trace_tile<lanes / lane_count<V>>(task, *tile, ends, *counters);
+}
+
+}  // namespace kagero

@@ -16,7 +16,7 @@ RayStart null_ray(const Method& method, int which) {
     steps.begin(state_of<double>(rough), 0.0);
     const Vec3<double>& v = steps.flow.start_velocity;
     RayStart ray;
-    EXPECT_EQ(start_along<H>(default_parameters<H>().data(), rough.q, {v.x, v.y, v.z}, ray), Failure::none);
+    EXPECT_EQ(start_ray<H>(rough.q, {v.x, v.y, v.z}, ray), Failure::none);
     return ray;
 }
 

@@ -7,8 +7,8 @@
 #include "kernels/numeric/quad.h"
 
 #include "all_hamiltonians.inc"
+#include "kernels/abi.h"
 #include "kernels/stepping/system.h"
-#include "kernels/tracing/observers.h"
 
 #include <gtest/gtest.h>
 
@@ -16,6 +16,8 @@
 #include <random>
 #include <string>
 #include <vector>
+
+extern "C" const kagero::Module* kagero_kernels();
 
 namespace kagero::test {
 
@@ -48,6 +50,14 @@ std::array<double, H::parameters.size() + 1> default_parameters() {
     return values;
 }
 
+/// The number of H in the module.
+template <class H>
+std::uint32_t index_of() {
+    std::uint32_t h = 0;
+    while (std::string(kagero_kernels()->hamiltonians[h].name) != H::name) ++h;
+    return h;
+}
+
 /// H alone, and Ω·(H − H0) where H declares an Ω.
 template <class H>
 std::vector<bool> rescalings() {
@@ -68,6 +78,12 @@ private:
     std::mt19937_64 engine_;
 };
 
+/// The ray from q along d.
+template <class H>
+Failure start_ray(const double (&q)[3], const double (&d)[3], RayStart& ray) {
+    return kagero_kernels()->start(index_of<H>(), default_parameters<H>().data(), q, d, &ray);
+}
+
 /// Rays with H = H0 in random directions from random places of the domain, none captured from the start.
 template <class H>
 std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
@@ -79,7 +95,7 @@ std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
     for (int attempt = 0; rays.size() < n && attempt < 10000; ++attempt) {
         const double q[3] = {anywhere(), anywhere(), anywhere()}, d[3] = {random(-1, 1), random(-1, 1), random(-1, 1)};
         RayStart ray;
-        if (start_along<H>(k.data(), q, d, ray) != Failure::none) continue;
+        if (start_ray<H>(q, d, ray) != Failure::none) continue;
         const Vec3<double> at{q[0], q[1], q[2]}, along{d[0], d[1], d[2]};
         if constexpr (Bounded<H>)
             if (!(H::domain(make_parameters<H>(k.data()), at) > 0)) continue;
@@ -97,7 +113,7 @@ template <class H>
 RayStart bent_ray(int which = 0, bool on_level = false) {
     constexpr double d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
     RayStart ray;
-    EXPECT_EQ(start_along<H>(default_parameters<H>().data(), place_in(H::name).q, d[which], ray), Failure::none) << H::name;
+    EXPECT_EQ(start_ray<H>(place_in(H::name).q, d[which], ray), Failure::none) << H::name;
     if (on_level) return ray;
     for (double& p : ray.p) p = static_cast<float>(p);
     return ray;

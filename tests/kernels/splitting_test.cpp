@@ -97,7 +97,7 @@ TYPED_TEST(Splitting, AFallIntoTheCentreEndsCaptured) {
             double inward[3];
             for (int i = 0; i < 3; ++i) inward[i] = -from.q[i] + random(-0.25, 0.25);
             RayStart ray;
-            ASSERT_EQ(start_along<H>(default_parameters<H>().data(), from.q, inward, ray), Failure::none);
+            ASSERT_EQ(start_ray<H>(from.q, inward, ray), Failure::none);
             for (const Method& method : methods_for<H>(false)) {
                 if (method.kind != Kind::exact_split) continue;
                 SCOPED_TRACE(method.info.name);

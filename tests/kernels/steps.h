@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-extern "C" const kagero::Module* kagero_kernels();
-
 namespace kagero::test {
 
 /// The methods that serve H or Ω·(H − H0), as the module says.
@@ -17,11 +15,9 @@ template <class H>
 const std::vector<Method>& methods_for(bool rescaled) {
     static const auto served = [](bool transformed) {
         const Module& module = *kagero_kernels();
-        std::uint32_t h = 0;
-        while (std::string(module.hamiltonians[h].name) != H::name) ++h;
         std::vector<Method> all;
         for (std::uint32_t i = 0; i < module.integrator_count; ++i)
-            if (!module.refusal(h, i, transformed)) all.push_back(methods[i]);
+            if (!module.refusal(index_of<H>(), i, transformed)) all.push_back(methods[i]);
         return all;
     };
     static const std::vector<Method> in[] = {served(false), served(true)};
@@ -85,13 +81,10 @@ bool symmetric_on(const Method& m) { return m.info.symmetric || recipe_is_exact_
 /// Whether H computes functions that packets and the standard library round differently.
 template <class H>
 bool is_transcendental() {
-    const auto calls = [](const auto& program) {
-        for (const Node& n : program.nodes)
-            if (!n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::tanh))
-                return true;
-        return false;
-    };
-    return calls(derivatives_program<H, false>) || calls(energy_program<H>);
+    static Tape tape;
+    static const Recording<H> recorded(tape);
+    return std::any_of(tape.nodes.begin(), tape.nodes.begin() + tape.size,
+                       [](const Node& n) { return !n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::tanh); });
 }
 
 template <class V>
@@ -147,12 +140,12 @@ enum class Motion { straight, uniform, linear, general };
 /// Found by trying: derivatives at random states and at the states halfway between. Compositions begin with both gradients of H.
 template <class H>
 Motion motion_in() {
-    const System<H, false, double> system(default_parameters<H>().data());
+    auto steps = Steps<double>::in<H>(method_named("verlet"), false);
     const auto rays = random_rays<H>(12, 17);
     const auto gradient = [&](const State<double>& s) {
-        std::array<double, 6> g;
-        system.derivatives(s, g.data());
-        return g;
+        steps.begin(s, 0);
+        const auto& g = steps.flow.stage;
+        return std::array{g[0][0], g[0][1], g[0][2], g[1][0], g[1][1], g[1][2]};
     };
     double force = 0, change = 0, bend = 0, size = 0;
     for (std::size_t i = 1; i < rays.size(); ++i) {

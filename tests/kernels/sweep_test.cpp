@@ -17,6 +17,7 @@ constexpr int last_lane = lane_count<V> - 1;
 struct Path {
     std::vector<State<V>> states;
     std::vector<V> parameters;
+    Vec3<V> velocity{};  ///< at the end, of any length
 };
 
 /// Where y and z lie at the end, on the plane through the end with this normal.
@@ -51,6 +52,7 @@ Path path_from(const State<V>& start, bool rescaled, int steps) {
         walk.advance(1);
         path.states.push_back(walk.flow.end), path.parameters.push_back(walk.flow.end_parameter);
     }
+    path.velocity = walk.flow.end_velocity;
     return path;
 }
 
@@ -59,10 +61,7 @@ template <class H>
 double defect(bool rescaled, int steps) {
     const State<V> start = state_of<V>(bent_ray<H>(0, true));
     const Path path = path_from<H>(start, rescaled, steps);
-    const System<H, false, double> system(default_parameters<H>().data());
-    V gradient[6];
-    system.derivatives(path.states.back(), gradient);
-    const Vec3<V> velocity{gradient[3], gradient[4], gradient[5]};
+    const Vec3<V> velocity = path.velocity;
     const auto rows = rows_at_start(space_kernel<H, V>(rescaled), default_parameters<H>().data(), path, view_on(velocity));
     const auto moved = [&](int k, double by) {
         State<V> aside = start;

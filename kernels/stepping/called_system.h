@@ -10,7 +10,7 @@ namespace kagero {
 template <class V>
 using Call = void (*)(const void* system, const State<V>& s, V* out);
 
-/// The calls of one value type; null where nobody asks. The first three are for half steps that are implicit.
+/// The calls of one value type; null where nobody asks. The first three are for half steps that are implicit, the others for steps.
 template <class V>
 struct Calls {
     Call<V> force, velocity;  ///< ∂K/∂q and ∂K/∂p alone (3)
@@ -93,7 +93,7 @@ inline constexpr Calls<V> calls_of = [] {
     Calls<V> calls{};
     if constexpr (System::force_needs_p || System::velocity_needs_q)
         calls.force = call_force<System, V>, calls.velocity = call_velocity<System, V>, calls.mixed = call_mixed<System, V>;
-    if constexpr (requires(const System& system, const State<V>& s, V* out) { system.derivatives(s, out); })
+    if constexpr (is_called<System>())
         calls.derivatives = call_derivatives<System, V>, calls.pace = call_pace<System, V>;
     return calls;
 }();

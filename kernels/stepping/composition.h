@@ -14,9 +14,11 @@
 namespace kagero {
 
 struct Composition {
-    static constexpr Kind shared_as = Kind::composition;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
+    /// Explicit, it is little more than the programs it calls.
+    template <class System>
+    static constexpr bool shareable() { return System::force_needs_p || System::velocity_needs_q; }
     /// stage[0][0..2] carries ∂K/∂q, stage[1][0..2] carries ∂K/∂p, as starts of the implicit solves.
     template <class System, class V>
     static void begin(const System& system, Flow<V>& f, const Coefficients&) {

@@ -12,12 +12,13 @@ namespace kagero {
 /// `fixed` stages, known to the compiler, or with 0 as many as the coefficients say.
 template <int fixed>
 struct Gauss {
-    static constexpr Kind shared_as = fixed ? Kind::gauss_of_4 : Kind::gauss;
     /// No stage lies on an end of the step.
     static constexpr bool stages_inside = true;
     static constexpr bool carries = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
+    template <class System>
+    static constexpr bool shareable() { return true; }
 
     /// Before the first step: every stage has the derivative at the start.
     template <class System, class V>

@@ -11,6 +11,10 @@
 
 namespace kagero {
 
+/// Kinds of step: each is one struct, compiled once per Hamiltonian that it serves, or once for all that are called.
+enum class Kind : std::uint8_t { composition, recipe, nystroem, exact_split, orbit, runge_kutta, gauss, gauss_of_4 };
+inline constexpr int kind_count = 8;
+
 struct Method {
     IntegratorInfo info;  ///< name, order, symplectic, symmetric, implicit, adaptive, what
     Kind kind;

@@ -9,9 +9,10 @@ namespace kagero {
 
 /// Any table: coefficients are data, so that one copy of the derivative program serves them all.
 struct RungeKutta {
-    static constexpr Kind shared_as = Kind::runge_kutta;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
+    template <class System>
+    static constexpr bool shareable() { return true; }
     static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}

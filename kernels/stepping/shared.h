@@ -7,10 +7,6 @@
 
 namespace kagero {
 
-/// Kinds of step: each is one struct (methods.h), compiled once per Hamiltonian that it serves, or once for all that are called.
-enum class Kind : std::uint8_t { composition, recipe, nystroem, exact_split, orbit, runge_kutta, gauss, gauss_of_4 };
-inline constexpr int kind_count = 8;
-
 /// Which half of eq. (9) is implicit.
 enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q + τ ∂K/∂p(q', p)
 
@@ -27,11 +23,11 @@ struct Shared {
     static Curve<V> collocation_curve(const Flow<V>& f, const Coefficients& coefficients);
 };
 
-/// The kinds of step that called systems share: their structs say which in `shared_as`.
-template <class V>
-struct SharedSteps {
-    static void begin(Kind kind, const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
-    static void step(Kind kind, const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
+/// A kind of step in any called system, for kinds that are `shareable`.
+template <class Step, class V>
+struct SharedStep {
+    static void begin(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
+    static void step(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
 };
 
 }  // namespace kagero

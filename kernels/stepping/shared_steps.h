@@ -1,24 +1,28 @@
-/// The definitions of `Shared` and `SharedSteps`; each value type is instantiated in one translation unit.
+/// The definitions of what all Hamiltonians share; each value type is instantiated in one translation unit.
 #pragma once
 
-#include "kernels/stepping/methods.h"
+#include "kernels/stepping/composition.h"
+#include "kernels/stepping/gauss.h"
 #include "kernels/stepping/newton.h"
 #include "kernels/stepping/newton_stages.h"
+#include "kernels/stepping/runge_kutta.h"
+
+/// The kinds of step that are shareable, on a value type.
+#define KAGERO_SHARED_STEPS(...)                         \
+    template struct SharedStep<Composition, __VA_ARGS__>; \
+    template struct SharedStep<RungeKutta, __VA_ARGS__>;  \
+    template struct SharedStep<Gauss<0>, __VA_ARGS__>;    \
+    template struct SharedStep<Gauss<4>, __VA_ARGS__>;
 
 namespace kagero {
 
-template <class V>
-void SharedSteps<V>::begin(Kind kind, const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients) {
-    visit_kind(kind, [&]<class Step>() {
-        if constexpr (requires { Step::shared_as; }) Step::begin(system, f, coefficients);
-    });
+template <class Step, class V>
+void SharedStep<Step, V>::begin(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients) {
+    Step::begin(system, f, coefficients);
 }
-
-template <class V>
-void SharedSteps<V>::step(Kind kind, const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients) {
-    visit_kind(kind, [&]<class Step>() {
-        if constexpr (requires { Step::shared_as; }) Step::step(system, f, coefficients);
-    });
+template <class Step, class V>
+void SharedStep<Step, V>::step(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients) {
+    Step::step(system, f, coefficients);
 }
 
 template <class V>

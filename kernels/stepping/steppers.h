@@ -47,11 +47,11 @@ __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
     f.start_domain = f.domain, f.start_captured = f.captured, f.start_side = f.side, f.start_scale = f.scale;
 }
 
-/// Whether this step is compiled for all called systems together: unless it is explicit, and so all but the programs it calls.
+/// Whether this step is compiled for all called systems together.
 template <class System, class Step>
 constexpr bool is_shared() {
-    if constexpr (!is_called<System>() || !requires { Step::shared_as; }) return false;
-    else return Step::shared_as != Kind::composition || System::force_needs_p || System::velocity_needs_q;
+    if constexpr (is_called<System>() && requires { Step::template shareable<System>(); }) return Step::template shareable<System>();
+    else return false;
 }
 
 /// A system as its own steps see it.
@@ -65,14 +65,14 @@ template <class System, class Step, class V>
 void begin(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
     const auto& system = stepped_in<System>(storage);
     depart(system, f);
-    if constexpr (is_shared<System, Step>()) SharedSteps<V>::begin(Step::shared_as, called<V>(system), f, coefficients);
+    if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::begin(called<V>(system), f, coefficients);
     else Step::begin(system, f, coefficients);
 }
 
 template <class System, class Step, class V>
 void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
     const auto& system = stepped_in<System>(storage);
-    if constexpr (is_shared<System, Step>()) SharedSteps<V>::step(Step::shared_as, called<V>(system), f, coefficients);
+    if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::step(called<V>(system), f, coefficients);
     else Step::step(system, f, coefficients);
     arrive(system, f);
     if constexpr (requires { Step::arrived(f); }) Step::arrived(f);

@@ -16,7 +16,7 @@ namespace kagero {
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
 template struct Shared<Quad>;
-template struct SharedSteps<Quad>;
+KAGERO_SHARED_STEPS(Quad)
 
 namespace test {
 namespace {

@@ -106,7 +106,7 @@ void copy(const double* from, double (&to)[n]) {
 double far_side(std::uint32_t hamiltonian, const double* parameters) {
     if (hamiltonian == formula_index) return 0;
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
-        if constexpr (requires(const typename H::template Parameters<double>& k) { H::far_side(k); })
+        if constexpr (FarSided<H>)
             return H::far_side(make_parameters<H>(parameters));
         else return 0;
     });

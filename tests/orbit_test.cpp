@@ -51,6 +51,39 @@ TEST(OrbitPlane, HasTheRaysOfTheGeneralPath) {
     }
 }
 
+/// λ too: through a wormhole's throat, where the plane changes sides, and about a fisheye, whose closed orbits have E = 0.
+TEST(OrbitPlane, HasTheRaysOfOtherSphericalSpaces) {
+    const auto plan_of = [](const std::string& space, const Overrides& way) {
+        const std::string scene = "space = { hamiltonian = \"" + space + "\", center = [0.5, -3, 7] }\nintegrator.escape_radius = 3\n"
+                                  "camera = { position = [1, -3, 7], look_at = [0, 0, 0] }\nfilm.size = [1, 2]\n";
+        return plan_of_text(scene, way, with_strategy("packet"), false);
+    };
+    std::vector<RayInput> rays;
+    for (int k = 0; k < 24; ++k) {
+        const double angle = 2 * std::numbers::pi * (k + 0.5) / 24;  // 7.5° from the radius at least
+        rays.push_back({{0.5 + 0.6 * 1.4, -3 + 0.8 * 1.4, 7}, {0.6 * std::cos(angle), 0.8 * std::cos(angle), std::sin(angle)}});
+    }
+    for (const std::string space : {"wormhole", "fisheye"}) {
+        const auto should = ends_of(*plan_of(space, {"integrator.method=gauss16", "integrator.step=0.05", "integrator.max_steps=1000"}), rays);
+        const auto ends = ends_of(*plan_of(space, {"integrator.method=orbit-srkn14", "integrator.step=0.02", "integrator.max_steps=1000"}), rays);
+        int escaped = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            SCOPED_TRACE(space + ", ray " + std::to_string(i));
+            EXPECT_EQ(ends[i].status, should[i].status);
+            if (should[i].status != Status::escaped) continue;
+            ++escaped;
+            const double size = std::hypot(should[i].p[0], should[i].p[1], should[i].p[2]);
+            for (int k = 0; k < 3; ++k) {
+                EXPECT_NEAR(ends[i].q[k], should[i].q[k], 1e-9);
+                EXPECT_NEAR(ends[i].v[k], should[i].v[k], 1e-9);
+                EXPECT_NEAR(ends[i].p[k], should[i].p[k], 1e-9 * size);
+            }
+            EXPECT_NEAR(ends[i].parameter, should[i].parameter, 1e-8);
+        }
+        EXPECT_GE(escaped, 6) << space;
+    }
+}
+
 TEST(OrbitPlane, SweepsTheEllipticIntegralByDefault) {
     const auto plan = hole({"space.center=[0, 0, 0]"});
     EXPECT_EQ(plan->scene.integrator.method, "orbit-srkn11");

@@ -121,7 +121,7 @@ def orbits(program, _):
     time, error, how = found[0]
     claims.append(Claim("orbit-critical", "near-critical rays through the orbit plane, ≤ 2e-9, µs per ray", [], [], [1e-3 * time["median"]],
                         f"{how}: error {error:.1e}, {1e-3 * time['min']:.2f} to {1e-3 * time['max']:.2f} µs", False))
-    for scene in (ROOM, "galaxy.toml"):
+    for scene in (ROOM, "galaxy.toml", "wormhole.toml"):
         ratio = program.ratio(*(lambda more=more: program.render(scene, "--threads", 1, *DOUBLE, *more)[0]["seconds"] for more in (GENERAL, ())))
         claims.append(Claim("orbit-picture", f"general path ÷ orbit plane, {scene}, each by the space's defaults", [], [], [ratio.median],
                             f"{ratio.least:.2f} to {ratio.greatest:.2f}"))

@@ -32,6 +32,13 @@ struct Fisheye : IndexMedium<Fisheye> {
         const V index = k.n0 / (1.0 + dot(q, q) / (k.radius * k.radius));
         return index * index;
     }
+
+    /// The plane of an orbit: u² + (du/dφ)² = N²/L².
+    template <class V>
+    static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V& g) {
+        const V s = k.radius * k.radius * u * u, index = k.n0 * s / (1.0 + s);
+        return 0.5 * u * u - 0.5 * g * index * index;
+    }
 };
 
 }  // namespace kagero::hamiltonians

@@ -17,10 +17,12 @@
 ///   straight(k)                              these parameters leave every ray straight
 ///   surface(k, q)                            zero where the slope of H jumps: steps end there
 ///   length_scale(k, q)                       no step is longer than this, so that none leaps over what is thin
-///   orbit_potential(k, u, L, pt)             a spherical H: V(u) of the orbit, ½ (du/dφ)² + V, u = 1/r, where L dλ = r² dφ
-///   radial_momentum(k, u, v, L, pt)          … and p·x/r from v = dr/dλ, where that is not v
+///   orbit_potential(k, u, g)                 a spherical H: V(u) of the orbit, ½ (du/dφ)² + V, u = 1/r, V(0) = 0; g = 1/b² is
+///                                            (p_t/L)² in a spacetime, 1/L² in a medium, L = |x × p|
+///   orbit_delay(k, u)                        … by how much L dλ/dφ is more than r²
+///   radial_momentum(k, u, v, L, pt)          … and p·x/r from v = −L du/dφ, where that is not v
 ///   orbit_method, orbit_step                 … and what then is taken instead of method and step, radians
-///   far_side(k)                              there is a second universe inside a sphere of this radius, mirrored by inversion
+///   far_side(k)                              there is a second universe inside a sphere of this radius, the image of this by inversion
 ///   radius, lag, infall(k, q)                what the observers of a hole need; see schwarzschild.h
 ///
 /// A medium of index N, H = ½(|p|² − N²), inherits from `IndexMedium` and states index_squared(k, q) alone.

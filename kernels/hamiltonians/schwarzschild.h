@@ -96,7 +96,7 @@ struct Schwarzschild {
 
     /// The plane of an orbit: du/dφ = w with ½ w² + V = ½ p_t²/L² (Chandrasekhar 1983, §20, eq. 212).
     template <class V>
-    static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V&, const V&) {
+    static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V&) {
         return 0.5 * u * u - 0.5 * k.rg * u * u * u;
     }
     /// With U = p_t + p·x/r, f = r_g u: (1 − f) U = p_t + v and (p_t − v) U = L² u². Either is 0/0 somewhere; weighed like this they are not.

@@ -54,7 +54,24 @@ struct Wormhole {
         return r + 0.25 * k.throat * k.throat / r;
     }
 
-    static constexpr double far_side(const Parameters<double>& k) { return 0.5 * k.throat; }
+    /// The plane of an orbit: with p along the ray, u² + (du/dφ)² = |p|²/L², and H = 0 tells |p|. L dλ = R² dφ, R the areal radius.
+    template <class V>
+    static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V& g) {
+        const V s = 0.25 * k.throat * k.throat * u * u;
+        return 0.5 * u * u - 0.5 * g * s * (2.0 + s);
+    }
+    template <class V>
+    static constexpr V orbit_delay(const Parameters<V>& k, const V& u) {
+        const V square = 0.25 * k.throat * k.throat;
+        return square * (2.0 + square * u * u);
+    }
+    static constexpr const char* orbit_method = "orbit-srkn11";
+    static constexpr double orbit_step = 0.3;
+
+    template <class V>
+    static constexpr V far_side(const Parameters<V>& k) {
+        return 0.5 * k.throat;
+    }
 };
 
 }  // namespace kagero::hamiltonians

@@ -236,7 +236,7 @@ consteval auto extract() {
 namespace detail {
 
 template <class Function, class V>
-__attribute__((noinline)) V called(const Function& function, const V& x) { return function(x); }
+__attribute__((noinline)) V outlined(const Function& function, const V& x) { return function(x); }
 
 /// One operation on any number type.
 template <Op op, bool call, class V>
@@ -250,8 +250,8 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::rsqrt) return rsqrt(a);
     else if constexpr (op == Op::exp) return exp(a);
     else if constexpr (op == Op::log) return log(a);
-    else if constexpr (op == Op::sin && call) return called([](const V& x) { return sin(x); }, a);
-    else if constexpr (op == Op::cos && call) return called([](const V& x) { return cos(x); }, a);
+    else if constexpr (op == Op::sin && call) return outlined([](const V& x) { return sin(x); }, a);
+    else if constexpr (op == Op::cos && call) return outlined([](const V& x) { return cos(x); }, a);
     else if constexpr (op == Op::sin) return sin(a);
     else if constexpr (op == Op::cos) return cos(a);
     else if constexpr (op == Op::tan) return tan(a);

@@ -108,12 +108,12 @@ inline constexpr RayCalls<S> ray_calls_of = [] {
 
 /// A system as a called one.
 template <class V, class System>
-CalledSystem<V> called(const System& system) {
+CalledSystem<V> as_called(const System& system) {
     bool rescaled = false;
     if constexpr (requires { system.rescaled; }) rescaled = system.rescaled;
     return {&system, detail::calls_of<System, V>, detail::ray_calls_of<System, ScalarOf<V>>, rescaled};
 }
 template <class V>
-const CalledSystem<V>& called(const CalledSystem<V>& system) { return system; }
+const CalledSystem<V>& as_called(const CalledSystem<V>& system) { return system; }
 
 }  // namespace kagero

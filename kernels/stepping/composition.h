@@ -122,7 +122,7 @@ private:
             // Copies, so that the variables of the loop above stay in registers.
             const Vec3<V> q_now = q, p_now = p;
             const V tau_now = tau;
-            const Vec3<V> other = Shared<V>::newton(side, called<V>(system), f, q_now, p_now, tau_now, side == Side::kick ? p_now : q_now);
+            const Vec3<V> other = Shared<V>::newton(side, as_called<V>(system), f, q_now, p_now, tau_now, side == Side::kick ? p_now : q_now);
             x = pick<V>(open, other, x);
             f.solved = solved & (f.solved | !open);
             f.gradients = pick(open, f.gradients, gradients);

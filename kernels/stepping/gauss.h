@@ -125,7 +125,7 @@ private:
     static void solve_rest(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V (&g)[room][6]) {
         V now[room][6];
         std::copy(&g[0][0], &g[0][0] + 6 * s, &now[0][0]);
-        Shared<V>::newton_stages(called<V>(system), f, w, s, &now[0][0], 6, 1);
+        Shared<V>::newton_stages(as_called<V>(system), f, w, s, &now[0][0], 6, 1);
         std::copy(&now[0][0], &now[0][0] + 6 * s, &g[0][0]);
     }
 

@@ -1,15 +1,17 @@
 /// Rays about a centre, in the plane of their orbit: u = 1/r as a function of the angle swept (Binet's equation). Of six
 /// variables two are left, and the step is an angle, in radians, whatever the size of things.
 ///
-///     du/dφ = w,   dw/dφ = −∂V/∂u,   dλ/dφ = 1/(u² L)
+///     du/dφ = w,   dw/dφ = −∂V/∂u,   L dλ/dφ = 1/u² + D(u)
 ///
-/// with V from the Hamiltonian's header and L = |q × p|. E = ½w² + V is constant and separable: Nyström's fractions serve it
-/// (Blanes & Moan 2002). Far out 1/u² changes much in a step, but −w/u, which is λ on a straight line, takes that away:
+/// with V, and D where it is not zero, from the Hamiltonian's header, and L = |q × p|. E = ½w² + V is constant and separable: Nyström's
+/// fractions serve it (Blanes & Moan 2002). Far out 1/u² changes much in a step, but −w/u, which is λ on a straight line, takes that away:
+/// whatever the constant c,
 ///
-///     1/u² = (d(−w/u)/dφ + (2V − u ∂V/∂u)/u²) / 2E
+///     c/u² = d(−w/u)/dφ + (c − 2E + 2V − u ∂V/∂u)/u²
 ///
-/// and the rest, a function of u alone, is what a kick adds. Start and end of a step are points of space again, for whatever is
-/// met there.
+/// and with c = 2E, or ¼ (u² + w²) at the start of the step where that is more, the rest is small far out. It is a function of u alone,
+/// and what a kick adds. Start and end of a step are points of space again, for whatever is met there. Of two universes joined by a
+/// throat, each the other's image by inversion, u is the inverse radius in that where the ray is.
 #pragma once
 
 #include "kernels/stepping/composition.h"
@@ -27,9 +29,9 @@ struct Orbit {
     }
 
     template <class System, class V>
-    static void begin(const System&, Flow<V>& f, const Coefficients&) {
+    static void begin(const System& system, Flow<V>& f, const Coefficients&) {
         const Plane<V> plane(f.start, f.start_velocity);
-        f.carry[0] = f.next_carry[0] = plane.across * recip(plane.u);
+        f.carry[0] = f.next_carry[0] = plane.across * mul_add(plane.u, delay(system, plane.u), recip(plane.u));
         f.start_velocity = plane.velocity();
         f.start_scale = f.scale = no_bound<V>();
     }
@@ -37,7 +39,7 @@ struct Orbit {
     template <class System, class V>
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
-        Motion<V> m(f, plane);
+        Motion<V> m(system, f, plane);
         f.h = longest<V>(m, f.h, outward, inward);
         turn(system, coefficients, f.h, m);
         f.gradients += kicks<V>(coefficients);
@@ -51,7 +53,7 @@ struct Orbit {
         using S = ScalarOf<V>;
         const V zero(S(0)), rim(S(1 / way.radius));
         const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
-        Motion<V> m(f, plane);
+        Motion<V> m(system, f, plane);
         V angle(zero), steps(zero);
         MaskOf<V> open = way.h > zero, arriving = zero > zero;
         for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
@@ -64,6 +66,7 @@ struct Orbit {
             if constexpr (System::capturing) open = beyond | (open & (captured(system, next) > zero));
             if (f.want_energy) worst_energy(system, f, next, open);
             m.take(next, open);
+            m.change_sides(system);
             angle = pick(open, angle + h, angle), steps = pick(open, steps + V(S(1)), steps);
             arriving = arriving | beyond, open = open & !beyond;
         }
@@ -72,7 +75,7 @@ struct Orbit {
         MaskOf<V> moving = arriving;
         way.arrived = zero > zero;
         for (int i = 0; i < max_corrections && any(moving); ++i) {
-            const V fall = rim - m.u, slope = system.orbit().slope(m.u, m.momentum, m.pt);
+            const V fall = rim - m.u, slope = system.orbit().slope(m.u, m.g);
             const V rest = fall / (m.w - V(S(0.5)) * slope * fall / m.w), back = pick(moving, max(min(rest, way.h), -way.h), zero);
             Motion<V> next = m;
             turn(system, coefficients, back, next);
@@ -148,15 +151,52 @@ private:
     struct Motion {
         V u, w;          ///< 1/r, du/dφ
         V momentum, pt;  ///< L, p_t
+        V g;             ///< 1/b²
         V parameter;     ///< λ
+        MaskOf<V> far;   ///< in the universe beyond the throat, where u and w are those of its own radius
         bool want_parameter;
 
-        KAGERO_INLINE Motion(const Flow<V>& f, const Plane<V>& plane)
-            : u(plane.u), w(plane.w), momentum(f.carry[0]), pt(f.start.y[6]), parameter(f.start_parameter), want_parameter(f.want_parameter) {}
+        template <class System>
+        KAGERO_INLINE Motion(const System& system, const Flow<V>& f, const Plane<V>& plane)
+            : u(plane.u), w(plane.w), momentum(f.carry[0]), pt(f.start.y[6]), parameter(f.start_parameter), far(u < V(ScalarOf<V>(0))),
+              want_parameter(f.want_parameter) {
+            g = recip(momentum * momentum);
+            if constexpr (System::Hamiltonian::spacetime) g = g * (pt * pt);
+            change_sides(system);
+        }
         /// From now on as `next`, in these lanes.
         KAGERO_INLINE void take(const Motion& next, const MaskOf<V>& lanes) {
             u = pick(lanes, next.u, u), w = pick(lanes, next.w, w);
             if (want_parameter) parameter = pick(lanes, next.parameter, parameter);
+        }
+        /// Through the throat, where the ray has passed it.
+        template <class System>
+        KAGERO_INLINE void change_sides(const System& system) {
+            if constexpr (FarSided<typename System::Hamiltonian>) {
+                const MaskOf<V> through = u * u > throat(system);
+                invert(system, through);
+                far = (far & !through) | (through & !far);
+            }
+        }
+        /// The same in this universe's radius.
+        template <class System>
+        KAGERO_INLINE Motion from_here(const System& system) const {
+            Motion m = *this;
+            if constexpr (FarSided<typename System::Hamiltonian>) m.invert(system, far);
+            return m;
+        }
+
+    private:
+        /// u² there.
+        template <class System>
+        KAGERO_INLINE static V throat(const System& system) {
+            const V radius = System::Hamiltonian::far_side(system.template parameters<V>());
+            return recip(radius * radius);
+        }
+        template <class System>
+        KAGERO_INLINE void invert(const System& system, const MaskOf<V>& lanes) {
+            const V r = recip(u), other = throat(system) * r;
+            u = pick(lanes, other, u), w = pick(lanes, -(w * r * other), w);
         }
     };
 
@@ -172,17 +212,22 @@ private:
     template <class System, class V>
     KAGERO_INLINE static void turn(const System& system, const Coefficients& coefficients, const V& h, Motion<V>& m) {
         using S = ScalarOf<V>;
-        const auto twice_energy = [&] { return V(S(2)) * system.orbit().energy(m.u, m.w, m.momentum, m.pt); };
-        V pace(S(0)), gained(S(0));
-        if (m.want_parameter) pace = recip(m.momentum * twice_energy()), gained = m.w * recip(m.u);
+        const auto twice_potential = [&] { return V(S(2)) * system.orbit().potential(m.u, m.g); };
+        V start(S(0)), scale(S(0)), surplus(S(0)), gained(S(0)), delayed(S(0));
+        if (m.want_parameter) {
+            const V twice_energy = mul_add(m.w, m.w, twice_potential());
+            scale = max(twice_energy, V(S(0.25)) * mul_add(m.u, m.u, m.w * m.w));
+            surplus = scale - twice_energy, start = m.w * recip(m.u);
+        }
         bool kick = coefficients.kick_first;
         for (const double fraction : coefficients.fractions) {
             const V angle = h * V(S(fraction));
             if (kick) {
-                const V slope = system.orbit().slope(m.u, m.momentum, m.pt);
+                const V slope = system.orbit().slope(m.u, m.g);
                 if (m.want_parameter) {
-                    const V rest = neg_mul_add(m.w, m.w, neg_mul_add(m.u, slope, twice_energy()));
+                    const V rest = surplus + neg_mul_add(m.u, slope, twice_potential());
                     gained = mul_add(angle, rest * recip(m.u * m.u), gained);
+                    if constexpr (Delaying<typename System::Hamiltonian>) delayed = mul_add(angle, delay(system, m.u), delayed);
                 }
                 m.w = neg_mul_add(angle, slope, m.w);
             } else {
@@ -190,7 +235,16 @@ private:
             }
             kick = !kick;
         }
-        if (m.want_parameter) m.parameter = mul_add(neg_mul_add(m.w, recip(m.u), gained), pace, m.parameter);
+        if (m.want_parameter)
+            m.parameter += (mul_add(start - m.w * recip(m.u) + gained, recip(scale), delayed)) * recip(m.momentum);
+    }
+    /// What L dλ/dφ is more than 1/u².
+    template <class System, class V>
+    KAGERO_INLINE static V delay(const System& system, const V& u) {
+        if constexpr (Delaying<typename System::Hamiltonian>)
+            return System::Hamiltonian::orbit_delay(system.template parameters<V>(), u);
+        else
+            return V(ScalarOf<V>(0));
     }
     /// How often `turn` differentiates.
     template <class V>
@@ -212,14 +266,15 @@ private:
     }
     template <class System, class V>
     KAGERO_INLINE static void worst_energy(const System& system, Flow<V>& f, const Motion<V>& m, const MaskOf<V>& lanes) {
-        const Survey<V> here = system.survey(in_plane(system, m));
+        const Survey<V> here = system.survey(in_plane(system, m.from_here(system)));
         f.energy_error = pick(lanes, max(f.energy_error, abs(here.excess) / here.size), f.energy_error);
     }
 
     /// The end of a step in space again, but for rays that have not turned.
     template <class System, class V>
-    static void leave(const System& system, Flow<V>& f, Plane<V> plane, const Motion<V>& m, const V& angle) {
+    static void leave(const System& system, Flow<V>& f, Plane<V> plane, const Motion<V>& there, const V& angle) {
         const MaskOf<V> still = abs(angle) <= V(ScalarOf<V>(0));
+        const Motion<V> m = there.from_here(system);
         const State<V> here = in_plane(system, m);
         plane.u = m.u, plane.w = m.w;
         plane.turn(angle);
@@ -232,13 +287,13 @@ private:
         f.solved = V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0));
     }
 
-    /// p·q/r from dr/dλ, which it is where ∂H/∂p = p.
+    /// p·q/r from −L w, which it is where p lies along the ray.
     template <class H, class System, class V>
-    KAGERO_INLINE static V radial_momentum(const System& system, const V& u, const V& speed, const V& l, const V& pt) {
-        if constexpr (requires { H::radial_momentum(system.template parameters<V>(), u, speed, l, pt); })
-            return H::radial_momentum(system.template parameters<V>(), u, speed, l, pt);
+    KAGERO_INLINE static V radial_momentum(const System& system, const V& u, const V& along, const V& l, const V& pt) {
+        if constexpr (requires { H::radial_momentum(system.template parameters<V>(), u, along, l, pt); })
+            return H::radial_momentum(system.template parameters<V>(), u, along, l, pt);
         else
-            return speed;
+            return along;
     }
 };
 

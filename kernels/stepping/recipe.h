@@ -40,7 +40,7 @@ private:
     KAGERO_INLINE static void euler(const Part& part, Flow<V>& f, Vec3<V>& q, Vec3<V>& p, const V& tau) {
         const Vec3<V> force = part.dq(joined(f, q, p));
         f.gradients += V(ScalarOf<V>(2));
-        if constexpr (Part::force_needs_p) p = Shared<V>::newton(Side::kick, called<V>(part), f, q, p, tau, retreat(p, tau, force));
+        if constexpr (Part::force_needs_p) p = Shared<V>::newton(Side::kick, as_called<V>(part), f, q, p, tau, retreat(p, tau, force));
         else p = retreat(p, tau, force);
         q = advance(q, tau, part.dp(joined(f, q, p)));
     }

@@ -30,7 +30,12 @@ concept ExactlySplit =
 /// States V(u) of the motion in the plane of an orbit, ½ (du/dφ)² + V(u) with u = 1/r.
 template <class H>
 concept Orbiting =
-    requires(const typename H::template Parameters<double>& k) { H::orbit_potential(k, 1.0, 1.0, 1.0); };
+    requires(const typename H::template Parameters<double>& k) { H::orbit_potential(k, 1.0, 1.0); };
+template <class H>
+concept Delaying = requires(const typename H::template Parameters<double>& k) { H::orbit_delay(k, 1.0); };
+/// Joins a second universe to this one.
+template <class H>
+concept FarSided = requires(const typename H::template Parameters<double>& k) { H::far_side(k); };
 template <class H>
 concept SometimesStraight = requires(const typename H::template Parameters<double>& k) { H::straight(k); };
 

@@ -10,6 +10,7 @@ namespace kagero {
 /// Which half of eq. (9) is implicit.
 enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q + τ ∂K/∂p(q', p)
 
+/// What few rays need, in any called system, and dense output, which needs none.
 template <class V>
 struct Shared {
     using S = ScalarOf<V>;

@@ -155,7 +155,7 @@ private:
         f.solved = !convergence.open();
         f.gradients = mul_add(iterations, S(s), f.gradients);
         f.open_iterations += iterations;
-        if (!f.solved) Shared<S>::newton_stages(called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1, max_stages);
+        if (!f.solved) Shared<S>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1, max_stages);
         finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
     template <class L, class S>

@@ -65,14 +65,14 @@ template <class System, class Step, class V>
 void begin(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
     const auto& system = stepped_in<System>(storage);
     depart(system, f);
-    if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::begin(called<V>(system), f, coefficients);
+    if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::begin(as_called<V>(system), f, coefficients);
     else Step::begin(system, f, coefficients);
 }
 
 template <class System, class Step, class V>
 void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
     const auto& system = stepped_in<System>(storage);
-    if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::step(called<V>(system), f, coefficients);
+    if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::step(as_called<V>(system), f, coefficients);
     else Step::step(system, f, coefficients);
     arrive(system, f);
     if constexpr (requires { Step::arrived(f); }) Step::arrived(f);

@@ -5,8 +5,9 @@
 /// parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006, §VIII.2).
 #pragma once
 
-#include "kernels/numeric/operations.h"
+#include "kernels/numeric/dual.h"
 #include "kernels/numeric/listing.h"
+#include "kernels/numeric/operations.h"
 #include "kernels/stepping/recording.h"
 
 namespace kagero {
@@ -138,7 +139,7 @@ struct NoParts {
     explicit NoParts(const double*) {}
 };
 
-/// V(u) in the plane of an orbit in the guise of a Hamiltonian of u = q.x, du/dφ = p.x and L = p.y, so that the tape differentiates it.
+/// V(u) in the plane of an orbit in the guise of a Hamiltonian of u = q.x, du/dφ = p.x and 1/b² = p.y, so that the tape differentiates it.
 template <class H>
 struct OrbitPlane {
     static constexpr const auto& parameters = H::parameters;
@@ -146,8 +147,8 @@ struct OrbitPlane {
     template <class V>
     using Parameters = typename H::template Parameters<V>;
     template <class V>
-    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        return 0.5 * p.x * p.x + H::orbit_potential(k, q.x, p.y, pt);
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
+        return 0.5 * p.x * p.x + H::orbit_potential(k, q.x, p.y);
     }
 };
 template <class H, class S>
@@ -156,20 +157,20 @@ public:
     explicit OrbitSystem(const double* parameters) : Sides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
     /// ∂V/∂u.
     template <class V>
-    KAGERO_INLINE V slope(const V& u, const V& l, const V& pt) const { return this->dq(state(u, V(S(0)), l, pt)).x; }
-    /// ½w² + V.
+    KAGERO_INLINE V slope(const V& u, const V& g) const { return this->dq(at_rest(u, g)).x; }
+    /// V.
     template <class V>
-    KAGERO_INLINE V energy(const V& u, const V& w, const V& l, const V& pt) const {
+    KAGERO_INLINE V potential(const V& u, const V& g) const {
         V out[1];
-        run<energy_program<OrbitPlane<H>>>(energy_u_.values, state(u, w, l, pt).y, out);
+        run<energy_program<OrbitPlane<H>>>(energy_u_.values, at_rest(u, g).y, out);
         return out[0];
     }
 
 private:
     template <class V>
-    KAGERO_INLINE static State<V> state(const V& u, const V& w, const V& l, const V& pt) {
+    KAGERO_INLINE static State<V> at_rest(const V& u, const V& g) {
         const V zero(S(0));
-        return {{u, zero, zero, w, l, zero, pt}};
+        return {{u, zero, zero, zero, g, zero, zero}};
     }
     Uniforms<energy_program<OrbitPlane<H>>, S> energy_u_;
 };

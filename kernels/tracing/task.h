@@ -34,8 +34,7 @@ struct Task {
     }
     /// Rays that nothing stops but the escape sphere and capture, and of whose way nothing is asked, where a stepper leads them by itself.
     bool passes() const {
-        return !straight && kernel.pass[kind()] && !job.geometry && !job.path_sink && !std::isfinite(job.parameter_limit) &&
-               !(job.inner_escape_radius > 0);
+        return !straight && kernel.pass[kind()] && !job.geometry && !job.path_sink && !std::isfinite(job.parameter_limit);
     }
     int stages() const { return method.coefficients.gauss ? method.coefficients.gauss->stages : 0; }
     void begin(Flow<V>& f) const {

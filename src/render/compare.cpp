@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <set>
 
 namespace kagero {
 namespace {
@@ -73,6 +74,7 @@ private:
     void choose_by_method(Plan& plan, const std::string& method);
     void choose_by_error(Plan& plan, const Candidates& candidates);
     void add(Plan& plan, const Variant& variant, std::size_t& yardstick);
+    void check_lanes() const;
     void check_method(const Plan& plan, const std::string& method) const;
     RunReport draw(const Runner& runner, Film& film) const;
     void compare_pictures();
@@ -101,16 +103,20 @@ std::string words_for(const Plan& plan, const KernelInfo& kernel) {
     return text + " " + name_of(kernel.precision) + ", " + std::to_string(kernel.lanes) + " lanes";
 }
 
-void Comparer::choose_rows() {
+void Comparer::check_lanes() const {
+    std::set<std::uint32_t> known;
+    for (const auto& plan : plans_)
+        for (std::uint32_t i = 0; i < plan->module->kernel_count; ++i) known.insert(plan->module->kernels[i].lanes);
     for (const std::uint32_t lanes : options_.lanes) {
-        const auto has = [&](const auto& plan) {
-            return std::any_of(plan->module->kernels, plan->module->kernels + plan->module->kernel_count,
-                               [&](const KernelInfo& kernel) { return kernel.lanes == lanes; });
-        };
-        if (std::none_of(plans_.begin(), plans_.end(), has))
-            throw InputError("--lanes: no kernel has " + std::to_string(lanes) +
-                             "; `kagero list strategies` shows those there are");
+        if (known.count(lanes)) continue;
+        std::string text;
+        for (const std::uint32_t n : known) text += (text.empty() ? "" : ", ") + std::to_string(n);
+        throw InputError("--lanes: no kernel has " + std::to_string(lanes) + "; lanes there are: " + text);
     }
+}
+
+void Comparer::choose_rows() {
+    check_lanes();
     if (options_.equal_error > 0) {
         const Candidates candidates = find_candidates(*plans_.front(), options_.equal_error, stop_);
         for (const auto& plan : plans_) choose_by_error(*plan, candidates);

@@ -42,6 +42,13 @@ HamiltonianInfo space_of(const Plan& plan) {
     return info;
 }
 
+/// The first method in the plane of an orbit that serves the space; null where none does.
+const char* orbit_method_served(const Plan& plan) {
+    for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
+        if (plan.module->integrators[i].angular && !refusal_of(plan, i, false)) return plan.module->integrators[i].name;
+    return nullptr;
+}
+
 /// Whether what is integrated is |p|²/2 + V(q): Nyström methods take nothing else.
 bool is_separable(const Plan& plan) {
     for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
@@ -51,7 +58,9 @@ bool is_separable(const Plan& plan) {
 
 std::string why_no_orbit(const Plan& plan, const HamiltonianInfo& space) {
     if (plan.straight) return "these parameters leave every ray straight";
-    if (!space.orbit_method) return "the space declares no potential of it, or no method";
+    if (const char* method = orbit_method_served(plan); method && !space.orbit_method)
+        return std::string("the space does not take it unasked: integrator.method = \"") + method + "\" does";
+    if (!space.orbit_method) return "the space declares no potential of it";
     if (plan.scene.integrator.symmetry == "none") return "integrator.symmetry = \"none\"";
     return "the scene states a method or a step for the general path";
 }

@@ -53,7 +53,7 @@ void expect_return() {
             EXPECT_LE(defect, roundings * epsilon);
         } else if (method.info.symmetric || is_exact(method, motion)) {
             EXPECT_LE(defect, roundings * coefficient_epsilon<ScalarOf<V>>(method));
-        } else if (std::is_same_v<V, Quad>) {
+        } else if (std::is_same_v<V, Quad> && !method.info.angular) {  // where nothing shortens it a step about a centre is symmetric
             EXPECT_GT(defect, 1e6 * roundings * epsilon) << "symmetric after all?";
         }
     });

@@ -70,13 +70,16 @@ struct Orbit {
             angle = pick(open, angle + h, angle), steps = pick(open, steps + V(S(1)), steps);
             arriving = arriving | beyond, open = open & !beyond;
         }
-        // From beyond the sphere back onto it: the angle to second order, until what that leaves out is a rounding.
+        // From beyond the sphere back onto it: the angle to third order, until what second order leaves out is a rounding. ∂²V/∂u² is taken
+        // as (∂V/∂u)/u, as it is far out.
         const V rounding(S(0.125) * machine_epsilon<S>);
         MaskOf<V> moving = arriving;
         way.arrived = zero > zero;
         for (int i = 0; i < max_corrections && any(moving); ++i) {
-            const V fall = rim - m.u, slope = system.orbit().slope(m.u, m.g);
-            const V rest = fall / (m.w - V(S(0.5)) * slope * fall / m.w), back = pick(moving, max(min(rest, way.h), -way.h), zero);
+            const V fall = rim - m.u, slope = system.orbit().slope(m.u, m.g), half = V(S(0.5)) * slope;
+            const V second = fall / neg_mul_add(half, fall / m.w, m.w);
+            const V third = fall / neg_mul_add(second, mul_add(V(S(1) / S(3)) * m.w * second, half / m.u, half), m.w);
+            const V back = pick(moving, max(min(third, way.h), -way.h), zero);
             Motion<V> next = m;
             turn(system, coefficients, back, next);
             m.take(next, moving);
@@ -208,13 +211,18 @@ private:
         return max(min(h, most), -most);
     }
 
-    /// Along the ray by an angle.
+    /// Along the ray by an angle. Whether λ is wanted is asked once: its sums would take registers from u and w.
     template <class System, class V>
     KAGERO_INLINE static void turn(const System& system, const Coefficients& coefficients, const V& h, Motion<V>& m) {
+        if (m.want_parameter) turn_as<true>(system, coefficients, h, m);
+        else turn_as<false>(system, coefficients, h, m);
+    }
+    template <bool with_parameter, class System, class V>
+    KAGERO_INLINE static void turn_as(const System& system, const Coefficients& coefficients, const V& h, Motion<V>& m) {
         using S = ScalarOf<V>;
         const auto twice_potential = [&] { return V(S(2)) * system.orbit().potential(m.u, m.g); };
         V start(S(0)), scale(S(0)), surplus(S(0)), gained(S(0)), delayed(S(0));
-        if (m.want_parameter) {
+        if constexpr (with_parameter) {
             const V twice_energy = mul_add(m.w, m.w, twice_potential());
             scale = max(twice_energy, V(S(0.25)) * mul_add(m.u, m.u, m.w * m.w));
             surplus = scale - twice_energy, start = m.w * recip(m.u);
@@ -224,7 +232,7 @@ private:
             const V angle = h * V(S(fraction));
             if (kick) {
                 const V slope = system.orbit().slope(m.u, m.g);
-                if (m.want_parameter) {
+                if constexpr (with_parameter) {
                     const V rest = surplus + neg_mul_add(m.u, slope, twice_potential());
                     gained = mul_add(angle, rest * recip(m.u * m.u), gained);
                     if constexpr (Delaying<typename System::Hamiltonian>) delayed = mul_add(angle, delay(system, m.u), delayed);
@@ -235,8 +243,8 @@ private:
             }
             kick = !kick;
         }
-        if (m.want_parameter)
-            m.parameter += (mul_add(start - m.w * recip(m.u) + gained, recip(scale), delayed)) * recip(m.momentum);
+        if constexpr (with_parameter)
+            m.parameter += mul_add(start - m.w * recip(m.u) + gained, recip(scale), delayed) * recip(m.momentum);
     }
     /// What L dλ/dφ is more than 1/u².
     template <class System, class V>

@@ -1,4 +1,4 @@
-/// The one error type of the program: what was read, where, what was expected, what to do.
+/// The errors of the program: what was read, where, what was expected, what to do; or what failed while running.
 #pragma once
 
 #include <stdexcept>

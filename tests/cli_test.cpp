@@ -163,6 +163,35 @@ TEST_F(Cli, TraceEndsAtAParameter) {
     EXPECT_EQ(lines_of(path.out).back().find(",0.75,"), lines_of(path.out).back().find(',', 2)) << path.out;
 }
 
+TEST_F(Cli, RaysThatPassTheEscapeSphereByEscape) {
+    // From beyond a sphere of radius 50: one misses it, one crosses it and is delivered onto it.
+    write("rays.csv", "x,y,z,dx,dy,dz\n100,60,0,-1,0,0\n100,30,0,-1,0,0\n");
+    for (const char* how : {"-D space.rg=0", "-D space.rg=0 --path", "", "--integrator gauss8 --step 0.2", "--integrator dp5 --step 0.2 --precision float"}) {
+        SCOPED_TRACE(how);
+        const Outcome outcome = run(std::string("trace hole.toml --rays rays.csv ") + how);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.out.find("failed"), std::string::npos) << outcome.out;
+        std::string x, y;
+        std::istringstream last(lines_of(outcome.out).back());
+        for (int column = 0; column < 5 && std::getline(last, column == 3 ? x : y, ','); ++column) {}
+        EXPECT_NEAR(std::hypot(std::stod(x), std::stod(y)), 50, 1e-4);
+    }
+}
+
+TEST_F(Cli, PathsEndOnceWhereAFailedRayDid) {
+    // H has no slope at x = 1.
+    write("edge.toml", "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) - 0.5*sqrt(1 - x)\"\n"
+                       "[camera]\nposition = [0, -2, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,0,0,1,0,0\n");
+    const std::string how = "trace edge.toml --rays rays.csv --integrator rk4 --step 0.05";
+    const std::string end = lines_of(run(how).out).back();
+    ASSERT_EQ(end.rfind("0,failed,,", 0), 0u) << end;
+    std::set<std::string> steps;
+    const Outcome path = run(how + " --path");
+    for (const std::string& line : lines_of(path.out)) EXPECT_TRUE(steps.insert(line.substr(0, line.find(',', 2))).second) << line;
+    EXPECT_NE(path.out.find(end.substr(10, end.find(',', 10) - 10)), std::string::npos) << path.out;
+}
+
 TEST_F(Cli, AFullDiskIsAFailureWhileRunning) {
     const Outcome outcome = run("print hole.toml -o /dev/full");
     EXPECT_EQ(outcome.status, 1) << outcome.err;

@@ -125,6 +125,13 @@ TEST_F(CompareVerb, NarrowsAndRefuses) {
     EXPECT_NE(table.out.find("speedup"), std::string::npos) << table.out;
 }
 
+TEST_F(CompareVerb, TakesMethodsThatServeARescaledSpaceAlone) {
+    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
+    const Outcome outcome = run("compare air.toml --rounds 1 --strategy scalar --quiet");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("srkn6"), std::string::npos) << outcome.out;
+}
+
 TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
     const Outcome outcome = run("compare hole.toml --rounds 1 --equal-error 0.25 --precision double --json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;

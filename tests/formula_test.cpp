@@ -133,6 +133,23 @@ TEST(FormulaSpace, CamerasOfQuadraticFormsNeedNoSolve) {
     EXPECT_TRUE(quartic->each_direction);
 }
 
+TEST(FormulaSpace, IsTheSameInUnitsOfAnySize) {
+    const auto end_of = [](const std::string& size) {
+        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) - 0.5*(1.5 - (x^2 + y^2)/L^2)\"\n"
+                                       "constants = {L = " + size + "}\n[integrator]\nmethod = \"srkn6\"\nstep = 0.01\nescape_radius = 3e" +
+                                       size.substr(2) + "\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\n[film]\nsize = [8, 8]\n",
+                                       {}, with_strategy("scalar"), false);
+        const double unit = std::stod(size);
+        plan->job.step *= unit;
+        std::vector<RayEnd> ends;
+        trace(*plan, start_rays(*plan, {{{0.25 * unit, 0, 0}, {0.1, 0.2, 1}}}, ""), ends);
+        EXPECT_EQ(ends[0].status, Status::escaped);
+        return std::array{ends[0].q[0] / unit, ends[0].q[1] / unit, ends[0].v[0]};
+    };
+    const auto small = end_of("1e0"), large = end_of("1e11");
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(large[k], small[k], 1e-12);
+}
+
 TEST(FormulaSpace, RescalesAndSeparates) {
     if (!is_built("mirage")) GTEST_SKIP();
     const Pair& mirage = pairs[2];

@@ -58,5 +58,19 @@ TEST_F(MaxPixelError, KeepsThePrecisionThatIsAskedFor) {
     }
 }
 
+TEST_F(MaxPixelError, KeepsMethodStrategyAndLanesThatAreAskedFor) {
+    for (const char* asked : {"--integrator gauss8 --lanes 1", "--strategy scalar", "--integrator rk4 --strategy packet"}) {
+        SCOPED_TRACE(asked);
+        const Outcome outcome = run(std::string("render hole.toml -o a.exr --quiet --json -D integrator.max_pixel_error=0.25 ") + asked);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        const json report = json::parse(outcome.out);
+        EXPECT_LE(report["pixel_error_estimate"], 0.25);
+        for (const char* method : {"gauss8", "rk4"})
+            if (std::string(asked).find(method) != std::string::npos) EXPECT_EQ(report["integrator"], method);
+        const bool scalar = std::string(asked).find("packet") == std::string::npos;
+        EXPECT_EQ(report["strategy"], scalar ? "scalar" : "packet");
+    }
+}
+
 }  // namespace
 }  // namespace kagero::test

@@ -41,15 +41,20 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"render hole.toml --siez 3x3", "did you mean \"--size\"?"}, Mistake{"render hole.toml other.toml", "other.toml"},
         Mistake{"render hole.toml --threads", "--threads needs a value"},
         Mistake{"render hole.toml --threads none", "'none' is not a whole number"},
-        Mistake{"render hole.toml --threads 0", "not in 1 to"}, Mistake{"render hole.toml --threads -3", "'-3'"},
+        Mistake{"render hole.toml --threads 0", "legal is 1 to"}, Mistake{"render hole.toml --threads -3", "'-3'"},
         Mistake{"render hole.toml --isa avx", "avx"}, Mistake{"render hole.toml --strategy pakcet", "did you mean \"packet\"?"},
         Mistake{"render hole.toml --precision single", "known: auto, double, float"},
-        Mistake{"render hole.toml --color blue", "auto"}, Mistake{"render hole.toml --size 64", "'64' is not 2 whole numbers"},
+        Mistake{"render hole.toml --color blue", "auto"}, Mistake{"render hole.toml --size 64", "'64' is not a width and a height"},
         Mistake{"render hole.toml --size 0x8", "film.size"},
         Mistake{"render hole.toml --step fast", "'fast' is not a finite number"},
         Mistake{"render hole.toml --integrator gaus8", "gauss8"}, Mistake{"render hole.toml --layers stps", "steps"},
         Mistake{"render hole.toml --crop 1,1,1,2", "is empty"}, Mistake{"render hole.toml --crop 0,0,17,8", "film of 16x8"},
         Mistake{"render hole.toml --pixel 16,0", "outside the film of 16x8"}, Mistake{"render hole.toml --pixel 1", "--pixel"},
+        Mistake{"render hole.toml --pixel 1,1 --json", "leave --json out"}, Mistake{"render hole.toml --pixel 1,1 -o a.exr", "leave -o out"},
+        Mistake{"render hole.toml --integrator srkn6", "-D integrator.method=\"srkn6\": "},
+        Mistake{"render hole.toml --lanes 3", "-D integrator.lanes=3: "}, Mistake{"render hole.toml --spp -1", "legal is 1 <= value"},
+        Mistake{"render hole.toml -D camera.position=[0,0.01,0] -D camera.observer=zamo", "here can be: falling"},
+        Mistake{"stability trapped --lanes 4", "no option"}, Mistake{"error hole.toml --strategy per-ray", "compare"},
         Mistake{"render hole.toml -D camera.fvo=20", "fov"}, Mistake{"render hole.toml -D camera", "camera"}));
 
 INSTANTIATE_TEST_SUITE_P(Files, WrongInput,
@@ -61,12 +66,15 @@ INSTANTIATE_TEST_SUITE_P(Files, WrongInput,
                                          Mistake{"render hole.toml -o /", "directory"},
                                          Mistake{"render hole.toml --layers steps -o a.png", "layer 'color'"},
                                          Mistake{"render hole.toml -o a.exr --json missing/a.json", "'missing' does not exist"},
+                                         Mistake{"render hole.toml -o a.exr --json ./a.exr", "name the same file"},
                                          Mistake{"check missing.toml", "missing.toml"}, Mistake{"print bad.toml", "rgg"},
                                          Mistake{"print hole.toml -o missing/a", "missing"},
                                          Mistake{"list sceens", "did you mean \"scenes\"?"}));
 
 INSTANTIATE_TEST_SUITE_P(Rays, WrongInput,
                          testing::Values(Mistake{"trace hole.toml --rays missing.csv", "missing.csv"},
+                                         Mistake{"trace hole.toml --rays .", "is a directory"},
+                                         Mistake{"trace hole.toml --rays rays.csv -o rays.csv", "name the same file"},
                                          Mistake{"trace hole.toml --rays word.csv", "word.csv:3:5: 'zero'"},
                                          Mistake{"trace hole.toml --rays short.csv -o out.csv", "expected 6 values, found 5"},
                                          Mistake{"trace hole.toml --rays header.csv", "header.csv:1:13: 'w'"},
@@ -77,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(Rays, WrongInput,
                                          Mistake{"trace hole.toml --rays rays.csv --parameter -1", "greater than 0"},
                                          Mistake{"trace hole.toml --rays rays.csv --path --json", "one of the two"},
                                          Mistake{"trace hole.toml --rays rays.csv --repeat 3", "--json"},
-                                         Mistake{"trace hole.toml --rays rays.csv --json --repeat 0", "at least 1"}));
+                                         Mistake{"trace hole.toml --rays rays.csv --json --repeat 0", "legal is 1 to"}));
 
 }  // namespace
 }  // namespace kagero::test

@@ -63,6 +63,7 @@ public:
 
     bool write() {
         code_.runs = code_.constants = code_.prepared = 0;
+        if (!p_.whole) return false;
         order(false);
         code_.prepared = code_.runs;
         first_varying_ = length_;

@@ -23,7 +23,7 @@
 ///   radial_momentum(k, u, v, L, pt)          … and p·x/r from v = −L du/dφ, where that is not v
 ///   orbit_method, orbit_step                 … and what then is taken instead of method and step, radians
 ///   far_side(k)                              there is a second universe inside a sphere of this radius, the image of this by inversion
-///   radius, lag, infall(k, q)                what the observers of a hole need; see schwarzschild.h
+///   radius(k, q), lag, infall(k, r)          what the observers of a hole need; see schwarzschild.h
 ///
 /// A medium of index N, H = ½(|p|² − N²), inherits from `IndexMedium` and states index_squared(k, q) alone.
 #pragma once

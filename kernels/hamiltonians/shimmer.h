@@ -56,7 +56,10 @@ struct Shimmer : IndexMedium<Shimmer> {
         const V c = cos(k.seed), s = sin(k.seed), scale = 1.0 / k.correlation_length;
         const Vec3<V> turned{scale * c * q.x - scale * s * q.y, scale * s * q.x + scale * c * q.y, scale * q.z};
         V sum = 0.0 * k.seed;
-        for (const Wave& w : waves) sum = sum + cos(w.x * turned.x + w.y * turned.y + w.z * turned.z + w.phase * k.seed);
+        for (const Wave& w : waves) {
+            const V phase = atan2(sin(w.phase * k.seed), cos(w.phase * k.seed));  // within a turn, whatever the seed
+            sum = sum + cos(w.x * turned.x + w.y * turned.y + w.z * turned.z + phase);
+        }
         const V index = k.n0 + k.n0 * k.amplitude * 0.40824829046386302 * sum;  // sqrt(2/12)
         return index * index;
     }

@@ -15,7 +15,7 @@ template <class S>
 struct QuarterTurn;
 template <>
 struct QuarterTurn<double> {
-    // 33 bits each, so that products with k < 2²⁰ are exact.
+    // The first two of 33 bits, so that products with k < 2²⁰ are exact; the third is what is left.
     static constexpr double parts[3] = {1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
     static constexpr double limit = 1e6, rounder = 6755399441055744.0;  // 1.5·2⁵²
     static constexpr int terms = 8;

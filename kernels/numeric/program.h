@@ -19,6 +19,7 @@ struct Program {
     std::array<int, Outputs> outputs{};
     int size = 0;
     int uniforms = 0;
+    bool whole = true;  ///< else a tape was too short to arrange it on
     /// Whether an input in [first, last) occurs.
     constexpr bool uses_any_input(int first, int last) const {
         for (int k = 0; k < size; ++k)
@@ -195,10 +196,12 @@ constexpr void fuse(Tape& t, const std::array<int, Tape::capacity>& uses) {
 template <int Outputs>
 constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs, Varying varying = {}) {
     Tape t = share_scaled<Outputs>(recorded, outputs);
+    const bool shared = !t.full;
     t = order_products<Outputs>(t, outputs, varying);
     fuse(t, count_uses<Outputs>(t, outputs));
     const auto uses = count_uses<Outputs>(t, outputs);
     Program<Tape::capacity, Outputs> p;
+    p.whole = shared && !t.full;
     std::array<int, Tape::capacity> place{};
     for (int i = 0; i < t.size; ++i) {
         if (uses[i] == 0) continue;

@@ -29,7 +29,7 @@ public:
     }
 
 private:
-    static constexpr int most_bases = 24, most_terms = 48, most_squares = 4;
+    static constexpr int most_bases = 24, most_terms = 48, most_squares = 4, greatest_power = 126;  // in halves
 
     struct Term {
         double coefficient = 0;
@@ -63,7 +63,11 @@ private:
             for (int j = 0; j < b.count; ++j) {
                 Term term = a.term[i];
                 term.coefficient *= b.term[j].coefficient;
-                for (int k = 0; k < bases_count_; ++k) term.power[k] = static_cast<signed char>(term.power[k] + b.term[j].power[k]);
+                for (int k = 0; k < bases_count_; ++k) {
+                    const int power = term.power[k] + b.term[j].power[k];
+                    failed_ = failed_ || power > greatest_power || power < -greatest_power;
+                    term.power[k] = static_cast<signed char>(power);
+                }
                 append(all, term);
             }
         return all;
@@ -144,17 +148,18 @@ private:
             if (members > 1) group_[i] = squares_++, root_[i] = true;
         }
     }
-    /// Whether term j has the right cross terms with the square that begins with term i, whose other roots are known.
+    /// Whether term j has the right cross terms with the square that begins with term i, whose other roots are known; gives it its sign.
     constexpr bool joins(int i, int j) {
         if (!could_be_squares(terms_.term[i], terms_.term[j])) return false;
         const int first = cross_of(terms_.term[i], terms_.term[j]);
         if (first < 0) return false;
-        sign_[j] = terms_.term[first].coefficient == 2 * terms_.term[i].coefficient ? 1 : -1;
+        const int sign = terms_.term[first].coefficient == 2 * terms_.term[i].coefficient ? 1 : -1;
         for (int m = 0; m < terms_.count; ++m) {
             if (group_[m] != squares_ || !root_[m]) continue;
             const int x = cross_of(terms_.term[m], terms_.term[j]);
-            if (x < 0 || terms_.term[x].coefficient != 2 * sign_[m] * sign_[j] * terms_.term[i].coefficient) return false;
+            if (x < 0 || terms_.term[x].coefficient != 2 * sign_[m] * sign * terms_.term[i].coefficient) return false;
         }
+        sign_[j] = sign;
         return true;
     }
     constexpr void take(int i, int j) {

@@ -9,6 +9,7 @@
 #include "kernels/tracing/ray_source.h"
 #include "kernels/tracing/task.h"
 
+#include <algorithm>
 #include <optional>
 
 namespace kagero {
@@ -62,7 +63,6 @@ public:
         tell_occupancy(filled_);
         if (encounter_) counters_.query_ticks += encounter_->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
-        for (int i = 0; i < W; ++i) counters_.active_iterations += static_cast<std::uint64_t>(get_lane(flow_.open_iterations, i));
     }
 
 private:
@@ -86,7 +86,7 @@ private:
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
     std::uint64_t wait_for_surface(std::uint64_t hits);
-    void wait_for_sphere(std::uint64_t lanes);
+    void leave_sphere(std::uint64_t lanes);
     void land();
     void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
     void tell_iterations(int lane, const V& now);
@@ -107,7 +107,7 @@ private:
     V tried_h_, tried_side_;        ///< of lanes that search for the crease: their last try
     std::uint64_t active_ = 0;
     std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
-    V steps_;                       ///< whole numbers, exactly
+    V steps_;                       ///< whole numbers up to `most_counted`, exactly
     V iterations_before_, iterations_after_;  ///< Flow::open_iterations when the lane's ray entered, and left to wait: idle lanes count on
     std::uint64_t active_before_ = 0, issued_before_ = 0;  ///< lane-steps, when the packet began
     std::uint64_t filled_ = 0;      ///< lanes that have, or had, a ray
@@ -119,6 +119,8 @@ private:
     RayEnd* ends_[W];
     std::uint64_t numbers_[W];
 
+    /// Beyond it S does not tell a whole number from the next.
+    static constexpr S most_counted = S(2) / machine_epsilon<S>;
     /// How often a step without solution is halved before its ray fails.
     static constexpr int max_halvings = 24;
     /// The same for all steps of a ray: one that creeps on by halvings alone would hardly ever end.
@@ -174,7 +176,7 @@ std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
     if (beyond) landing_->wait_for_edge(flow_, beyond, Edge::domain);
     staying &= ~beyond;
     const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
-    if (outside) wait_for_sphere(outside);
+    if (outside) leave_sphere(outside);
     staying &= ~outside;
     const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.captured <= V(S(0))) : 0;
     if (captured) landing_->wait_for_edge(flow_, captured, Edge::capture);
@@ -185,7 +187,7 @@ std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
         limited = staying & to_bits(flow_.end_parameter >= V(limit * (1 - 4 * machine_epsilon<S>)));
         flow_.end_parameter = pick(from_bits<V>(limited), V(limit), flow_.end_parameter);
     }
-    limited |= staying & to_bits(steps_ >= V(S(job_.max_steps)));
+    limited |= staying & to_bits(steps_ >= V(std::min(S(job_.max_steps), most_counted)));
     retire(flow_, limited, Status::step_limit);
     return moving & ~(staying & ~limited);
 }

@@ -33,13 +33,19 @@ MaskOf<V> PacketTracer<V>::is_beyond(const Vec3<V>& q) const {
     return (square > V(S(job_.escape_radius) * S(job_.escape_radius))) | (square < V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
 }
 
+/// Lanes whose step leads out of the escape sphere wait for it, except those that come from beyond it and pass it by.
 template <class V>
-void PacketTracer<V>::wait_for_sphere(std::uint64_t lanes) {
-    const V zero(S(0)), one(S(1));
-    const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
-    const Level<V> sphere = sphere_level<V>(pick(dot(b, b) < dot(a, a), V(S(job_.inner_escape_radius)), V(S(job_.escape_radius))));
-    landing_->wait(lanes, sphere, zero, one, chord_fraction(sphere, a, b, one));
-    landing_->take(flow_, lanes);
+void PacketTracer<V>::leave_sphere(std::uint64_t lanes) {
+    const V zero(S(0)), one(S(1)), inner(S(job_.inner_escape_radius)), outer(S(job_.escape_radius));
+    const Vec3<V> a = flow_.start.q(), b = flow_.end.q(), way = b - a;
+    const V along = dot(a, way), nearest2 = dot(a, a) - along * along / dot(way, way);  // of the whole line
+    const std::uint64_t passing = lanes & to_bits((dot(a, a) > outer * outer) & (nearest2 > outer * outer));
+    retire(flow_, passing, Status::escaped);
+    const std::uint64_t waiting = lanes & ~passing;
+    if (!waiting) return;
+    const Level<V> sphere = sphere_level<V>(pick(dot(b, b) <= inner * inner, inner, outer));
+    landing_->wait(waiting, sphere, zero, one, chord_fraction(sphere, a, b, one));
+    landing_->take(flow_, waiting);
 }
 
 template <class V>
@@ -91,18 +97,24 @@ void PacketTracer<V>::retire(const Flow<V>& f, std::uint64_t lanes, Status statu
         e.energy_error = double(get_lane(worst_energy_, i));
         e.steps = static_cast<std::uint32_t>(get_lane(steps_, i));
         e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, i));
+        e.iterations = 0;
         tell_iterations(i, flow_.open_iterations);
         e.queries = encounter_ ? encounter_->queries_of(i) : 0;
         e.occupancy = 0, e.surface = e.primitive = 0;
         e.status = status, e.failure = failure, e.unrefined = false;
         counters_.steps += e.steps, counters_.gradients += e.gradients, counters_.queries += e.queries;
-        if (job_.path_sink && e.steps > 0) report_path(f, std::uint64_t(1) << i, false);
+        // A failed ray ends where its last good step did, which has been reported.
+        if (job_.path_sink && e.steps > 0 && status != Status::failed) report_path(f, std::uint64_t(1) << i, false);
     }
 }
 
+/// Counts what a ray needed; where it has waited, again, without what idle lanes count on to.
 template <class V>
 void PacketTracer<V>::tell_iterations(int lane, const V& now) {
-    ends_[lane]->iterations = static_cast<std::uint32_t>(get_lane(now, lane) - get_lane(iterations_before_, lane));
+    std::uint32_t& iterations = ends_[lane]->iterations;
+    counters_.active_iterations -= iterations;
+    iterations = static_cast<std::uint32_t>(get_lane(now, lane) - get_lane(iterations_before_, lane));
+    counters_.active_iterations += iterations;
 }
 
 /// Tells the rays of lanes how full their packet was; not part of what ends a ray, because the packet goes on without it.

@@ -16,7 +16,7 @@ inline constexpr std::uint64_t all_lanes = W == 64 ? ~std::uint64_t(0) : (std::u
 template <int W>
 struct RayStarts {
     alignas(64) double y[7][W];  ///< x y z px py pz pt
-    Failure failure[W];
+    Failure failure[W] = {};
     std::uint64_t captured, escaped;  ///< lanes as RayStart says of one ray
 
     void put(int lane, const RayStart& ray) {

@@ -1,6 +1,7 @@
 #include "cli/arguments.h"
 
 #include "error.h"
+#include "modules/modules.h"
 #include "render/schedule.h"
 #include "scene/reader.h"
 
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 
 namespace kagero {
 
@@ -16,19 +18,34 @@ namespace {
 
 constexpr std::uint32_t most_threads = 4096;
 
+/// A whole number as written; whether it is legal the scene's key says.
+std::string whole(const std::string& option, const std::string& text) {
+    std::int64_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || end != text.data() + text.size()) throw InputError(option + ": '" + text + "' is not a whole number");
+    return std::to_string(number);
+}
+
+/// Who said so: an option, or the variable that stands for it.
+std::string said_by(const char* option, const char* variable, const std::string& text) {
+    const char* value = std::getenv(variable);
+    return value && value == text ? variable : option;
+}
+
 /// The options that are short for a key of the scene, as overrides.
 std::vector<std::string> overrides_of(const Arguments& arguments) {
     std::vector<std::string> all = arguments.overrides;
     if (!arguments.integrator.empty()) all.push_back("integrator.method=" + written(arguments.integrator));
     if (!arguments.step.empty()) all.push_back("integrator.step=" + written(finite_number("--step", arguments.step)));
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
-        all.push_back("integrator.lanes=" + std::to_string(whole_numbers("--lanes", arguments.lanes, ',', 1)[0]));
+        all.push_back("integrator.lanes=" + whole("--lanes", arguments.lanes));
     if (!arguments.size.empty()) {
-        const auto size = whole_numbers("--size", arguments.size, 'x', 2);
-        all.push_back("film.size=[" + std::to_string(size[0]) + ", " + std::to_string(size[1]) + "]");
+        const auto size = split(arguments.size, 'x');
+        if (size.size() != 2) throw InputError("--size: '" + arguments.size + "' is not a width and a height separated by 'x'");
+        all.push_back("film.size=[" + whole("--size", size[0]) + ", " + whole("--size", size[1]) + "]");
     }
-    if (!arguments.spp.empty()) all.push_back("film.spp=" + std::to_string(whole_numbers("--spp", arguments.spp, ',', 1)[0]));
-    if (!arguments.seed.empty()) all.push_back("film.seed=" + std::to_string(whole_numbers("--seed", arguments.seed, ',', 1)[0]));
+    if (!arguments.spp.empty()) all.push_back("film.spp=" + whole("--spp", arguments.spp));
+    if (!arguments.seed.empty()) all.push_back("film.seed=" + whole("--seed", arguments.seed));
     if (!arguments.layers.empty()) {
         std::string list;
         for (const std::string& layer : split(arguments.layers, ',')) list += (list.empty() ? "" : ", ") + written(layer);
@@ -68,11 +85,13 @@ void add_scene(CLI::App& verb, Arguments& arguments) {
     verb.add_option("--isa", arguments.isa, "Instruction set; see `kagero list isas`")->type_name("NAME")->envname("KAGERO_ISA");
 }
 
-void add_machine(CLI::App& verb, Arguments& arguments) {
-    verb.add_option("--threads", arguments.threads, "Threads; default: all")->type_name("N")->envname("KAGERO_THREADS");
+void add_lanes(CLI::App& verb, Arguments& arguments) {
+    verb.add_option("--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`")->type_name("N");
+}
+
+void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads) {
+    verb.add_option("--threads", arguments.threads, "Threads; default: " + threads)->type_name("N")->envname("KAGERO_THREADS");
     verb.add_option("--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet")->type_name("NAME");
-    verb.add_option("--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`")
-        ->type_name("N");
     verb.add_option("--precision", arguments.precision, "Of the integration: double, float, or auto: double, but for pictures that float draws as well")->type_name("NAME");
 }
 
@@ -101,6 +120,8 @@ SceneDescription general_scene_of(Arguments arguments, const Options& options) {
 Options options_of(const Arguments& arguments) {
     Options options;
     if (!arguments.isa.empty()) options.isa = arguments.isa;
+    for (const std::string& isa : split(options.isa, ','))
+        if (isa != "all") require_isa(said_by("--isa", "KAGERO_ISA", arguments.isa), isa);
     require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "per-ray", "packet"});
     options.strategy = arguments.strategy;
     require_one_of("--precision", arguments.precision, {"auto", "double", "float"});
@@ -109,11 +130,8 @@ Options options_of(const Arguments& arguments) {
     schedules.insert(schedules.begin(), "auto");
     require_one_of("--schedule", arguments.schedule, schedules);
     options.schedule = arguments.schedule;
-    if (!arguments.threads.empty()) {
-        options.threads = whole_numbers("--threads", arguments.threads, ',', 1)[0];
-        if (options.threads < 1 || options.threads > most_threads)
-            throw InputError("--threads: " + arguments.threads + " is not in 1 to " + std::to_string(most_threads));
-    }
+    if (!arguments.threads.empty())
+        options.threads = count_of(said_by("--threads", "KAGERO_THREADS", arguments.threads), arguments.threads, most_threads);
     if (!arguments.crop.empty()) {
         const auto edges = whole_numbers("--crop", arguments.crop, ',', 4);
         if (edges[0] >= edges[2] || edges[1] >= edges[3])
@@ -148,6 +166,14 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
             option + ": '" + text + "' is not " +
             (count == 1 ? "a whole number" : std::to_string(count) + " whole numbers separated by '" + separator + "'"));
     return numbers;
+}
+
+std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t most) {
+    std::uint32_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || end != text.data() + text.size() || number < 1 || number > most)
+        throw InputError(option + ": '" + text + "' is not a whole number; legal is 1 to " + std::to_string(most));
+    return number;
 }
 
 double finite_number(const std::string& option, const std::string& text) {

@@ -4,7 +4,6 @@
 #include "render/plan.h"
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,7 +29,8 @@ struct Arguments {
 void add_messages(CLI::App& verb, Arguments& arguments);
 void add_json(CLI::App& verb, Arguments& arguments);
 void add_scene(CLI::App& verb, Arguments& arguments);
-void add_machine(CLI::App& verb, Arguments& arguments);
+void add_lanes(CLI::App& verb, Arguments& arguments);
+void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads = "all");
 void add_schedule(CLI::App& verb, Arguments& arguments);
 
 /// Reads the scene, with -D and what is short for it. Throws InputError.
@@ -44,6 +44,8 @@ Options options_of(const Arguments& arguments);
 std::vector<std::string> split(const std::string& text, char separator);
 /// Whole numbers between separators: "640x480", "1,2". Throws InputError naming the option unless there are exactly `count`.
 std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count);
+/// How many, from 1 to `most`. Throws InputError naming the option.
+std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t most);
 /// A finite number. Throws InputError naming the option.
 double finite_number(const std::string& option, const std::string& text);
 /// Throws InputError, with a near match, unless `word` is one of `known`.

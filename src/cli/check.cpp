@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include <iostream>
+#include <ostream>
 
 namespace kagero {
 
@@ -12,6 +12,7 @@ namespace {
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_machine(app, arguments);
+    add_lanes(app, arguments);
     add_messages(app, arguments);
 }
 
@@ -19,8 +20,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     // Making the plan reads meshes and textures too, and refuses what cannot be integrated.
     const auto plan = make_plan(scene_of(arguments, options), options);
-    if (plan->geometry)
-        for (const std::string& remark : plan->geometry->remarks()) terminal.warning(remark);
+    for (const std::string& remark : plan->geometry->remarks()) terminal.warning(remark);
     write_output("-", [&](std::ostream& out) {
         out << arguments.scene << ": valid (" << plan->scene.space.hamiltonian << ", " << plan->scene.integrator.method << ", "
             << plan->scene.objects.size() << " objects, " << plan->scene.film.width << "x" << plan->scene.film.height << ")\n";

@@ -15,17 +15,18 @@ namespace kagero {
 
 namespace {
 
-constexpr std::uint32_t most_rounds = 1000;
+constexpr std::uint32_t most_rounds = 1000, most_lanes = 1024;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    app.add_option("--methods", arguments.methods, "Integrators to compare by; default: the scene's")->type_name("A,B");
+    app.add_option("--methods", arguments.methods, "Integrators to compare by; default: the scene's, or what it would be without the plane of the orbit")->type_name("A,B");
     app.add_option("--equal-error", arguments.equal_error,
                    "Each strategy by its own cheapest method that brings 99 % of the rays within E pixels")
         ->type_name("E");
     app.add_option("--rounds", arguments.rounds, "Interleaved rounds; default: 5")->type_name("N");
     add_json(app, arguments);
-    add_machine(app, arguments);
+    add_machine(app, arguments, "1");
+    app.add_option("--lanes", arguments.lanes, "Rays at a time of the packets to compare; default: every number there is")->type_name("A,B");
     add_messages(app, arguments);
 }
 
@@ -39,11 +40,9 @@ CompareOptions compare_options(const Arguments& arguments, const Options& option
     if (options.precision != "auto") compared.precision = options.precision == "float" ? Precision::float32 : Precision::float64;
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
         for (const std::string& word : split(arguments.lanes, ','))
-            compared.lanes.push_back(whole_numbers("--lanes", word, ',', 1)[0]);
+            compared.lanes.push_back(count_of("--lanes", word, most_lanes));
     if (!arguments.methods.empty()) compared.methods = split(arguments.methods, ',');
-    if (!arguments.rounds.empty()) compared.rounds = whole_numbers("--rounds", arguments.rounds, ',', 1)[0];
-    if (compared.rounds < 1 || compared.rounds > most_rounds)
-        throw InputError("--rounds: " + arguments.rounds + " is not in 1 to " + std::to_string(most_rounds));
+    if (!arguments.rounds.empty()) compared.rounds = count_of("--rounds", arguments.rounds, most_rounds);
     if (arguments.equal_error.empty()) return compared;
     compared.equal_error = finite_number("--equal-error", arguments.equal_error);
     if (!(compared.equal_error > 0)) throw InputError("--equal-error: " + arguments.equal_error + " is not greater than 0");

@@ -25,9 +25,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     app.add_flag("--quick", arguments.quick, "A handful of methods, less than a minute");
     app.add_flag("--full", arguments.full, "Every method one ray at a time too");
     add_json(app, arguments);
-    app.add_option("--threads", arguments.threads, "Threads of the timed runs; default: 1")
-        ->type_name("N")
-        ->envname("KAGERO_THREADS");
+    add_machine(app, arguments, "1, of the timed runs");
     add_messages(app, arguments);
 }
 
@@ -35,6 +33,8 @@ StudyOptions study_options(const Arguments& arguments, const Options& options) {
     StudyOptions study;
     study.quick = arguments.quick, study.full = arguments.full;
     if (options.threads) study.threads = options.threads;
+    study.precision = options.precision, study.strategy = options.strategy;
+    if (study.strategy == "per-ray") throw InputError("--strategy: a study follows packets and single rays; `kagero compare` has per-ray");
     if (arguments.quick && arguments.full) throw InputError("--quick and --full exclude each other");
     if (arguments.sample.empty()) return study;
     const auto size = whole_numbers("--sample", arguments.sample, 'x', 2);

@@ -15,6 +15,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
+    add_lanes(app, arguments);
     add_messages(app, arguments);
 }
 

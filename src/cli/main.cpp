@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 
 namespace {
 
@@ -94,6 +95,9 @@ int main(int argc, char** argv) {
     } catch (const kagero::InputError& error) {
         Terminal(arguments).error(error.what());
         return exit_wrong_input;
+    } catch (const std::bad_alloc&) {
+        Terminal(arguments).error("there is not enough memory; a film takes 12 bytes per pixel for color, 4 for every other layer");
+        return exit_failed;
     } catch (const std::exception& error) {
         Terminal(arguments).error(error.what());
         return exit_failed;

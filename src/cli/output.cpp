@@ -14,6 +14,18 @@ void check_output(const std::string& path) {
     if (!path.empty() && path != "-") check_file_writable(path);
 }
 
+void check_distinct(const std::vector<std::pair<std::string, std::string>>& files) {
+    const auto same = [](const std::string& a, const std::string& b) {
+        std::error_code ignored;
+        return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored) && (!fs::exists(a, ignored) || fs::is_regular_file(a, ignored));
+    };
+    for (auto a = files.begin(); a != files.end(); ++a)
+        for (auto b = a + 1; b != files.end(); ++b) {
+            if (a->second.empty() || b->second.empty() || a->second == "-" || b->second == "-" || !same(a->second, b->second)) continue;
+            throw InputError(a->first + " and " + b->first + " name the same file, '" + b->second + "'");
+        }
+}
+
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write) {
     if (path == "-") {
         write(std::cout);

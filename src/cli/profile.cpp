@@ -30,16 +30,14 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
+    add_lanes(app, arguments);
     add_messages(app, arguments);
 }
 
 /// 0: as many as it takes.
 unsigned repeats_of(const Arguments& arguments) {
     if (arguments.repeat.empty()) return 0;
-    const std::uint32_t repeats = whole_numbers("--repeat", arguments.repeat, ',', 1)[0];
-    if (repeats < 1 || repeats > most_repeats)
-        throw InputError("--repeat: " + arguments.repeat + " is not in 1 to " + std::to_string(most_repeats));
-    return repeats;
+    return count_of("--repeat", arguments.repeat, most_repeats);
 }
 
 Profile profile_watched(Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {

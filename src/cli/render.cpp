@@ -37,6 +37,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
+    add_lanes(app, arguments);
     add_messages(app, arguments);
 }
 
@@ -114,15 +115,14 @@ void write_maps(const Film& film, const std::string& output, const Terminal& ter
 }
 
 void tell_plan(const Plan& plan, const Terminal& terminal) {
-    for (const std::string& remark : plan.geometry ? plan.geometry->remarks() : std::vector<std::string>{})
-        terminal.warning(remark);
-    std::string text = plan.scene.space.hamiltonian + ", " + plan.scene.integrator.method + ", " + plan.module->isa;
-    if (plan.kernel)
-        text += std::string(", ") + name_of(plan.kernel->strategy) + ", " + name_of(plan.kernel->precision) + ", " +
-                std::to_string(plan.kernel->lanes) + " lanes";
+    for (const std::string& remark : plan.geometry->remarks()) terminal.warning(remark);
+    const std::string text = plan.scene.space.hamiltonian + ", " + plan.scene.integrator.method + ", " + plan.module->isa + ", " +
+                             name_of(plan.kernel->strategy) + ", " + name_of(plan.kernel->precision) + ", " +
+                             std::to_string(plan.kernel->lanes) + " lanes";
     if (plan.pilot && !plan.pilot->met)
-        terminal.warning("integrator.max_pixel_error = " + rounded(plan.pilot->bound) + ": no method that was tried meets it; rendered with " +
-                         plan.scene.integrator.method + " at its own step");
+        terminal.warning("integrator.max_pixel_error = " + rounded(plan.pilot->bound) + ": no " +
+                         (plan.scene.integrator.method_place ? "step of " + plan.scene.integrator.method : std::string("method")) +
+                         " that was tried meets it; rendered with " + plan.scene.integrator.method + " at its own step");
     terminal.detail(text + ", " + std::to_string(plan.threads) + " threads; loaded in " + rounded(plan.load_seconds) + " s");
 }
 
@@ -135,7 +135,18 @@ void tell_result(const RunReport& report, const std::string& path, const Termina
                   " s, " + rounded(rate) + " rays/s)");
 }
 
+/// A path goes to stdout, and is of one pixel of the whole film.
+void check_combination(const Arguments& arguments) {
+    if (arguments.pixel.empty()) return;
+    const auto refuse = [](bool given, const char* option) {
+        if (given) throw InputError(std::string("--pixel writes a path on stdout and renders nothing; leave ") + option + " out");
+    };
+    refuse(!arguments.output.empty(), "-o"), refuse(!arguments.json.empty(), "--json"), refuse(!arguments.crop.empty(), "--crop");
+    refuse(arguments.maps, "--maps"), refuse(!arguments.time_limit.empty(), "--time-limit");
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
+    check_combination(arguments);
     const SnapshotGuard snapshots;  // from here on: the signal may come while the scene is being loaded
     const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
@@ -147,6 +158,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
     check_output(arguments.json);
+    check_distinct({{"-o", output}, {"--json", arguments.json}});
     if (arguments.pixel.empty()) check_writable(output, scene.film.layers);
     auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
     if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
@@ -169,6 +181,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });
     tell_result(report, output, terminal);
+    if (report.status[static_cast<int>(Status::step_limit)] == report.rays && report.rays > 0)
+        terminal.warning("no ray ended within integrator.max_steps = " + std::to_string(plan->scene.integrator.max_steps) + " steps");
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
     return plan->pilot && !plan->pilot->met ? exit_bound : exit_done;
 }

@@ -7,12 +7,15 @@
 
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
 namespace kagero {
 
 namespace {
+
+constexpr std::uint32_t most_repeats = 1'000'000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
@@ -26,17 +29,19 @@ void declare(CLI::App& app, Arguments& arguments) {
     app.add_option("--repeat", arguments.repeat, "With --json: how many runs to time")->type_name("N");
     add_json(app, arguments);
     add_machine(app, arguments);
+    add_lanes(app, arguments);
     add_messages(app, arguments);
 }
 
 std::vector<RayInput> rays_of(const Arguments& arguments) {
     if (arguments.rays == "-") return read_rays(std::cin, "stdin");
+    if (std::filesystem::is_directory(arguments.rays)) throw InputError("cannot read the rays '" + arguments.rays + "': it is a directory");
     std::ifstream in(arguments.rays, std::ios::binary);
     if (!in) throw InputError("cannot read the rays '" + arguments.rays + "': no such file, or no permission");
     return read_rays(in, arguments.rays);
 }
 
-/// What a traced list of rays needs beside the scene; `parameter` as given, or empty.
+/// What a list of rays is traced with.
 struct Request {
     const Arguments& arguments;
     SceneDescription scene;
@@ -102,8 +107,7 @@ void check_combination(const Arguments& arguments) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
-    const std::uint32_t repetitions = arguments.repeat.empty() ? 1 : whole_numbers("--repeat", arguments.repeat, ',', 1)[0];
-    if (repetitions == 0) throw InputError("--repeat: at least 1");
+    const std::uint32_t repetitions = arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, most_repeats);
     const Options options = options_of(arguments);
     // λ belongs to H: rays that are to end at a given λ do not step in angles unasked.
     SceneDescription scene = arguments.parameter.empty() ? scene_of(arguments, options) : general_scene_of(arguments, options);
@@ -112,6 +116,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const std::string output = arguments.output.empty() ? "-" : arguments.output;
     check_output(output);
     check_output(arguments.json);
+    check_distinct({{"-o", arguments.output}, {"--json", arguments.json}, {"--rays", arguments.rays}});
 
     const Request request{arguments, std::move(scene), options, rays_of(arguments)};
     terminal.detail(std::to_string(request.rays.size()) + " rays");

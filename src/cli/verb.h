@@ -27,6 +27,8 @@ inline constexpr int exit_done = 0, exit_failed = 1, exit_wrong_input = 2, exit_
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
 /// Throws InputError when that is bound to fail.
 void check_output(const std::string& path);
+/// Throws InputError when two of these options, each with the file that it names, name the same one; empty and "-" name none.
+void check_distinct(const std::vector<std::pair<std::string, std::string>>& files);
 /// Makes a directory into which all these files can be written; it stays empty until they are. Throws InputError.
 void make_report_directory(const std::string& directory, const std::vector<std::string>& files);
 /// The directory that -o names, or SCENE-kind here.

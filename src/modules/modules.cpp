@@ -38,17 +38,20 @@ const Module& kernels_in(const IsaInfo& isa) {
     return *module;
 }
 
-const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& wanted) {
+const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& wanted, const std::string& option) {
     for (const IsaInfo& isa : found) {
         if (wanted == "auto" ? !isa.supported : isa.name != wanted) continue;
-        if (!isa.supported) throw InputError("--isa " + wanted + ": this CPU cannot run it; it can run " + names_of(found, true));
+        if (!isa.supported) throw InputError(option + " " + wanted + ": this CPU cannot run it; it can run " + names_of(found, true));
         return isa;
     }
     if (wanted == "auto") throw RunError("no kernel module for this CPU was found beside the program (lib/kagero)");
     std::vector<std::string> names{"auto"};
     for (const IsaInfo& isa : found) names.push_back(isa.name);
+    for (const Isa& isa : isas)
+        if (isa.name == wanted)
+            throw InputError(option + " " + wanted + ": this program was built without it; it was built with " + names_of(found, false));
     const std::string near = near_match(wanted, names);
-    throw InputError("--isa " + wanted + ": not one of auto, " + names_of(found, false) +
+    throw InputError(option + " " + wanted + ": not one of auto, " + names_of(found, false) +
                      (near.empty() ? "" : "; did you mean " + near + "?"));
 }
 
@@ -70,12 +73,16 @@ std::vector<std::string> isas_for(const std::string& wish) {
     return names;
 }
 
+void require_isa(const std::string& option, const std::string& wanted) {
+    choose(find_isas(), wanted, option);
+}
+
 const Module& load_module(const std::string& wanted) {
     static std::mutex mutex;
     static std::map<std::string, const Module*> loaded;
     const std::lock_guard lock(mutex);
     const std::vector<IsaInfo> found = find_isas();
-    const IsaInfo& isa = choose(found, wanted);
+    const IsaInfo& isa = choose(found, wanted, "--isa");
     auto [place, fresh] = loaded.try_emplace(isa.name, nullptr);
     if (fresh) place->second = &kernels_in(isa);
     return *place->second;

@@ -21,6 +21,9 @@ std::vector<IsaInfo> find_isas();
 /// The names of all modules that this CPU can run, best first; of the one wished for, if that is not "auto".
 std::vector<std::string> isas_for(const std::string& wish);
 
+/// Throws as load_module does, in the name of the option that asks for it; loads nothing.
+void require_isa(const std::string& option, const std::string& wanted);
+
 /// Loads a module for "auto" (the best supported one) or a name; kept loaded until the program ends. Throws InputError for an unknown
 /// name or one this CPU cannot run, RunError when no module is found.
 const Module& load_module(const std::string& isa);

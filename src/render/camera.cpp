@@ -78,6 +78,27 @@ double start_momentum(const StartMap& map) {
     return greatest;
 }
 
+/// The map that the plan's observer gives to the camera where it stands.
+Failure observe(Plan& plan, StartMap& map) {
+    if (plan.scene.space.formula) return place_formula_camera(plan);
+    return plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer, plan.camera.position, &map);
+}
+
+/// Blames the observer where the scene states it and another could be at the camera's place, else that place.
+[[noreturn]] void refuse_observer(Plan& plan, Failure failure) {
+    const CameraDescription& camera = plan.scene.camera;
+    std::string others;
+    for (const char* name : {"static", "zamo", "falling", "coordinate"}) {
+        StartMap map;
+        plan.view.observer = observer_named(name);
+        if (observe(plan, map) == Failure::none) others += std::string(others.empty() ? "" : ", ") + name;
+    }
+    const std::string why = describe(failure) + (others.empty() ? std::string() : "; here can be: " + others);
+    if (others.empty() || !camera.observer_place)
+        throw InputError(camera.position_place, "camera.position: no " + camera.observer + " observer can be here: " + why);
+    throw InputError(*camera.observer_place, "camera.observer = \"" + camera.observer + "\" cannot be at camera.position: " + why);
+}
+
 }  // namespace
 
 double pixel_size(const SceneDescription& scene, double distance) {
@@ -96,12 +117,8 @@ void place_camera(Plan& plan) {
     const SceneDescription& scene = plan.scene;
     aim(plan);
     for (std::size_t k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
-    const Failure failure = scene.space.formula ? place_formula_camera(plan)
-                                                : plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer,
-                                                                       plan.camera.position, &plan.camera.start);
-    if (failure != Failure::none)
-        throw InputError(scene.camera.position_place,
-                         "camera.position: no " + scene.camera.observer + " observer can be here: " + describe(failure));
+    const Failure failure = observe(plan, plan.camera.start);
+    if (failure != Failure::none) refuse_observer(plan, failure);
     if (camera_needs_double(plan))
         throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
     check_camera_off_surfaces(plan);

@@ -134,6 +134,7 @@ void Comparer::check_method(const Plan& plan, const std::string& method) const {
     const auto place = std::find(known.begin(), known.end(), method);
     if (place == known.end())
         throw InputError("--methods: there is no integrator \"" + method + "\"" + suggestion(method, known));
+    if (find_variant(plan, method, Strategy::scalar, Precision::float64, 0)) return;
     if (const char* why = refusal_of(plan, static_cast<std::uint32_t>(place - known.begin()), false))
         throw InputError("--methods: " + method + " cannot serve " + plan.scene.space.hamiltonian + ": " + why);
 }

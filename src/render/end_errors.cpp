@@ -18,6 +18,11 @@ constexpr double partner_tolerance = 1e-12;
 /// Adaptive methods reach no less.
 constexpr double least_tolerance = 1e-14, tolerance_ratio = 100;
 
+/// A tolerance to compare with: a smaller one, or a larger one where adaptive methods reach no less.
+double other_tolerance(double tolerance) {
+    return tolerance >= tolerance_ratio * least_tolerance ? tolerance / tolerance_ratio : tolerance * tolerance_ratio;
+}
+
 /// The plan's kernel, in double.
 const KernelInfo& in_double(const Plan& plan) {
     for (std::uint32_t i = 0; i < plan.module->kernel_count; ++i) {
@@ -46,12 +51,12 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     Variant finer = bounded && partner ? *partner : own;
     finer.solver_tolerance = 0;
     if (!(bounded && partner)) {
-        finer.step = info.adaptive ? std::max(least_tolerance, own.step / tolerance_ratio) : 0.5 * own.step;
+        finer.step = info.adaptive ? other_tolerance(own.step) : 0.5 * own.step;
         // Hits on chords are of second order, whatever the method.
         const bool chords = plan.job.geometry && plan.job.hit == HitModel::chord;
         const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
         const double less = std::pow(finer.step / own.step, order);
-        error_over_difference_ = 1 / (1 - less);
+        error_over_difference_ = 1 / std::abs(1 - less);
     }
     finer_ = Way{own.kernel, job_as(plan, finer)};
 }

@@ -167,7 +167,7 @@ void Study::choose_timed_rays() {
 }
 
 void Study::climb_all() {
-    const auto ladders = choose_ladders(plan_, {study_.options.quick, study_.options.full}, study_.refused);
+    const auto ladders = choose_ladders(plan_, {study_.options.quick, study_.options.full, study_.options.strategy, study_.options.precision}, study_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
         if (study_.options.errors_only && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
         climb(ladders[i]);

@@ -13,6 +13,7 @@ struct StudyOptions {
     std::uint32_t width = 64, height = 64;  ///< of the grid of sampled pixels
     bool quick = false;                     ///< a handful of methods, in double precision
     bool full = false;                      ///< every method one ray at a time too
+    std::string strategy = "auto", precision = "auto";  ///< of the methods that are studied; "auto": every one
     bool errors_only = false;               ///< of packets alone; nothing is timed, followed or drawn
     unsigned threads = 1;                   ///< of the timed runs
     unsigned repeats = 5;                   ///< at least; of a quick study 1, for runs that take long

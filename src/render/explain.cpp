@@ -147,7 +147,7 @@ void explain_ends(const Plan& plan, const HamiltonianInfo& space, Parts& parts) 
     const std::string nothing = "the scene has no objects";
     parts.add(space.bounded, "test for the edge of the medium", "the medium has no edge");
     parts.add(space.captures, "test for capture", "nothing captures rays");
-    parts.add(geometry, "Embree scene of " + std::to_string(geometry ? geometry->surface_count : 0) + " surfaces", nothing + ": no Embree device");
+    parts.add(geometry, "Embree scene of " + std::to_string(geometry ? geometry->surface_count : 0) + (geometry && geometry->surface_count == 1 ? " surface" : " surfaces"), nothing + ": no Embree device");
     parts.add(geometry && geometry->clearance, "clearance grid: steps far from every surface ask Embree nothing",
               !geometry ? nothing : plan.straight ? "rays are straight: each asks once" : "integrator.cull = \"none\"");
     parts.add(plan.job.hit == HitModel::hermite, "ends delivered by partial steps, in the order of the method", "integrator.hit = \"chord\"");

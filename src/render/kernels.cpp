@@ -88,9 +88,10 @@ const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish) {
     if (const KernelInfo* chosen = serving_kernel(plan, wish, why)) return *chosen;
     const std::string there_is_none = text_of(wish) + ": there is no such kernel for " + plan.scene.space.hamiltonian + " by " +
                                       plan.scene.integrator.method + " in the module " + plan.module->isa;
-    if (!why.empty()) throw InputError(there_is_none + ": " + why);
+    const Place place = plan.scene.integrator.lanes_place.value_or(Place{});
+    if (!why.empty()) throw InputError(place, there_is_none + ": " + why);
     const std::string lanes = lanes_text(plan, wish);
-    throw InputError(there_is_none + (lanes.empty() ? std::string("; `kagero list strategies` shows those there are")
+    throw InputError(place, there_is_none + (lanes.empty() ? std::string("; `kagero list strategies` shows those there are")
                                                     : "; lanes there are: " + lanes));
 }
 

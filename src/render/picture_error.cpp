@@ -18,7 +18,7 @@ std::unique_ptr<Plan> small_plan(const Plan& plan, std::uint32_t width) {
     Options options = plan.options;
     options.crop = {0, 0, 0, 0};
     auto small = make_plan(std::move(scene), options);
-    small->job.max_steps = plan.job.max_steps;
+    small->job.max_steps = plan.job.max_steps, small->job.step = plan.job.step;  // the scene's is in units that lengths no longer have
     return small;
 }
 

@@ -1,6 +1,7 @@
 #include "render/pilot.h"
 
 #include "render/error_study.h"
+#include "render/kernels.h"
 #include "render/precision.h"
 
 namespace kagero {
@@ -11,9 +12,15 @@ constexpr std::uint32_t grid = 32;
 /// What a gradient costs in float, in units of one in double: lanes are twice as many.
 constexpr double float_cost = 0.5;
 
-bool allowed(const Plan& plan, const StudyCurve& curve) {
-    if (curve.strategy != plan.kernel->strategy) return false;
-    return plan.options.precision == "auto" || plan.options.precision == name_of(curve.precision);
+/// The kernel that does for the plan what a curve shows of packets: by the strategy and lanes asked for, as errors do not depend on them.
+/// Null where there is none, or the scene states another method or precision.
+const KernelInfo* kernel_for(Plan& plan, const StudyCurve& curve) {
+    if (plan.scene.integrator.method_place && curve.method != plan.scene.integrator.method) return nullptr;
+    if (plan.options.precision != "auto" && plan.options.precision != name_of(curve.precision)) return nullptr;
+    KernelWish wish = wish_of(plan);
+    wish.precision = curve.precision;
+    const PlanAs as(plan, *find_variant(plan, curve.method, curve.strategy, curve.precision, plan.job.step));
+    return find_kernel(plan, wish);
 }
 
 /// The scene's own words for what the plan does now.
@@ -36,19 +43,21 @@ void fit_to_error(Plan& plan, const std::atomic<bool>* stop) {
     const ErrorStudy study = study_error(plan, options, {}, stop);
     const StudyCurve* curve = nullptr;
     const StudyPoint* best = nullptr;
+    const KernelInfo* kernel = nullptr;
     double least = 0;
     for (const StudyCurve& candidate : study.curves) {
-        if (!allowed(plan, candidate)) continue;
+        const KernelInfo* its_kernel = kernel_for(plan, candidate);
+        if (!its_kernel) continue;
         for (const StudyPoint& point : candidate.points) {
             const double cost = point.gradients * (candidate.precision == Precision::float32 ? float_cost : 1);
             if (!is_within(point, bound, &RayErrors::pixels, study.reference) || (best && cost >= least)) continue;
-            curve = &candidate, best = &point, least = cost;
+            curve = &candidate, best = &point, kernel = its_kernel, least = cost;
         }
     }
     plan.pilot = {study.sample.starts.size(), bound, 0, best != nullptr};
     if (!best) return;
     plan.pilot->estimate = best->errors.pixels.p99;
-    auto variant = find_variant(plan, curve->method, curve->strategy, curve->precision, best->step);
+    auto variant = find_variant(plan, curve->method, *kernel, best->step);
     if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
     follow(plan, *variant);
     tell_scene(plan, *curve, *best);

@@ -44,7 +44,7 @@ bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
     for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
         if (!refusal_of(plan, i, wanted) || !refusal_of(plan, i, false))
             served += std::string(served.empty() ? "" : ", ") + plan.module->integrators[i].name;
-    throw InputError("integrator.method = \"" + plan.scene.integrator.method + "\" cannot serve " + info.name + ": " + reason +
+    throw InputError(plan.scene.integrator.method_place.value_or(Place{}), "integrator.method = \"" + plan.scene.integrator.method + "\" cannot serve " + info.name + ": " + reason +
                      "; it is served by " + served);
 }
 

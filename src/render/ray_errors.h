@@ -6,7 +6,7 @@
 
 namespace kagero {
 
-/// What percentiles are taken over all rays of a kind; zero where there are none.
+/// Percentiles of something over all rays of a kind.
 struct Spread {
     double p50 = 0, p90 = 0, p99 = 0, max = 0;
 };

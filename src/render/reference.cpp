@@ -77,9 +77,10 @@ ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceSto
     std::optional<Attempt> least;
     for (const Pair& pair : pairs) {
         const auto best = find(plan, pair.best), other = find(plan, pair.other);
-        if (!best || !other || (least && pair.alike)) continue;
+        const bool compared = least && std::isfinite(least->story.uncertainty.p99);  // not a number where no two rays ended alike
+        if (!best || !other || (compared && pair.alike)) continue;
         Attempt made = attempt(plan, sample, *best, *other);
-        if (!least || made.story.uncertainty.p99 < least->story.uncertainty.p99) least = std::move(made);
+        if (!compared || made.story.uncertainty.p99 < least->story.uncertainty.p99) least = std::move(made);
         if (least->story.uncertainty.p99 <= close_enough * size) break;
     }
     if (!least) throw RunError("this space has no two methods that could confirm each other as a reference");

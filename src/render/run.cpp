@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <mutex>
 
 #include <pmmintrin.h>
@@ -150,7 +151,8 @@ private:
         for (const RayEnd& end : share.ends) {
             ++share.status[static_cast<int>(end.status)];
             share.unrefined += end.unrefined;
-            if (job_.outputs & output_energy) share.energy_errors.push_back(end.energy_error);
+            // Of a ray that could not start it is no number.
+            if ((job_.outputs & output_energy) && !std::isnan(end.energy_error)) share.energy_errors.push_back(end.energy_error);
         }
     }
     void report(double cost) {

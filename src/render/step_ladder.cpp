@@ -27,7 +27,12 @@ std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
     if (plan.straight) return {plan.job.step};
     if (info.adaptive && variant.kernel->precision == Precision::float32)
         return {std::begin(float_tolerances), std::end(float_tolerances)};
-    if (info.adaptive) return {std::begin(tolerances), std::end(tolerances)};
+    if (info.adaptive) {
+        std::vector<double> all(std::begin(tolerances), std::end(tolerances));
+        if (info.name == plan.scene.integrator.method && std::count(all.begin(), all.end(), plan.job.tolerance) == 0) all.push_back(plan.job.tolerance);
+        std::sort(all.begin(), all.end(), std::greater<>());
+        return all;
+    }
     std::vector<double> steps{coarsest_step(plan, variant)};
     for (std::size_t i = 0; i < most_halvings; ++i) steps.push_back(0.5 * steps.back());
     return steps;
@@ -45,11 +50,13 @@ constexpr Way ways[] = {{Strategy::packet, Precision::float64},
                         {Strategy::scalar, Precision::float32}};
 
 bool worth_it(const Plan& plan, const IntegratorInfo& info, const Way& way, const LadderChoice& choice, bool own) {
+    if (choice.strategy != "auto" && choice.strategy != name_of(way.strategy)) return false;
+    if (choice.precision != "auto" && choice.precision != name_of(way.precision)) return false;
     if (info.angular && plan.scene.integrator.symmetry == "none") return false;
     if (way.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
     if (way.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
     if (way.precision == Precision::float32 && choice.quick && !own) return false;
-    return way.strategy == Strategy::packet || own || choice.full;
+    return way.strategy == Strategy::packet || own || choice.full || choice.strategy != "auto";
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ struct Ladder {
 
 struct LadderChoice {
     bool quick = false, full = false;
+    std::string strategy = "auto", precision = "auto";
 };
 
 /// Packets in double precision first, implicit methods loosely solved behind them, then float where that suffices, then one ray

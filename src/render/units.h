@@ -6,8 +6,8 @@
 
 namespace kagero {
 
-/// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size, and for spaces whose parameters have
-/// units that are not known.
+/// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size, for formulas, and for spaces whose
+/// parameters have units that are not known.
 double length_unit(const SceneDescription& scene, const HamiltonianInfo& info);
 
 /// The scene with all lengths in that unit. The step is left to the plan, which knows what it is a step of.

@@ -6,16 +6,25 @@
 
 namespace kagero {
 
+namespace {
+
+/// Characters of a text in UTF-8.
+std::size_t length_of(const std::string& text) {
+    return std::size_t(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+}  // namespace
+
 std::string explanation_text(const Plan& plan, const Explanation& explanation) {
     const KernelInfo& kernel = *plan.kernel;
     std::string text = "kernel     " + explanation.kernel + "\nruns on    " + plan.module->isa + ", " + name_of(kernel.strategy) + ", " +
                        name_of(kernel.precision) + ", " + std::to_string(kernel.lanes) + " rays at a time, " +
-                       std::to_string(plan.threads) + " threads\n\nused\n";
+                       std::to_string(plan.threads) + (plan.threads == 1 ? " thread" : " threads") + "\n\nused\n";
     for (const std::string& what : explanation.used) text += "  " + what + "\n";
     std::size_t width = 0;
-    for (const LeftOut& part : explanation.left_out) width = std::max(width, part.what.size());
+    for (const LeftOut& part : explanation.left_out) width = std::max(width, length_of(part.what));
     text += "\nleft out\n";
-    for (const LeftOut& part : explanation.left_out) text += "  " + part.what + std::string(width - part.what.size() + 2, ' ') + part.why + "\n";
+    for (const LeftOut& part : explanation.left_out) text += "  " + part.what + std::string(width - length_of(part.what) + 2, ' ') + part.why + "\n";
     return text;
 }
 

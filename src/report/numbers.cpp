@@ -7,6 +7,7 @@ namespace kagero {
 
 void append_exact(std::string& text, double value) {
     char buffer[40];
+    if (std::isnan(value)) value = std::abs(value);  // "nan", without the sign that it may have
     const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 17).ptr;
     text.append(buffer, end);
 }

@@ -21,6 +21,11 @@ double per(double amount, double count) {
     return count > 0 ? amount / count : 0.0;
 }
 
+/// Whether the method chooses its steps by a tolerance.
+bool adaptive(const Plan& plan) {
+    return plan.module->integrators[plan.job.integrator].adaptive;
+}
+
 Json status_json(const RunReport& report) {
     Json counts;
     for (std::uint32_t s = 0; s < status_count; ++s) counts[name_of(static_cast<Status>(s))] = report.status[s];
@@ -35,10 +40,10 @@ std::pair<std::uint32_t, std::uint32_t> picture_size(const Plan& plan) {
 
 void add_kernel(Json& json, const Plan& plan) {
     json["isa"] = plan.module->isa;
-    json["strategy"] = plan.kernel ? Json(name_of(plan.kernel->strategy)) : Json();
-    json["precision"] = plan.kernel ? Json(name_of(plan.kernel->precision)) : Json();
-    json["lanes"] = plan.kernel ? Json(plan.kernel->lanes) : Json();
-    if (plan.kernel && plan.kernel->form != Form::none) json["form"] = name_of(plan.kernel->form);
+    json["strategy"] = name_of(plan.kernel->strategy);
+    json["precision"] = name_of(plan.kernel->precision);
+    json["lanes"] = plan.kernel->lanes;
+    if (plan.kernel->form != Form::none) json["form"] = name_of(plan.kernel->form);
 }
 
 Json energy_json(const Plan& plan, const RunReport& report) {
@@ -85,8 +90,8 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["write_s"] = write_seconds;
     json["hamiltonian"] = plan.scene.space.hamiltonian;
     json["integrator"] = plan.scene.integrator.method;
-    json["step"] = plan.scene.integrator.step;
-    json["registers"] = plan.kernel ? Json(plan.kernel->registers) : Json();
+    json[adaptive(plan) ? "tolerance" : "step"] = adaptive(plan) ? plan.scene.integrator.tolerance : plan.scene.integrator.step;
+    json["registers"] = plan.kernel->registers;
     json["compiler"] = plan.module->compiler;
     json["straight"] = plan.straight;
     json["unrefined"] = report.unrefined;
@@ -131,11 +136,11 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
         {"scene", scene.text},
         {"overrides", overrides},
         {"isa", plan.module->isa},
-        {"strategy", plan.kernel ? name_of(plan.kernel->strategy) : ""},
-        {"precision", plan.kernel ? name_of(plan.kernel->precision) : ""},
+        {"strategy", name_of(plan.kernel->strategy)},
+        {"precision", name_of(plan.kernel->precision)},
         {"hamiltonian", space.formula},
         {"integrator", scene.integrator.method},
-        {"step", shortest(scene.integrator.step)},
+        {adaptive(plan) ? "tolerance" : "step", shortest(adaptive(plan) ? scene.integrator.tolerance : scene.integrator.step)},
         {"seed", std::to_string(scene.film.seed)},
         {"credits", space.source},
     };

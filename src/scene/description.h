@@ -40,6 +40,7 @@ struct SpaceDescription {
 
 struct IntegratorDescription {
     std::string method;                ///< resolved: never empty after loading
+    std::optional<Place> method_place, lanes_place;  ///< where the scene states them, for messages found later
     double step = 0;                   ///< resolved; adaptive methods start with it
     double tolerance = 1e-6;           ///< local error of adaptive methods, relative to 1 + |value|
     double solver_tolerance = 0;       ///< 0: to rounding
@@ -49,7 +50,7 @@ struct IntegratorDescription {
     bool cull = true;
     std::string symmetry = "auto";     ///< "auto" | "none": never in the plane of the orbit
     std::string refill = "auto";       ///< "auto" | "on" | "off"
-    double max_pixel_error = 0;        ///< method, step and precision are chosen to meet it; 0: they are as stated
+    double max_pixel_error = 0;        ///< step, precision, and the method unless it is stated, are chosen to meet it; 0: nothing is
     std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine
     std::string rescale = "auto";      ///< "auto" | "none" | an expression, for formula spaces
 };
@@ -61,6 +62,7 @@ struct CameraDescription {
     double height = 2;                 ///< orthographic: of the picture, scene units
     std::string observer = "static";
     Place position_place;              ///< for messages found later
+    std::optional<Place> observer_place;  ///< where the scene states it
 };
 
 struct FilmDescription {

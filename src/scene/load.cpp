@@ -3,10 +3,10 @@
 #include "scene/vector3.h"
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 namespace kagero {
 
@@ -78,6 +78,8 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
         keys.emplace_back(parameter.name);
         double value = parameter.fallback;
         read(section, parameter.name, value, {parameter.least, parameter.greatest, parameter.least_open});
+        if (parameter.unit == std::string("whole number") && value != std::floor(value))
+            fail(need(section, parameter.name), full_name(section, parameter.name), "a whole number");
         space.parameters.emplace_back(parameter.name, value);
     }
     only_keys(section, keys);
@@ -118,7 +120,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     if (const Value* method = find(section, "method")) {
         const auto known = names(catalogue.integrators, catalogue.integrator_count);
         const std::size_t chosen = to_choice(*method, "integrator.method", known);
-        integrator.method = known[chosen];
+        integrator.method = known[chosen], integrator.method_place = method->place;
         if (integrator.symmetry == "none" && catalogue.integrators[chosen].angular)
             throw InputError(method->place, "integrator.method = \"" + known[chosen] +
                              "\" follows rays in the plane of their orbit, which integrator.symmetry = \"none\" forbids");
@@ -135,7 +137,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
         integrator.hit = to_choice(*hit, "integrator.hit", {"chord", "hermite"}) == 0 ? HitModel::chord : HitModel::hermite;
     }
     if (const Value* cull = find(section, "cull")) integrator.cull = to_choice(*cull, "integrator.cull", {"auto", "none"}) == 0;
-    if (const Value* lanes = find(section, "lanes")) integrator.lanes = to_lanes(*lanes);
+    if (const Value* lanes = find(section, "lanes")) integrator.lanes = to_lanes(*lanes), integrator.lanes_place = lanes->place;
     if (const Value* refill = find(section, "refill")) {
         static const std::vector<std::string> known{"auto", "on", "off"};
         integrator.refill = known[to_choice(*refill, "integrator.refill", known)];
@@ -158,7 +160,7 @@ CameraDescription load_camera(const Section& section) {
     only_keys(section, keys);
     if (const Value* observer = find(section, "observer")) {
         static const std::vector<std::string> known{"static", "zamo", "falling", "coordinate"};
-        camera.observer = known[to_choice(*observer, "camera.observer", known)];
+        camera.observer = known[to_choice(*observer, "camera.observer", known)], camera.observer_place = observer->place;
     }
     const Value& position = need(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);

@@ -81,6 +81,12 @@ void load_parts(const Section& section, FormulaDescription& formula) {
     check_parts(*parts, formula);
 }
 
+/// Refuses a formula without variables whose value is not greater than 0; of others only rays can tell.
+void require_positive(const Value& value, const std::string& name, const FormulaScope& scope, std::int32_t node) {
+    if (scope.variables[static_cast<std::size_t>(node)] != 0 || evaluate(scope, node, {}) > 0) return;
+    fail(value, name, "a formula whose value is greater than 0");
+}
+
 std::int32_t load_optional(const Section& section, const std::string& key, FormulaDescription& formula, std::string& text) {
     const Value* value = find(section, key);
     if (!value) return -1;
@@ -108,6 +114,7 @@ FormulaDescription load_formula(const Section& section) {
     formula.parsed.domain = load_optional(section, "domain", formula, formula.domain);
     formula.parsed.capture = load_optional(section, "capture", formula, formula.capture);
     formula.parsed.length_scale = load_optional(section, "length_scale", formula, formula.length_scale);
+    if (const Value* scale = find(section, "length_scale")) require_positive(*scale, "space.length_scale", formula.scope, formula.parsed.length_scale);
     return formula;
 }
 
@@ -117,6 +124,7 @@ void load_rescaling(const Value& rescale, FormulaDescription& formula) {
     const bool taken = std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
     if (!taken) define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.place}), rescale.place);
     formula.parsed.rescale = parse(scope, rescale, "integrator.rescale", position_bits);
+    require_positive(rescale, "integrator.rescale", scope, formula.parsed.rescale);
 }
 
 }  // namespace kagero

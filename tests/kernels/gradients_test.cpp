@@ -33,6 +33,11 @@ struct Complex {
     friend Complex cos(Complex a) { return std::cos(a.z); }
     friend Complex tan(Complex a) { return std::tan(a.z); }
     friend Complex tanh(Complex a) { return std::tanh(a.z); }
+    /// To first order in the imaginary parts, which is all that a complex step has.
+    friend Complex atan2(Complex a, Complex b) {
+        return std::complex<double>(std::atan2(a.z.real(), b.z.real()),
+                                    (b.z.real() * a.z.imag() - a.z.real() * b.z.imag()) / std::norm(std::complex(a.z.real(), b.z.real())));
+    }
     friend Complex pick(bool m, Complex a, Complex b) { return m ? a : b; }
     friend Complex min(Complex a, Complex b) { return a < b ? a : b; }
     friend Complex max(Complex a, Complex b) { return a > b ? a : b; }

@@ -215,6 +215,26 @@ TEST(Tape, TakesNothingElseForASquare) {
     EXPECT_EQ(kagero::detail::operations_to(t, take_squares_together(t, square.node)), 2);
 }
 
+TEST(Tape, SquaresThatShareATermKeepTheirSigns) {
+    // (x + y)² − 2xz + (z + w)²: z² has a cross term with x², of the other sign than with w².
+    Random random(26);
+    auto t = std::make_unique<Tape>();
+    const Recorded x(t.get(), t->input(0)), y(t.get(), t->input(1)), z(t.get(), t->input(2)), w(t.get(), t->input(3));
+    const Recorded sum = x * x + 2.0 * x * y + y * y - 2.0 * x * z + z * z + 2.0 * z * w + w * w;
+    const int shorter = take_squares_together(*t, sum.node);
+    const auto value = evaluate(t->nodes, t->size, random_leaves(random));
+    expect_equal(value[shorter], value[sum.node], "sum");
+}
+
+TEST(Tape, LeavesPowersAloneThatItCannotCount) {
+    Tape t;
+    const Recorded x(&t, t.input(0)), y(&t, t.input(1));
+    Recorded high = x;
+    for (int i = 0; i < 7; ++i) high = high * high;  // x to the 128th
+    const Recorded sum = high * x * x + 2.0 * x * y + y * y;
+    EXPECT_EQ(take_squares_together(t, sum.node), sum.node);
+}
+
 TEST(Tape, FoldsWhatItKnows) {
     Tape t;
     const Recorded x(&t, t.input(0)), y(&t, t.input(1)), k(&t, t.parameter(0)), s = x * x + y * y, r = sqrt(s);

@@ -66,7 +66,9 @@ TEST_F(MaxPixelError, KeepsMethodStrategyAndLanesThatAreAskedFor) {
         const json report = json::parse(outcome.out);
         EXPECT_LE(report["pixel_error_estimate"], 0.25);
         for (const char* method : {"gauss8", "rk4"})
-            if (std::string(asked).find(method) != std::string::npos) EXPECT_EQ(report["integrator"], method);
+            if (std::string(asked).find(method) != std::string::npos) {
+                EXPECT_EQ(report["integrator"], method);
+            }
         const bool scalar = std::string(asked).find("packet") == std::string::npos;
         EXPECT_EQ(report["strategy"], scalar ? "scalar" : "packet");
     }

@@ -56,10 +56,23 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
 
 }  // namespace
 
+void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type,
+                const std::string& variable) {
+    verb.add_option(names, value, what)->type_name(type)->envname(variable);
+}
+
+void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what, const std::string& type) {
+    verb.add_option(names, values, what)->type_name(type);
+}
+
+void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& what) {
+    verb.add_flag(names, value, what);
+}
+
 void add_messages(CLI::App& verb, Arguments& arguments) {
-    verb.add_flag("--quiet", arguments.quiet, "No progress and no remarks");
-    verb.add_flag("--verbose", arguments.verbose, "Say what runs and how long it takes");
-    verb.add_option("--color", arguments.color, "Colours on the terminal: auto, always or never (NO_COLOR is honoured)");
+    add_flag(verb, "--quiet", arguments.quiet, "No progress and no remarks");
+    add_flag(verb, "--verbose", arguments.verbose, "Say what runs and how long it takes");
+    add_option(verb, "--color", arguments.color, "Colours on the terminal: auto, always or never (NO_COLOR is honoured)", "WHEN");
 }
 
 void add_json(CLI::App& verb, Arguments& arguments) {
@@ -70,35 +83,34 @@ void add_json(CLI::App& verb, Arguments& arguments) {
 }
 
 void add_scene(CLI::App& verb, Arguments& arguments) {
-    verb.add_option("SCENE", arguments.scene, "The scene, a TOML file")->type_name("");
+    add_option(verb, "SCENE", arguments.scene, "The scene, a TOML file", "");
     verb.add_option("-D", arguments.overrides, "Set any key of the scene: -D space.rg=0.1; may be repeated")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->allow_extra_args(false)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    verb.add_option("--integrator", arguments.integrator, "integrator.method; see `kagero list integrators`")->type_name("NAME");
-    verb.add_option("--step", arguments.step, "integrator.step")->type_name("H");
-    verb.add_option("--size", arguments.size, "film.size")->type_name("WxH");
-    verb.add_option("--spp", arguments.spp, "film.spp: rays per pixel")->type_name("N");
-    verb.add_option("--seed", arguments.seed, "film.seed: another choice of where in the pixel they lie")->type_name("N");
-    verb.add_option("--layers", arguments.layers, "film.layers; see `kagero list layers`")->type_name("A,B");
-    verb.add_option("--isa", arguments.isa, "Instruction set; see `kagero list isas`")->type_name("NAME")->envname("KAGERO_ISA");
+    add_option(verb, "--integrator", arguments.integrator, "integrator.method; see `kagero list integrators`", "NAME");
+    add_option(verb, "--step", arguments.step, "integrator.step", "H");
+    add_option(verb, "--size", arguments.size, "film.size", "WxH");
+    add_option(verb, "--spp", arguments.spp, "film.spp: rays per pixel", "N");
+    add_option(verb, "--seed", arguments.seed, "film.seed: another choice of where in the pixel they lie", "N");
+    add_option(verb, "--layers", arguments.layers, "film.layers; see `kagero list layers`", "A,B");
+    add_option(verb, "--isa", arguments.isa, "Instruction set; see `kagero list isas`", "NAME", "KAGERO_ISA");
 }
 
 void add_lanes(CLI::App& verb, Arguments& arguments) {
-    verb.add_option("--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`")->type_name("N");
+    add_option(verb, "--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`", "N");
 }
 
 void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads) {
-    verb.add_option("--threads", arguments.threads, "Threads; default: " + threads)->type_name("N")->envname("KAGERO_THREADS");
-    verb.add_option("--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet")->type_name("NAME");
-    verb.add_option("--precision", arguments.precision, "Of the integration: double, float, or auto: double, but for pictures that float draws as well")->type_name("NAME");
+    add_option(verb, "--threads", arguments.threads, "Threads; default: " + threads, "N", "KAGERO_THREADS");
+    add_option(verb, "--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet", "NAME");
+    add_option(verb, "--precision", arguments.precision, "Of the integration: double, float, or auto: double, but for pictures that float draws as well", "NAME");
 }
 
 void add_schedule(CLI::App& verb, Arguments& arguments) {
-    verb.add_option("--schedule", arguments.schedule,
-                    "How threads share the picture: scanline, tiles or predicted (costly tiles first); default: auto")
-        ->type_name("NAME");
+    add_option(verb, "--schedule", arguments.schedule,
+               "How threads share the picture: scanline, tiles or predicted (costly tiles first); default: auto", "NAME");
 }
 
 SceneDescription scene_of(const Arguments& arguments, const Options& options) {

@@ -25,7 +25,14 @@ struct Arguments {
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
 };
 
-// Declare options of a verb. `add_scene` also takes those that are short for a key of the scene.
+// What CLI11 does, in one place: it takes the compiler longer than everything that a verb says. `variable`: of the environment, and means
+// the same.
+void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type,
+                const std::string& variable = "");
+void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what, const std::string& type);
+void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& what);
+
+// Declare options that several verbs share. `add_scene` also takes those that are short for a key of the scene.
 void add_messages(CLI::App& verb, Arguments& arguments);
 void add_json(CLI::App& verb, Arguments& arguments);
 void add_scene(CLI::App& verb, Arguments& arguments);

@@ -1,8 +1,6 @@
 // kagero check: is the scene right?
 #include "cli/verb.h"
 
-#include <CLI/CLI.hpp>
-
 #include <ostream>
 
 namespace kagero {

@@ -7,8 +7,6 @@
 #include "modules/modules.h"
 #include "report/compare_report.h"
 
-#include <CLI/CLI.hpp>
-
 #include <ostream>
 
 namespace kagero {
@@ -19,14 +17,13 @@ constexpr std::uint32_t most_rounds = 1000, most_lanes = 1024;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    app.add_option("--methods", arguments.methods, "Integrators to compare by; default: the scene's, or what it would be without the plane of the orbit")->type_name("A,B");
-    app.add_option("--equal-error", arguments.equal_error,
-                   "Each strategy by its own cheapest method that brings 99 % of the rays within E pixels")
-        ->type_name("E");
-    app.add_option("--rounds", arguments.rounds, "Interleaved rounds; default: 5")->type_name("N");
+    add_option(app, "--methods", arguments.methods, "Integrators to compare by; default: the scene's, or what it would be without the plane of the orbit", "A,B");
+    add_option(app, "--equal-error", arguments.equal_error,
+                   "Each strategy by its own cheapest method that brings 99 % of the rays within E pixels", "E");
+    add_option(app, "--rounds", arguments.rounds, "Interleaved rounds; default: 5", "N");
     add_json(app, arguments);
     add_machine(app, arguments, "1");
-    app.add_option("--lanes", arguments.lanes, "Rays at a time of the packets to compare; default: every number there is")->type_name("A,B");
+    add_option(app, "--lanes", arguments.lanes, "Rays at a time of the packets to compare; default: every number there is", "A,B");
     add_messages(app, arguments);
 }
 

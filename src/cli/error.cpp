@@ -8,8 +8,6 @@
 #include "report/error_report.h"
 #include "report/numbers.h"
 
-#include <CLI/CLI.hpp>
-
 #include <ostream>
 
 namespace kagero {
@@ -20,10 +18,10 @@ constexpr std::uint32_t most_sampled = 4096;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    app.add_option("-o,--output", arguments.output, "The directory of the report; default: SCENE-error here")->type_name("DIR");
-    app.add_option("--sample", arguments.sample, "The grid of pixels whose rays are followed; default: 64x64")->type_name("WxH");
-    app.add_flag("--quick", arguments.quick, "A handful of methods, less than a minute");
-    app.add_flag("--full", arguments.full, "Every method one ray at a time too");
+    add_option(app, "-o,--output", arguments.output, "The directory of the report; default: SCENE-error here", "DIR");
+    add_option(app, "--sample", arguments.sample, "The grid of pixels whose rays are followed; default: 64x64", "WxH");
+    add_flag(app, "--quick", arguments.quick, "A handful of methods, less than a minute");
+    add_flag(app, "--full", arguments.full, "Every method one ray at a time too");
     add_json(app, arguments);
     add_machine(app, arguments, "1, of the timed runs");
     add_messages(app, arguments);

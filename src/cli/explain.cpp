@@ -3,8 +3,6 @@
 #include "render/pilot.h"
 #include "report/explanation.h"
 
-#include <CLI/CLI.hpp>
-
 #include <ostream>
 
 namespace kagero {

@@ -2,9 +2,6 @@
 #include "cli/verb.h"
 #include "report/listing.h"
 
-#include <CLI/CLI.hpp>
-
-#include <algorithm>
 #include <ostream>
 
 namespace kagero {
@@ -14,8 +11,8 @@ namespace {
 void declare(CLI::App& app, Arguments& arguments) {
     std::string topics;
     for (const std::string& topic : list_topics()) topics += (topics.empty() ? "" : ", ") + topic;
-    app.add_option("TOPIC", arguments.topic, "One of: " + topics + "; default: all")->type_name("");
-    app.add_option("--isa", arguments.isa, "Instruction set whose kernels are listed")->type_name("NAME")->envname("KAGERO_ISA");
+    add_option(app, "TOPIC", arguments.topic, "One of: " + topics + "; default: all", "");
+    add_option(app, "--isa", arguments.isa, "Instruction set whose kernels are listed", "NAME", "KAGERO_ISA");
     add_json(app, arguments);
     add_messages(app, arguments);
 }

@@ -2,6 +2,7 @@
 #include "error.h"
 #include "film/partial_file.h"
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -38,6 +39,12 @@ void write_output(const std::string& path, const std::function<void(std::ostream
     out.close();
     if (!out) throw RunError("cannot write '" + path + "': is the disk full?");
     file.complete();
+}
+
+double write_picture(const Film& film, const std::string& path, const Metadata& metadata) {
+    const auto begin = std::chrono::steady_clock::now();
+    write_film(film, path, metadata);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 std::string path_in(const std::string& directory, const std::string& file) {

@@ -1,8 +1,6 @@
 // kagero print: the scene written back whole, with every default.
 #include "cli/verb.h"
 
-#include <CLI/CLI.hpp>
-
 #include <ostream>
 
 namespace kagero {
@@ -11,7 +9,7 @@ namespace {
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    app.add_option("-o,--output", arguments.output, "Where it goes; '-', the default, is stdout")->type_name("FILE");
+    add_option(app, "-o,--output", arguments.output, "Where it goes; '-', the default, is stdout", "FILE");
     add_messages(app, arguments);
 }
 

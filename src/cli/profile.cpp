@@ -9,9 +9,6 @@
 #include "report/profile_report.h"
 #include "report/run_json.h"
 
-#include <CLI/CLI.hpp>
-
-#include <chrono>
 #include <filesystem>
 #include <ostream>
 
@@ -25,8 +22,8 @@ constexpr std::uint32_t most_repeats = 1000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    app.add_option("-o,--output", arguments.output, "The directory of the report; default: SCENE-profile here")->type_name("DIR");
-    app.add_option("--repeat", arguments.repeat, "Runs of each kind; default: 3 to 50, for twenty seconds")->type_name("N");
+    add_option(app, "-o,--output", arguments.output, "The directory of the report; default: SCENE-profile here", "DIR");
+    add_option(app, "--repeat", arguments.repeat, "Runs of each kind; default: 3 to 50, for twenty seconds", "N");
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
@@ -45,12 +42,6 @@ Profile profile_watched(Plan& plan, Film& film, unsigned repeats, const Terminal
     ProgressLine line(terminal);
     return profile(
         plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
-}
-
-double write_picture(const Film& film, const std::string& path, const Metadata& metadata) {
-    const auto begin = std::chrono::steady_clock::now();
-    write_film(film, path, metadata);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {

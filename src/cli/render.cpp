@@ -10,9 +10,6 @@
 #include "report/rays_csv.h"
 #include "report/run_json.h"
 
-#include <CLI/CLI.hpp>
-
-#include <chrono>
 #include <filesystem>
 #include <future>
 #include <limits>
@@ -24,16 +21,13 @@ namespace {
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    app.add_option("-o,--output", arguments.output,
-                   "The picture: .exr with all layers, .png, .jpg, .pfm …; default: SCENE.exr here")
-        ->type_name("FILE");
-    app.add_option("--crop", arguments.crop, "Render this part alone, half-open")->type_name("X0,Y0,X1,Y1");
-    app.add_option("--pixel", arguments.pixel,
-                   "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing")
-        ->type_name("X,Y");
-    app.add_option("--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written")
-        ->type_name("SECONDS");
-    app.add_flag("--maps", arguments.maps, "Beside the picture, PICTURE-LAYER.png of every layer of numbers, in false colours with a scale");
+    add_option(app, "-o,--output", arguments.output,
+                   "The picture: .exr with all layers, .png, .jpg, .pfm …; default: SCENE.exr here", "FILE");
+    add_option(app, "--crop", arguments.crop, "Render this part alone, half-open", "X0,Y0,X1,Y1");
+    add_option(app, "--pixel", arguments.pixel,
+                   "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing", "X,Y");
+    add_option(app, "--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written", "SECONDS");
+    add_flag(app, "--maps", arguments.maps, "Beside the picture, PICTURE-LAYER.png of every layer of numbers, in false colours with a scale");
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
@@ -59,9 +53,8 @@ int write_pixel_path(const Plan& plan, const std::string& pixel) {
 }
 
 Film film_of(const Plan& plan) {
-    const auto& [x0, y0, x1, y1] = plan.options.crop;
-    const FilmDescription& film = plan.scene.film;
-    return x1 > x0 ? Film(x1 - x0, y1 - y0, film.layers) : Film(film.width, film.height, film.layers);
+    const Tile part = shown_part(plan);
+    return Film(part.x1 - part.x0, part.y1 - part.y0, plan.scene.film.layers);
 }
 
 double time_limit_of(const Arguments& arguments) {
@@ -92,12 +85,6 @@ RunReport render_watched(const Plan& plan, Film& film, const std::string& output
     watch.snapshot_wanted = SnapshotGuard::wanted();
     watch.snapshot = [&](const Film& so_far) { write_snapshot(plan, so_far, output, terminal); };
     return render(plan, film, watch);
-}
-
-double write_timed(const Film& film, const std::string& path, const Metadata& metadata) {
-    const auto begin = std::chrono::steady_clock::now();
-    write_film(film, path, metadata);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 std::vector<const LayerInfo*> mapped_layers(const Film& film) {
@@ -176,7 +163,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     }
     prepared.get();  // nothing else runs beside the rays
     const RunReport report = render_watched(*plan, film, output, time_limit, terminal);
-    const double write_seconds = write_timed(film, output, picture_metadata(*plan, report));
+    const double write_seconds = write_picture(film, output, picture_metadata(*plan, report));
     if (arguments.maps) write_maps(film, output, terminal);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });

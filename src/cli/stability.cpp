@@ -6,8 +6,6 @@
 #include "modules/modules.h"
 #include "report/stability_report.h"
 
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <ostream>
 
@@ -16,9 +14,9 @@ namespace kagero {
 namespace {
 
 void declare(CLI::App& app, Arguments& arguments) {
-    app.add_option("CASE", arguments.cases, "The cases to run; default: all")->type_name("");
-    app.add_option("-o,--output", arguments.output, "A directory for stability.html and stability.json")->type_name("DIR");
-    app.add_option("--isa", arguments.isa, "Instruction sets, or all that this processor has; see `kagero list isas`")->type_name("A,B")->envname("KAGERO_ISA");
+    add_option(app, "CASE", arguments.cases, "The cases to run; default: all", "");
+    add_option(app, "-o,--output", arguments.output, "A directory for stability.html and stability.json", "DIR");
+    add_option(app, "--isa", arguments.isa, "Instruction sets, or all that this processor has; see `kagero list isas`", "A,B", "KAGERO_ISA");
     add_json(app, arguments);
     add_machine(app, arguments);
     add_messages(app, arguments);

@@ -5,8 +5,6 @@
 #include "report/rays_csv.h"
 #include "report/run_json.h"
 
-#include <CLI/CLI.hpp>
-
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -19,14 +17,12 @@ constexpr std::uint32_t most_repeats = 1'000'000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    app.add_option("--rays", arguments.rays, "CSV with the columns x,y,z,dx,dy,dz; '-', the default, is stdin")
-        ->type_name("FILE");
-    app.add_option("-o,--output", arguments.output, "Where the CSV goes; '-', the default, is stdout")->type_name("FILE");
-    app.add_flag("--path", arguments.path, "Every step of every ray instead of its end");
-    app.add_option("--observer", arguments.observer, "Read directions in the rest frame of: static, zamo, falling")
-        ->type_name("NAME");
-    app.add_option("--parameter", arguments.parameter, "End every ray where its parameter has this value")->type_name("L");
-    app.add_option("--repeat", arguments.repeat, "With --json: how many runs to time")->type_name("N");
+    add_option(app, "--rays", arguments.rays, "CSV with the columns x,y,z,dx,dy,dz; '-', the default, is stdin", "FILE");
+    add_option(app, "-o,--output", arguments.output, "Where the CSV goes; '-', the default, is stdout", "FILE");
+    add_flag(app, "--path", arguments.path, "Every step of every ray instead of its end");
+    add_option(app, "--observer", arguments.observer, "Read directions in the rest frame of: static, zamo, falling", "NAME");
+    add_option(app, "--parameter", arguments.parameter, "End every ray where its parameter has this value", "L");
+    add_option(app, "--repeat", arguments.repeat, "With --json: how many runs to time", "N");
     add_json(app, arguments);
     add_machine(app, arguments);
     add_lanes(app, arguments);

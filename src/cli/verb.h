@@ -3,6 +3,7 @@
 
 #include "cli/arguments.h"
 #include "cli/terminal.h"
+#include "film/film.h"
 
 #include <functional>
 #include <string>
@@ -25,6 +26,8 @@ inline constexpr int exit_done = 0, exit_failed = 1, exit_wrong_input = 2, exit_
 /// Calls `write` with stdout for "-", else with a file that appears when it is complete. Throws RunError when not all could be
 /// written.
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
+/// Writes a film, and says how many seconds that took.
+double write_picture(const Film& film, const std::string& path, const Metadata& metadata);
 /// Throws InputError when that is bound to fail.
 void check_output(const std::string& path);
 /// Throws InputError when two of these options, each with the file that it names, name the same one; empty and "-" name none.

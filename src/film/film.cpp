@@ -2,7 +2,6 @@
 
 #include "error.h"
 
-#include <algorithm>
 
 namespace kagero {
 

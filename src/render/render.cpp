@@ -14,16 +14,9 @@
 namespace kagero {
 namespace {
 
-/// Rays of the crop, or of the whole film.
-Tile window(const Plan& plan) {
-    const auto& c = plan.options.crop;
-    if (c[2] == 0) return {0, 0, plan.scene.film.width, plan.scene.film.height};
-    return {c[0], c[1], c[2], c[3]};
-}
-
 /// The pixels to trace: where footprints or patches are wanted, whole blocks of 2 × 2 pixels of the film's grid.
-Tile traced_window(const Plan& plan, const Film& film) {
-    Tile w = window(plan);
+Tile traced_part(const Plan& plan, const Film& film) {
+    Tile w = shown_part(plan);
     if (!wants_footprints(plan, film) && !plan.geometry->surfaces_have_patterns()) return w;
     w.x0 &= ~1u, w.y0 &= ~1u;
     w.x1 = std::min(w.x1 + (w.x1 & 1), plan.scene.film.width), w.y1 = std::min(w.y1 + (w.y1 & 1), plan.scene.film.height);
@@ -31,6 +24,12 @@ Tile traced_window(const Plan& plan, const Film& film) {
 }
 
 }  // namespace
+
+Tile shown_part(const Plan& plan) {
+    const auto& c = plan.options.crop;
+    if (c[2] == 0) return {0, 0, plan.scene.film.width, plan.scene.film.height};
+    return {c[0], c[1], c[2], c[3]};
+}
 
 RunReport render(const Plan& plan, Film& film, const Watch& watch) {
     const auto begin = std::chrono::steady_clock::now();
@@ -40,13 +39,13 @@ RunReport render(const Plan& plan, Film& film, const Watch& watch) {
     if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
     const EndErrors end_errors(plan, film.has("position_error"), film.has("rounding_error"));
     Snapshots snapshots(watch, film);
-    const auto done = [&, shown = window(plan)](const Tile& tile, const RayEnd* ends, const RayList& list) {
+    const auto done = [&, shown = shown_part(plan)](const Tile& tile, const RayEnd* ends, const RayList& list) {
         const std::vector<EndError> errors = end_errors.of(tile, ends, list);
         snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, errors, film); });
         snapshots.take();
     };
     const Schedule schedule = schedule_of(plan);
-    WorkList work = cut(plan, traced_window(plan, film), schedule);
+    WorkList work = cut(plan, traced_part(plan, film), schedule);
     if (schedule == Schedule::predicted) {
         predict_costs(plan, film, work, watch);
         put_costliest_first(work);

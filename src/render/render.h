@@ -51,7 +51,10 @@ struct Watch {
     std::function<void(const Film&)> snapshot = {};  ///< … this, a copy, while the others go on
 };
 
-/// Renders into a film of the crop's size. Where the work is ended early the rest of the film stays as it is.
+/// The pixels that are asked for: the crop, or the whole film.
+Tile shown_part(const Plan& plan);
+
+/// Renders into a film of that size. Where the work is ended early the rest of the film stays as it is.
 RunReport render(const Plan& plan, Film& film, const Watch& watch = {});
 
 /// One ray as given to `trace`: start and direction dq/dλ in scene coordinates.

@@ -32,12 +32,6 @@ Json status_json(const RunReport& report) {
     return counts;
 }
 
-std::pair<std::uint32_t, std::uint32_t> picture_size(const Plan& plan) {
-    const auto& [x0, y0, x1, y1] = plan.options.crop;
-    if (x1 > x0) return {x1 - x0, y1 - y0};
-    return {plan.scene.film.width, plan.scene.film.height};
-}
-
 void add_kernel(Json& json, const Plan& plan) {
     json["isa"] = plan.module->isa;
     json["strategy"] = name_of(plan.kernel->strategy);
@@ -66,14 +60,14 @@ Json timing_json(const std::vector<RunReport>& runs) {
 }  // namespace
 
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds) {
-    const auto [width, height] = picture_size(plan);
+    const Tile part = shown_part(plan);
     const Counters& work = report.counters;
     Json json;
     json["scene"] = plan.scene.path;
     add_kernel(json, plan);
     json["threads"] = plan.threads;
-    json["width"] = width;
-    json["height"] = height;
+    json["width"] = part.x1 - part.x0;
+    json["height"] = part.y1 - part.y0;
     json["rays"] = report.rays;
     json["seconds"] = report.seconds;
     json["mrays_per_s"] = per(static_cast<double>(report.rays), 1e6 * report.seconds);

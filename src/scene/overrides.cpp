@@ -79,7 +79,8 @@ void erase(Value& table, const std::string& key) {
 }  // namespace
 
 void apply_override(Value& root, const std::string& override_text) {
-    const Place place{"-D " + override_text, 0, 0};
+    constexpr std::size_t shown = 100;  // of a formula, which may be long
+    const Place place{"-D " + (override_text.size() > shown ? override_text.substr(0, shown) + "…" : override_text), 0, 0};
     std::size_t equals = 0;
     std::vector<std::string> path = split_path(override_text, equals, place);
     Value value = parse_toml_value(trimmed(override_text.substr(equals + 1)), place);

@@ -4,7 +4,6 @@
 #include "render/render.h"
 #include "scene/vector3.h"
 
-#include <map>
 #include <string>
 #include <vector>
 

@@ -37,6 +37,7 @@ void add(const char* form, const char* type, const SpaceKernel<V>& kernel) {
     for (const Method& method : methods) {
         const std::string name = method.info.name;
         if (name != "verlet" && name != "gauss8") continue;
+        bench::require_same_step<Schwarzschild>(method, kernel, space_kernel<Schwarzschild, V>(true));
         benchmark::RegisterBenchmark((std::string("step/schwarzschild_") + form + "/" + name + "/" + type).c_str(),
                                      [&method, &kernel](benchmark::State& state) { bench::steps<Schwarzschild, V>(state, method, kernel); });
     }

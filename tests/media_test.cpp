@@ -88,8 +88,22 @@ TEST_P(Media, FisheyeRaysAreCirclesThroughTheImage) {
     for (const PathPoint& point : trace_paths(*plan, starts, ends)) {
         const FisheyeCircle circle(starts[point.ray].q, starts[point.ray].p);
         EXPECT_NEAR(circle.off(point.q), 0, accuracy) << "ray " << point.ray << ", step " << point.step;
-        EXPECT_NEAR(circle.off(image), 0, accuracy);
     }
+    // Once around, those that do not go far out, where they are slow.
+    plan->job.parameter_limit = 30;
+    std::vector<double> nearest(rays.size(), 1e300);
+    for (const PathPoint& point : trace_paths(*plan, starts, ends)) {
+        const double way = std::hypot(point.q[0] - image[0], point.q[1] - image[1], point.q[2] - image[2]);
+        nearest[point.ray] = std::min(nearest[point.ray], way);
+    }
+    std::size_t around = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const FisheyeCircle circle(starts[i].q, starts[i].p);
+        if (std::hypot(circle.centre[0], circle.centre[1], circle.centre[2]) + circle.radius > 2.5) continue;
+        ++around;
+        EXPECT_LT(nearest[i], 0.02) << i;  // a step there is 0.02 N = 0.009 long
+    }
+    EXPECT_GE(around, 5u);
 }
 
 // z = z0 + p_z τ − g τ²/4, x = x0 + p_x τ.
@@ -172,7 +186,7 @@ TEST_P(Media, LuneburgTurnsRaysThatGraze) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         ASSERT_EQ(ends[i].status, Status::escaped) << i;
         const auto& at = rays[i].position;
-        if (i >= 400) continue;  // in the ball for less than a step
+        if (i >= 400) continue;  // the straight way through the ball is shorter than a step, which may leap over it
         EXPECT_NEAR(ends[i].v[0], std::sqrt(1 - at[1] * at[1] - at[2] * at[2]), 1e-6) << i;
         EXPECT_NEAR(ends[i].v[1], -at[1], 1e-6) << i;
         EXPECT_NEAR(ends[i].v[2], -at[2], 1e-6) << i;

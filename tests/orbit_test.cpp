@@ -35,10 +35,12 @@ TEST(OrbitPlane, HasTheRaysOfTheGeneralPath) {
     for (const char* strategy : {"packet", "scalar"}) {
         const auto orbit = hole({"integrator.method=orbit-srkn14", "integrator.step=0.05"}, strategy);
         const auto ends = ends_of(*orbit, rays());
+        std::size_t compared = 0;
         for (std::size_t i = 0; i < ends.size(); ++i) {
             SCOPED_TRACE(i);
             EXPECT_EQ(ends[i].status, should[i].status);
             if (should[i].status != Status::escaped) continue;
+            ++compared;
             // A state of size 20 and some thousand roundings, times what the hole multiplies errors by.
             for (int k = 0; k < 3; ++k) {
                 EXPECT_NEAR(ends[i].q[k], should[i].q[k], 1e-9);
@@ -48,6 +50,7 @@ TEST(OrbitPlane, HasTheRaysOfTheGeneralPath) {
             EXPECT_NEAR(ends[i].parameter, should[i].parameter, 1e-9);
             EXPECT_LT(ends[i].energy_error, 1e-10);
         }
+        EXPECT_GE(compared, 10u);
     }
 }
 
@@ -104,16 +107,24 @@ TEST(OrbitPlane, IsTheSameFromBesideTheHorizonAndInside) {
     for (const auto& [observer, r] : places) {
         std::vector<RayInput> rays;
         for (int k = 0; k <= 24; ++k) {
-            const double angle = std::numbers::pi * (k + 0.5) / 25;
+            // Of what leaves a static observer so near the horizon, all is within 0.0026 of straight up.
+            const double angle = (observer == std::string("static") ? 0.004 : std::numbers::pi) * (k + 0.5) / 25;
             rays.push_back({{0.5 + r, -3, 7}, {std::cos(angle), std::sin(angle), 0}});
         }
+        // So near the horizon the general path has no more: H is what is left of much larger terms, and is lost to 1e-5.
+        const double tolerance = r < 1 + 1e-5 && r > 1 ? 5e-4 : 1e-6;
         const auto general = ends_of(*hole({"integrator.method=gauss12", "integrator.step=0.02"}), rays, observer);
         const auto orbit = ends_of(*hole({}), rays, observer);
+        std::size_t compared = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             SCOPED_TRACE(std::string(observer) + " at " + std::to_string(r) + ", ray " + std::to_string(i));
             EXPECT_EQ(orbit[i].status, general[i].status);
             if (orbit[i].status != Status::escaped || general[i].status != Status::escaped) continue;
-            for (int k = 0; k < 3; ++k) EXPECT_NEAR(orbit[i].v[k], general[i].v[k], 1e-6);
+            for (int k = 0; k < 3; ++k) EXPECT_NEAR(orbit[i].v[k], general[i].v[k], tolerance);
+            ++compared;
+        }
+        if (r > 1) {
+            EXPECT_GE(compared, 3u) << observer << " at " << r;
         }
     }
 }

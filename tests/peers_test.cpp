@@ -50,6 +50,11 @@ TEST_P(Peers, DirectionsAreRight) {
     RecordProperty("greatest_error", std::to_string(worst));
     EXPECT_LE(worst, error);
 }
+// What near-critical rays are judged by (bench/measured/rays.py), which turn many times about the hole.
+TEST(PeersReference, IsRightForNearCriticalRays) {
+    EXPECT_LE(worst_direction("gauss16", 0.1, 2.599, 0.021 / 2048, 2048), 2e-10);
+}
+
 INSTANTIATE_TEST_SUITE_P(Goals, Peers,
                          testing::Values(Goal{"gauss8", 0.9, 2.5e-6}, Goal{"gauss8", 0.45, 1.8e-8}, Goal{"gauss12", 0.3, 1.1e-12}),
                          [](const auto& goal) { return std::string(goal.param.method) + "_" + std::to_string(goal.index); });

@@ -41,6 +41,8 @@ std::optional<End> follow(const Method& method, bool rescaled, const RayStart& r
 Errors difference(const End& a, const End& b) {
     const auto relative = [](const Quad* x, const Quad* y, int n) {
         Quad size = 0, error = 0;
+        for (int k = 0; k < n; ++k)
+            if (x[k] != x[k] || y[k] != y[k]) return std::numeric_limits<double>::infinity();
         for (int k = 0; k < n; ++k) size = max(size, abs(y[k])), error = max(error, abs(x[k] - y[k]));
         return static_cast<double>(error / (1 + size));
     };

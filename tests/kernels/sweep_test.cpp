@@ -77,6 +77,7 @@ double defect(bool rescaled, int steps) {
         const auto more = moved(k, by), less = moved(k, -by);
         for (int r = 0; r < 2; ++r) {
             const double slope = (more[r] - less[r]) / (2 * by);
+            EXPECT_TRUE(std::isfinite(rows[r][k]) && std::isfinite(slope));
             worst = std::max(worst, std::abs(rows[r][k] - slope)), greatest = std::max(greatest, std::abs(slope));
         }
     }
@@ -100,7 +101,9 @@ TYPED_TEST(Adjoints, AreDifferencesOfRays) {
 // Parallel light meets in a point of a Luneburg lens: there y and z are those of p, wherever the light has entered.
 TYPED_TEST(Adjoints, PassSurfacesWhereHIsNotSmooth) {
     using H = TypeParam;
-    if constexpr (std::string_view(H::name) == "luneburg") {
+    if constexpr (std::string_view(H::name) != "luneburg") {
+        GTEST_SKIP() << "H is smooth";
+    } else {
         constexpr double y = 0.6, x = -0.8, before = 1.2;
         constexpr int inside = 16;
         const auto state = [](double qx, double qy, double px, double py) {

@@ -35,7 +35,9 @@ double return_defect(const Method& method, bool rescaled, int n) {
     double defect = 0, size = 1;
     const auto at = [](const V& v) { return get_lane(v, lane_count<V> - 1); };
     for (int k = 0; k < 6; ++k) {
-        defect = std::max(defect, std::abs(static_cast<double>(at(back.flow.end.y[k]) - at(start.y[k]))));
+        const double off = std::abs(static_cast<double>(at(back.flow.end.y[k]) - at(start.y[k])));
+        EXPECT_TRUE(std::isfinite(off));
+        defect = std::max(defect, off);
         size = std::max(size, std::abs(static_cast<double>(at(there.flow.end.y[k]))));
     }
     return defect / size;

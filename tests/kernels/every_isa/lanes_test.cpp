@@ -63,11 +63,8 @@ TYPED_TEST(LanesOf, ArithmeticIsThatOfScalars) {
         expect_lanewise<V>("mul_add", [](const auto& x, const auto& y, const auto& z) { return mul_add(x, y, z); }, a, b, c);
         expect_lanewise<V>("mul_sub", [](const auto& x, const auto& y, const auto& z) { return mul_sub(x, y, z); }, a, b, c);
         expect_lanewise<V>("neg_mul_add", [](const auto& x, const auto& y, const auto& z) { return neg_mul_add(x, y, z); }, a, b, c);
-        V sum = a, difference = a;
-        sum += b, difference -= b;
-        expect_lanewise<V>("+=", [](const auto& x, const auto& y) { return x + y; }, a, b);
-        EXPECT_EQ(get_lane(sum, 0), get_lane(a, 0) + get_lane(b, 0));
-        EXPECT_EQ(get_lane(difference, 0), get_lane(a, 0) - get_lane(b, 0));
+        expect_lanewise<V>("+=", [](auto x, const auto& y) { return x += y; }, a, b);
+        expect_lanewise<V>("-=", [](auto x, const auto& y) { return x -= y; }, a, b);
     }
 }
 

@@ -31,7 +31,8 @@ void declare(CLI::App& app, Arguments& arguments) {
 
 std::vector<RayInput> rays_of(const Arguments& arguments) {
     if (arguments.rays == "-") return read_rays(std::cin, "stdin");
-    if (std::filesystem::is_directory(arguments.rays)) throw InputError("cannot read the rays '" + arguments.rays + "': it is a directory");
+    std::error_code ignored;
+    if (std::filesystem::is_directory(arguments.rays, ignored)) throw InputError("cannot read the rays '" + arguments.rays + "': it is a directory");
     std::ifstream in(arguments.rays, std::ios::binary);
     if (!in) throw InputError("cannot read the rays '" + arguments.rays + "': no such file, or no permission");
     return read_rays(in, arguments.rays);

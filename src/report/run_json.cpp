@@ -84,7 +84,8 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["write_s"] = write_seconds;
     json["hamiltonian"] = plan.scene.space.hamiltonian;
     json["integrator"] = plan.scene.integrator.method;
-    json[adaptive(plan) ? "tolerance" : "step"] = adaptive(plan) ? plan.scene.integrator.tolerance : plan.scene.integrator.step;
+    json["step"] = plan.scene.integrator.step;
+    if (adaptive(plan)) json["tolerance"] = plan.scene.integrator.tolerance;
     json["registers"] = plan.kernel->registers;
     json["compiler"] = plan.module->compiler;
     json["straight"] = plan.straight;
@@ -134,10 +135,11 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
         {"precision", name_of(plan.kernel->precision)},
         {"hamiltonian", space.formula},
         {"integrator", scene.integrator.method},
-        {adaptive(plan) ? "tolerance" : "step", shortest(adaptive(plan) ? scene.integrator.tolerance : scene.integrator.step)},
+        {"step", shortest(scene.integrator.step)},
         {"seed", std::to_string(scene.film.seed)},
         {"credits", space.source},
     };
+    if (adaptive(plan)) metadata.emplace_back("tolerance", shortest(scene.integrator.tolerance));
     if (report.rays) metadata.emplace_back("status", ends);  // a snapshot has not counted
     // Only where the scene asks for it: a picture does not depend on whether a report was asked for beside it.
     const auto& layers = scene.film.layers;

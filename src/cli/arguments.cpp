@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 
 namespace kagero {
 
@@ -18,12 +19,20 @@ namespace {
 
 constexpr std::uint32_t most_threads = 4096;
 
+/// All of a text as a number; none where it is no such number.
+template <class Number>
+std::optional<Number> parsed(const std::string& text) {
+    Number number{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || end != text.data() + text.size()) return {};
+    return number;
+}
+
 /// A whole number as written; whether it is legal the scene's key says.
 std::string whole(const std::string& option, const std::string& text) {
-    std::int64_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc{} || end != text.data() + text.size()) throw InputError(option + ": '" + text + "' is not a whole number");
-    return std::to_string(number);
+    const auto number = parsed<std::int64_t>(text);
+    if (!number) throw InputError(option + ": '" + text + "' is not a whole number");
+    return std::to_string(*number);
 }
 
 /// Who said so: an option, or the variable that stands for it.
@@ -167,10 +176,9 @@ std::vector<std::string> split(const std::string& text, char separator) {
 std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count) {
     std::vector<std::uint32_t> numbers;
     for (const std::string& part : split(text, separator)) {
-        std::uint32_t number = 0;
-        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-        if (error != std::errc{} || end != part.data() + part.size()) break;
-        numbers.push_back(number);
+        const auto number = parsed<std::uint32_t>(part);
+        if (!number) break;
+        numbers.push_back(*number);
     }
     const std::size_t separators = static_cast<std::size_t>(std::count(text.begin(), text.end(), separator));
     if (numbers.size() != count || separators + 1 != count)
@@ -181,19 +189,16 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
 }
 
 std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t most) {
-    std::uint32_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc{} || end != text.data() + text.size() || number < 1 || number > most)
-        throw InputError(option + ": '" + text + "' is not a whole number; legal is 1 to " + std::to_string(most));
-    return number;
+    const auto number = parsed<std::uint32_t>(text);
+    if (!number || *number < 1 || *number > most)
+        throw InputError(option + ": '" + text + "' is " + (number ? "out of range" : "not a whole number") + "; legal is 1 to " + std::to_string(most));
+    return *number;
 }
 
 double finite_number(const std::string& option, const std::string& text) {
-    double number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(number))
-        throw InputError(option + ": '" + text + "' is not a finite number");
-    return number;
+    const auto number = parsed<double>(text);
+    if (!number || !std::isfinite(*number)) throw InputError(option + ": '" + text + "' is not a finite number");
+    return *number;
 }
 
 void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& known) {

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 12;
+inline constexpr std::uint32_t abi_version = 13;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -150,7 +150,7 @@ struct RayEnd {
     std::uint32_t primitive;
     Status status;
     Failure failure;
-    bool unrefined;  ///< the hit is the chord's, because the refined one fell outside its triangle
+    bool unrefined;  ///< the hit is the chord's: it meets a surface that the ray, within its tolerance, misses
 };
 
 enum OutputBits : std::uint32_t { output_energy = 1, output_parameter = 2 };
@@ -226,6 +226,11 @@ struct Tile {
     std::uint32_t x0, y0, x1, y1;
 };
 
+/// A packet of so many rays of a camera is a block of pixels so wide.
+constexpr std::uint32_t block_width(std::uint32_t lanes) {
+    return lanes >= 64 ? 8 : lanes >= 8 ? 4 : lanes >= 4 ? 2 : lanes;
+}
+
 /// Work done, summed over a call.
 struct Counters {
     std::uint64_t active_lane_steps, issued_lane_steps;
@@ -280,9 +285,7 @@ struct Module {
     double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3], double pt,
                         const double v[3]);
 
-    /// Which of the Hamiltonians is `formula`.
-    std::uint32_t formula;
-    /// Differentiates a formula and writes its programs, which stand for the parameters of `formula`, to `program_size` numbers.
+    /// Differentiates a formula and writes its programs, which stand for the parameters of the Hamiltonian `formula`, to `program_size` numbers.
     /// Null when that worked, else why not.
     const char* (*compile)(const Formula*, double* programs);
     std::uint32_t program_size;

@@ -159,10 +159,9 @@ const Module module{
     is_straight,         far_side,
     observe,             start,
     frequency,
-    formula_index,       compile,
-    sizeof(formula::Programs) / sizeof(double), formula_refusal,
-    operations,          bound_roundings<PacketDouble>,
-    multiply_adds,
+    compile,             sizeof(formula::Programs) / sizeof(double),
+    formula_refusal,     operations,
+    bound_roundings<PacketDouble>, multiply_adds,
 };
 
 }  // namespace

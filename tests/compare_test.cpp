@@ -4,9 +4,11 @@
 
 #include "render/compare.h"
 #include "render/kernels.h"
+#include "report/compare_report.h"
 
 #include <nlohmann/json.hpp>
 
+#include <atomic>
 #include <limits>
 
 namespace kagero::test {
@@ -87,6 +89,24 @@ TEST(Compare, APerRayPlanTakesStagesWhereThereAreAny) {
     EXPECT_EQ(form("gauss8"), Form::stages);
     EXPECT_EQ(form("gauss16"), Form::stages);
     EXPECT_EQ(form("verlet"), Form::gradient);
+}
+
+// A picture that was not drawn is not told to be the same.
+TEST(Compare, AnInterruptionLeavesWhatWasNotMeasuredOpen) {
+    std::atomic<bool> stop = false;
+    CompareOptions options = once({"verlet"});
+    options.isas.resize(1);
+    int told = 0;
+    const SceneDescription scene = small_room();
+    const Comparison result = compare(scene, options, [&](double, double) { stop = ++told == 2; }, &stop);
+    EXPECT_TRUE(result.interrupted);
+    ASSERT_GT(result.rows.size(), 3u);
+    const json rows = json::parse(compare_json(scene, options, result))["rows"];
+    EXPECT_TRUE(result.rows[1].drawn);
+    EXPECT_TRUE(rows[1]["flips"].is_number());
+    EXPECT_FALSE(result.rows.back().drawn);
+    EXPECT_TRUE(rows.back()["flips"].is_null());
+    EXPECT_TRUE(rows.back()["max_difference"].is_null());
 }
 
 class CompareVerb : public HoleTest {};

@@ -3,6 +3,7 @@
 #include "modules/modules.h"
 #include "render/ray_errors.h"
 #include "render/step_ladder.h"
+#include "report/numbers.h"
 
 #include <nlohmann/json.hpp>
 
@@ -179,6 +180,39 @@ TEST(Slope, IsThatOfTheErrorsThatAreKnown) {
     const Slope none = slope_of({2, 1}, {unknown, unknown}, 2, 10);
     EXPECT_FALSE(none.order || none.floor);
     EXPECT_TRUE(std::isnan(spread_of({}).p50));
+}
+
+TEST(Spread, HoldsForAsManyAsItSays) {
+    std::vector<double> values;
+    for (int i = 1; i <= 100; ++i) values.push_back(i);
+    const Spread hundred = spread_of(values);
+    EXPECT_EQ(hundred.p50, 50);
+    EXPECT_EQ(hundred.p90, 90);
+    EXPECT_EQ(hundred.p99, 99);
+    values.resize(64);
+    EXPECT_EQ(spread_of(values).p99, 64) << "63 of 64 are less than 99 %";
+    EXPECT_EQ(spread_of({7}).p50, 7);
+}
+
+TEST(Numbers, AreRoundedBeforeTheirUnitIsChosen) {
+    EXPECT_EQ(rounded(999.4), "999");
+    EXPECT_EQ(rounded(999.6), "1 k");
+    EXPECT_EQ(rounded(999600), "1 M");
+    EXPECT_EQ(rounded(-1234), "-1.23 k");
+}
+
+// What is not studied by packets, or in double precision, has charts and pictures all the same.
+TEST_F(Error, ShowsTheStrategyThatWasStudied) {
+    for (const std::string options : {"--strategy scalar", "--precision float"}) {
+        const json report = study(options + " -o " + options.substr(2, 5));
+        EXPECT_GE(report["pictures"].size(), 1u) << options;
+        const std::string directory = options.substr(2, 5) + "/", page = read(directory + "report.html"), script = read(directory + "plot.gp");
+        EXPECT_NE(script.find("plot \\\n    'results.csv'"), std::string::npos) << script;
+        EXPECT_NE(script.find(options == "--strategy scalar" ? "eq 'scalar'" : "eq 'packet'"), std::string::npos) << script;
+        const std::size_t chart = page.find("Error against run time"), next = page.find("Error against work");
+        EXPECT_LT(page.find("<path", chart), next) << options << ": a chart without curves";
+        EXPECT_EQ(page.find("nan"), std::string::npos) << options;
+    }
 }
 
 TEST_F(Error, WrongInputIsRefused) {

@@ -178,15 +178,14 @@ TEST_P(Media, LuneburgFocuses) {
 TEST_P(Media, LuneburgTurnsRaysThatGraze) {
     const std::string scene = medium("hamiltonian = \"luneburg\"\nradius = 1", "step = 0.25\nescape_radius = 12");
     std::vector<RayInput> rays;
-    for (int i = 0; i < 900; ++i) {
-        const double b = 1 - std::pow(0.1, 1 + 0.0025 * i);
+    for (int i = 0; i < 300; ++i) {
+        const double b = 1 - std::pow(0.1, 1 + 0.018 * i);  // beyond 0.992 a step is longer than the straight way through the ball
         rays.push_back({{-5 - 0.001 * (i * 37 % 250), b * std::cos(1.0 * i), b * std::sin(1.0 * i)}, {1, 0, 0}});
     }
     const auto ends = trace_all(scene, rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         ASSERT_EQ(ends[i].status, Status::escaped) << i;
         const auto& at = rays[i].position;
-        if (i >= 400) continue;  // the straight way through the ball is shorter than a step, which may leap over it
         EXPECT_NEAR(ends[i].v[0], std::sqrt(1 - at[1] * at[1] - at[2] * at[2]), 1e-6) << i;
         EXPECT_NEAR(ends[i].v[1], -at[1], 1e-6) << i;
         EXPECT_NEAR(ends[i].v[2], -at[2], 1e-6) << i;

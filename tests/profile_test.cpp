@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 
 namespace kagero::test {
@@ -145,6 +146,23 @@ std::map<std::array<std::uint32_t, 2>, TileRecord> tiles_of(const Plan& plan) {
     std::map<std::array<std::uint32_t, 2>, TileRecord> tiles;
     for (const TileRecord& record : recording.tiles) tiles[{record.tile.x0, record.tile.y0}] = record;
     return tiles;
+}
+
+TEST(Profile, AnInterruptionKeepsTheRoundsThatAreWhole) {
+    const auto plan = plan_of_file(scene_file("room.toml"), {"film.size=[64,40]"});
+    plan->threads = 1;
+    Film film(64, 40, {"color"});
+    std::atomic<bool> stop = false;
+    const auto halfway = [&](double done, double) { stop = done > 0.5; };
+    const Profile cut = profile(*plan, film, 3, halfway, &stop);
+    EXPECT_TRUE(cut.interrupted);
+    EXPECT_EQ(cut.repeats, 1u);
+    EXPECT_EQ(cut.schedules.size(), 3u);
+    EXPECT_GT(cut.stages.integrate, 0);
+    stop = false;
+    const Profile none = profile(*plan, film, 3, [&](double, double) { stop = true; }, &stop);
+    EXPECT_TRUE(none.interrupted);
+    EXPECT_EQ(none.repeats, 0u);
 }
 
 // Nothing is predicted by the clock: not even where most of a tile's time is that of its colours.

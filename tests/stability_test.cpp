@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <atomic>
 
 namespace kagero::test {
 namespace {
@@ -78,6 +79,20 @@ TEST_F(Stability, RunsOnSeveralInstructionSets) {
     }
     EXPECT_EQ(json::parse(run("stability trapped --isa " + isas[0] + "," + isas[0] + " --json").out)["cases"][0]["isas"].size(), 2u);
     EXPECT_EQ(run("stability trapped --isa mmx").status, 2);
+}
+
+TEST(StabilityCases, NoneBeginsAfterAnInterruption) {
+    std::atomic<bool> stop = false;
+    const auto rows = run_stability({"inside", "trapped"}, {.precisions = {"double"}}, [&](const StabilityRow&) { stop = true; }, &stop);
+    ASSERT_EQ(rows.size(), 1u);
+    EXPECT_EQ(rows[0].name, "inside");
+    EXPECT_FALSE(rows[0].outcomes.empty());
+}
+
+TEST_F(Stability, RefusesWhatNoCaseIsMadeFor) {
+    const Outcome outcome = run("stability trapped --strategy per-ray");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("--strategy"), std::string::npos) << outcome.err;
 }
 
 TEST_F(Stability, KnowsAMisspeltCase) {

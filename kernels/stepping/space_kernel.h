@@ -50,11 +50,11 @@ struct SpaceKernel {
     /// The first two for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
-    /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ and, of what is creased, Flow::side.
-    /// Packets of double alone have them.
+    /// Flow::side at a state; of what is creased alone.
+    V (*side)(const SystemStorage&, const State<V>&);
+    /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone have them.
     Listed<double> (*derivatives)(const SystemStorage&);
     V (*pace)(const SystemStorage&, const State<V>&);
-    V (*side)(const SystemStorage&, const State<V>&);
 };
 
 /// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.

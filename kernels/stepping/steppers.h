@@ -131,9 +131,9 @@ constexpr SpaceKernel<V> make_space_kernel() {
     if constexpr (std::is_same_v<ScalarOf<V>, double> && lane_count<V> > 1) {
         kernel.derivatives = [](const SystemStorage& storage) { return system_in<System>(storage).listed(); };
         kernel.pace = [](const SystemStorage& storage, const State<V>& s) { return system_in<System>(storage).pace(s); };
-        if constexpr (System::creased)
-            kernel.side = [](const SystemStorage& storage, const State<V>& s) { return system_in<System>(storage).survey(s).side; };
     }
+    if constexpr (System::creased)
+        kernel.side = [](const SystemStorage& storage, const State<V>& s) { return system_in<System>(storage).survey(s).side; };
     return kernel;
 }
 

@@ -84,7 +84,6 @@ private:
     /// clearance in the middle of the step tells more than that at its start: from there the ends are half as far.
     std::uint64_t spend(const Flow<V>& flow, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        constexpr S spare(1.01);
         const V reach = reach_of(flow) * V(spare);  // no shorter than the way to the step's end
         const std::uint64_t short_of = active & ~to_bits(reach < budget_);
         budget_ -= reach;
@@ -119,11 +118,20 @@ private:
             const V s1 = min(s0 + piece, one);
             const MaskOf<V> to_end = s1 >= one;
             const Vec3<V> b = pick<V>(to_end, curve.point[curve.degree], curve.at(s1));
-            hits |= ask_piece(a, b, s0, s1, now);
+            if (const std::uint64_t near = now & may_meet(a, b, now & to_bits(piece < one))) hits |= ask_piece(a, b, s0, s1, near);
             now &= ~(hits | to_bits(to_end));
             a = b, s0 = s1;
         }
         return hits;
+    }
+
+    /// All but those lanes of `pieces` whose chord is shorter than the way from its middle to the nearest surface. A whole step was told so.
+    std::uint64_t may_meet(const Vec3<V>& a, const Vec3<V>& b, std::uint64_t pieces) const {
+        if (!pieces || !geometry_.clearance) return ~std::uint64_t(0);
+        const V half(S(0.5));
+        const Vec3<V> middle = stretched(half * (a + b)), rest = stretched(b) - middle;
+        const V shorter = max(clearance_at(*geometry_.clearance, middle), V(S(0))) * V(1 / spare);
+        return ~(pieces & to_bits(dot(rest, rest) < shorter * shorter));
     }
 
     std::uint64_t ask_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t now) {
@@ -189,6 +197,8 @@ private:
         }
         return length;
     }
+    /// Ways to surfaces are told by float, in a stretched space.
+    static constexpr S spare = S(1.01);
     /// How far from its start a ray cannot meet a surface, in Embree's coordinates of order one: some 30 roundings of float.
     static constexpr float start_offset = 4e-6f;
     /// Beyond this segments are cut down to the scene first, in the same coordinates.

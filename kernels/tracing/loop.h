@@ -74,8 +74,10 @@ private:
     void enter(const RayStarts<W>& starts, std::uint64_t lanes);
     void advance_once();
     std::uint64_t leave(std::uint64_t moving);
+    std::uint64_t repeat_to_crease(std::uint64_t moving);
     std::uint64_t crosses_crease(std::uint64_t moving) const;
     V length_to_crease(std::uint64_t lanes);
+    std::uint64_t leaps_crease(std::uint64_t moving, V& length) const;
     void retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy);
     void repeat(std::uint64_t lanes, const V& length);
     void restart(std::uint64_t lanes, const V& length);
@@ -155,10 +157,7 @@ void PacketTracer<V>::advance_once() {
         moving &= accepted;
         nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
     }
-    if (const std::uint64_t across = task_.kernel.creased ? crosses_crease(moving) : 0) {
-        repeat(across, length_to_crease(across));
-        moving &= ~across;
-    }
+    if (task_.kernel.creased) moving &= ~repeat_to_crease(moving);
     const MaskOf<V> moved = from_bits<V>(moving);
     steps_ = pick(moved, steps_ + V(S(1)), steps_);
     if (flow_.want_energy) worst_energy_ = pick(moved, max(worst_energy_, flow_.energy_error), worst_energy_);

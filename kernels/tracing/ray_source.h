@@ -62,7 +62,7 @@ template <int W>
 class RayQueue {
 public:
     RayQueue(const Job& job, const Tile& tile, RayEnd* ends)
-        : job_(job), tile_(tile), ends_(ends), width_(job.camera && !job.scanlines ? block_width : W), height_(W / width_),
+        : job_(job), tile_(tile), ends_(ends), width_(job.camera && !job.scanlines ? block_width(W) : W), height_(W / width_),
           x_(tile.x0 / width_ * width_), y_(tile.y0 / height_ * height_) {}
 
     bool empty() const { return y_ >= tile_.y1; }
@@ -104,7 +104,6 @@ private:
         x_ += width_;
         if (x_ >= tile_.x1) x_ = tile_.x0 / width_ * width_, y_ += height_;
     }
-    static constexpr std::uint32_t block_width = W >= 64 ? 8 : W >= 8 ? 4 : W >= 4 ? 2 : W;
 
     const Job& job_;
     const Tile& tile_;

@@ -5,11 +5,41 @@
 
 namespace kagero {
 
-/// Lanes that have stepped across the surface where H is not smooth: they are to end on it. A step that starts on it has not crossed it.
+/// Lanes that go across the surface where H is not smooth take their step again, to end on it.
+template <class V>
+std::uint64_t PacketTracer<V>::repeat_to_crease(std::uint64_t moving) {
+    const std::uint64_t across = crosses_crease(moving);
+    if (across) repeat(across, length_to_crease(across));
+    V length;
+    const std::uint64_t leaping = leaps_crease(moving & ~across, length);
+    if (leaping) repeat(leaping, length);
+    return across | leaping;
+}
+
+/// Lanes that have stepped across the surface. A step that starts on it has not crossed it.
 template <class V>
 std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
     const V on(S(16) * machine_epsilon<S>);
     return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
+}
+
+/// Lanes that have stepped across it and back, and how long a step is that does not: to where the ray first meets the surface, or of one
+/// that starts there, to where it would come out again if it went straight. By the parabola through the sides of the start, the middle
+/// and the end of the chord.
+template <class V>
+std::uint64_t PacketTracer<V>::leaps_crease(std::uint64_t moving, V& length) const {
+    const V on(S(16) * machine_epsilon<S>), zero(S(0)), &a = flow_.start_side, &end = flow_.side;
+    const MaskOf<V> starts_on = abs(a) <= on;
+    const std::uint64_t back = moving & to_bits((abs(end) > on) & (starts_on | (a * end > zero)));
+    if (!back) return 0;
+    State<V> middle;
+    for (int k = 0; k < 7; ++k) middle.y[k] = V(S(0.5)) * (flow_.start.y[k] + flow_.end.y[k]);
+    const V c = V(S(2)) * (a + end - V(S(2)) * task_.kernel.side(task_.system, middle)), b = end - a - c;
+    const V square = b * b - V(S(4)) * a * c, root = sqrt(max(square, zero));
+    const V first = V(S(-2)) * a / (b + pick(b < zero, -root, root));
+    const V share = pick(starts_on, -b / c, first), least = pick(starts_on, V(std::sqrt(machine_epsilon<S>)), zero);
+    length = share * flow_.h;
+    return back & to_bits((square > zero) & (share > least) & (share < V(S(1))) & ((abs(a) > on) | (b * end < zero)));
 }
 
 /// The step that ends on the crease, by the secant through the last two tries, of which the first is the start. A ray that grazes has

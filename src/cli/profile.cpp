@@ -55,9 +55,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const std::string directory = report_directory(arguments, "profile");
     make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture});
 
+    prepare_to_write(picture);  // what loading takes is not writing
     Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
     const Profile profile = profile_watched(*plan, film, repeats, terminal);
-    if (profile.interrupted) {
+    if (profile.repeats == 0) {
         terminal.note("interrupted before there was anything to report");
         return exit_interrupted;
     }
@@ -67,9 +68,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     write_text_file(path_in(directory, "trace.json"), profile_trace(*plan, profile, write_seconds));
     write_text_file(path_in(directory, "report.html"), profile_page(*plan, profile, write_seconds));
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << json; });
-    if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << profile_text(profile); });
-    terminal.note("the report is in " + path_in(directory, "report.html"));
-    return exit_done;
+    if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << profile_text(profile, write_seconds); });
+    terminal.note((profile.interrupted ? "interrupted; what was done is in " : "the report is in ") + path_in(directory, "report.html"));
+    return profile.interrupted ? exit_interrupted : exit_done;
 }
 
 }  // namespace

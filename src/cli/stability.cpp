@@ -1,6 +1,7 @@
 // kagero stability: stiff and extreme cases against theory.
 #include "stability/stability.h"
 
+#include "cli/interrupt.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "modules/modules.h"
@@ -31,6 +32,8 @@ std::vector<std::string> isas_of(const std::string& wish) {
 
 StabilityRequest request_of(const Arguments& arguments) {
     const Options options = options_of(arguments);
+    if (options.strategy == "per-ray")
+        throw InputError("--strategy: per-ray kernels are compiled for a few spaces alone; the cases run by packet and scalar ones");
     StabilityRequest request;
     request.isas = isas_of(options.isa), request.threads = options.threads;
     if (options.precision != "auto") request.precisions = {options.precision};
@@ -55,15 +58,20 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.output.empty()) make_report_directory(arguments.output, {"stability.html", "stability.json"});
 
     const bool table = json != "-";
+    InterruptGuard guard;
     const auto rows = run_stability(cases, request, [&](const StabilityRow& row) {
         if (table) write_output("-", [&](std::ostream& out) { out << stability_text(row); });
-    });
+    }, guard.requested());
     if (table) write_output("-", [&](std::ostream& out) { out << stability_summary(rows); });
     if (!json.empty()) write_output(json, [&](std::ostream& out) { out << stability_json(rows); });
     if (!arguments.output.empty()) {
         write_output(path_in(arguments.output, "stability.html"), [&](std::ostream& out) { out << stability_page(rows); });
         write_output(path_in(arguments.output, "stability.json"), [&](std::ostream& out) { out << stability_json(rows); });
         terminal.note("the page is in " + path_in(arguments.output, "stability.html"));
+    }
+    if (*guard.requested()) {
+        terminal.note("interrupted; the cases that were done are told");
+        return exit_interrupted;
     }
     return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass(); }) ? exit_done : exit_bound;
 }

@@ -35,8 +35,7 @@ std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines)
         });
         return std::to_string(kernel.lanes / packet.lanes) + " of " + shape_of(plan, packet, scanlines);
     }
-    const std::uint32_t lanes = kernel.lanes;
-    const std::uint32_t wide = lanes >= 64 ? 8 : lanes >= 8 ? 4 : lanes >= 4 ? 2 : lanes;
+    const std::uint32_t lanes = kernel.lanes, wide = block_width(lanes);
     const bool blocks = kernel_makes_rays(plan) && !scanlines;
     return blocks ? std::to_string(wide) + "x" + std::to_string(lanes / wide) : std::to_string(lanes) + "x1";
 }
@@ -218,6 +217,8 @@ void Comparer::compare_pictures() {
         const FilmDescription& size = runner.plan->scene.film;
         Film film(size.width, size.height, {"color", "status", "object"});
         const RunReport report = draw(runner, film);
+        if (report.interrupted) return;
+        runner.row.drawn = true;
         result_.rays = report.rays;
         const Counters& work = report.counters;
         if (work.issued_lane_steps) runner.row.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);

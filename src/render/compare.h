@@ -28,6 +28,7 @@ struct CompareRow {
     Timing seconds;
     double rays_per_second = 0;  ///< of the median
     double speedup = 0;          ///< median over the rounds of scalar double's seconds over these
+    bool drawn = false;          ///< what follows was measured before an interruption
     double occupancy = 1;        ///< active lane-steps over issued ones
     double max_difference = 0;   ///< of linear colours, to scalar double, where status and object agree
     std::uint64_t flips = 0;     ///< pixels where they do not

@@ -67,6 +67,7 @@ public:
         choose_drift_rays();
         choose_timed_rays();
         climb_all();
+        choose_shown();
         if (!study_.options.errors_only) {
             take_times();
             choose_cheapest();
@@ -93,6 +94,7 @@ private:
     void choose_timed_rays();
     void climb_all();
     void climb(const Ladder& ladder);
+    void choose_shown();
     bool set_loose_tolerance(Variant& variant) const;
     StudyPoint measure(Timed& timed);
     void take_times();
@@ -101,6 +103,7 @@ private:
     Cheapest cheapest(double error, const char* measure, Spread RayErrors::*spread) const;
     void follow_energy();
     void compare_pictures();
+    double gradients_of(const Timed& timed) const { return study_.curves[timed.curve].points[timed.point].gradients; }
     const Timed* nearest_in_work(const std::string& method, double gradients) const;
     std::vector<const Timed*> rivals() const;
 
@@ -222,6 +225,20 @@ void Study::climb(const Ladder& ladder) {
     if (curve.points.empty()) study_.curves.pop_back();
 }
 
+/// Packets in double precision; where they were not studied, what was.
+void Study::choose_shown() {
+    const auto studied = [&](Strategy strategy, Precision precision) {
+        return std::any_of(study_.curves.begin(), study_.curves.end(),
+                           [&](const StudyCurve& curve) { return curve.strategy == strategy && curve.precision == precision; });
+    };
+    for (const Strategy strategy : {Strategy::packet, Strategy::scalar})
+        for (const Precision precision : {Precision::float64, Precision::float32})
+            if (studied(strategy, precision)) {
+                study_.strategy = strategy, study_.precision = precision;
+                return;
+            }
+}
+
 /// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False where
 /// that was not measured, rounding is all there is, or this space leaves no equations to solve.
 bool Study::set_loose_tolerance(Variant& variant) const {
@@ -325,35 +342,34 @@ void Study::choose_cheapest() {
                        cheapest(1e-6, "direction", &RayErrors::direction)};
 }
 
-/// The packet point in double precision of a method that does about so many gradient evaluations per ray.
+/// Of the points of a method that are shown, the one whose gradient evaluations per ray are nearest to so many.
 const Timed* Study::nearest_in_work(const std::string& method, double gradients) const {
     const Timed* nearest = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const Timed& timed : timed_) {
         const StudyCurve& curve = study_.curves[timed.curve];
-        if (curve.method != method || curve.loose || curve.strategy != Strategy::packet || curve.precision != Precision::float64)
-            continue;
-        const double off = std::abs(std::log(std::max(1.0, curve.points[timed.point].gradients) / gradients));
+        if (curve.method != method || curve.loose || !study_.shows(curve)) continue;
+        const double off = std::abs(std::log(std::max(1.0, gradients_of(timed)) / gradients));
         if (off < least) least = off, nearest = &timed;
     }
     return nearest;
 }
 
-/// The scene's own method at about the scene's step, and what others do with as much work.
+/// The scene's own method at about the scene's step, and what others do with about as much work.
 std::vector<const Timed*> Study::rivals() const {
     const std::string& own = plan_.scene.integrator.method;
     const Timed* mine = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const Timed& timed : timed_) {
         const StudyCurve& curve = study_.curves[timed.curve];
-        if (!curve.own || curve.loose || curve.strategy != Strategy::packet || curve.precision != Precision::float64) continue;
+        if (!curve.own || curve.loose || !study_.shows(curve)) continue;
         const double wanted = curve.info->adaptive ? plan_.job.tolerance : plan_.job.step;
         const double off = std::abs(std::log(timed.variant.step / wanted));
         if (off < least) least = off, mine = &timed;
     }
     if (!mine) return {};
     std::vector<const Timed*> all{mine};
-    const double work = study_.curves[mine->curve].points[mine->point].gradients;
+    const double work = gradients_of(*mine);
     for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "rk4"})
         if (const Timed* rival = nearest_in_work(name, work); rival && own != name) all.push_back(rival);
     return all;
@@ -364,15 +380,17 @@ void Study::follow_energy() {
     for (const Timed* timed : rivals()) {
         if (stopped()) return;
         study_.energy.push_back(energy_trace(plan_, timed->variant, study_.sample.starts[most_bent_]));
-        study_.energy.back().gradients = study_.curves[timed->curve].points[timed->point].gradients;
+        study_.energy.back().gradients = gradients_of(*timed);
     }
 }
 
 void Study::compare_pictures() {
     if (plan_.straight || stopped()) return;
+    const std::vector<const Timed*> all = rivals();
     std::vector<Variant> variants;
-    for (const Timed* timed : rivals()) variants.push_back(timed->variant);
+    for (const Timed* timed : all) variants.push_back(timed->variant);
     study_.pictures = picture_errors(plan_, picture_width, study_.reference.variant, variants, stop_);
+    for (std::size_t i = 0; i < study_.pictures.size(); ++i) study_.pictures[i].gradients = gradients_of(*all[i]);
     if (!stopped()) study_.map = error_map(plan_, picture_width, study_.reference.variant, stop_);
     tell(1);
 }

@@ -60,11 +60,14 @@ struct ErrorStudy {
     SampleRays sample;
     ReferenceStory reference;
     std::uint64_t ill_conditioned = 0;
+    Strategy strategy = Strategy::packet;          ///< of those that were studied, what tables and charts show,
+    Precision precision = Precision::float64;      ///< … with few exceptions
+    bool shows(const StudyCurve& curve) const { return curve.strategy == strategy && curve.precision == precision; }
     std::vector<StudyCurve> curves;
     std::vector<Cheapest> cheapest;
     std::vector<std::string> refused;  ///< methods that this space cannot serve
     std::vector<StrategyTime> strategies;  ///< of the scene's own method at its own step
-    std::vector<EnergyTrace> energy;   ///< along one ray, at about equal work
+    std::vector<EnergyTrace> energy;   ///< along one ray, as near to equal work as was measured
     std::vector<PictureError> pictures;
     ErrorMap map;
     double seconds = 0;

@@ -82,7 +82,8 @@ std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, 
     for (const Variant& variant : variants) {
         if (stop && *stop) break;
         PictureError& error = errors.emplace_back();
-        error.method = info_of(plan, variant).name, error.precision = variant.kernel->precision, error.step = variant.step;
+        const IntegratorInfo& info = info_of(plan, variant);
+        error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision, error.step = variant.step;
         compare(should, picture(*small, variant, stop, error.seconds), error);
     }
     return errors;

@@ -10,7 +10,9 @@ namespace kagero {
 struct PictureError {
     std::string method;
     Precision precision{};
-    double step = 0;
+    bool adaptive = false;
+    double step = 0;             ///< of adaptive methods: the tolerance
+    double gradients = 0;        ///< per ray, of the sample of the study
     double seconds = 0;          ///< of rendering
     double wrong_pixels = 0;     ///< share of pixels of which a colour differs by more than 1/255, linear
     double rms = 0;              ///< over all colours, linear; 1 is white

@@ -28,7 +28,7 @@ std::uint32_t index_of(const std::string& name, const Infos* infos, std::uint32_
 double chord_tolerance(const Plan& plan, bool with_camera) {
     const double size = plan.geometry->kernel_view() ? plan.geometry->diagonal() : plan.scene.integrator.escape_radius;
     if (!with_camera) return 1e-5 * size;
-    return 0.1 * pixel_size(plan.scene, 0.5 * size);
+    return 0.02 * pixel_size(plan.scene, 0.5 * size);
 }
 
 /// Whether to integrate ΩH: where the space declares it, the scene does not forbid it, and the method can.

@@ -178,19 +178,21 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
     const auto passed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
     unsigned rounds = repeats ? repeats : least_rounds;
     // Interleaved, so that a slow minute of the machine is nobody's alone.
-    for (unsigned r = 0; r < rounds && !result.interrupted; ++r) {
+    for (unsigned r = 0; r < rounds; ++r) {
         for (std::size_t i = 0; i < ways.size() && !result.interrupted; ++i) {
             result.interrupted = !run(plan, film, ways[i], stop);
             if (progress) progress(double(r * ways.size() + i + 1) / double(rounds * ways.size()), passed());
         }
+        if (result.interrupted) break;
         for (Roof& roof : roofs) roof.rates.push_back(peak.operations_per_second(roof.threads));
         if (r == 0 && !repeats)
             rounds = unsigned(std::clamp(enough_seconds / passed(), double(least_rounds), double(most_rounds)));
     }
-    result.repeats = rounds;
     plan.threads = threads;
     plan.options.schedule = asked;
-    if (result.interrupted) return result;
+    result.repeats = unsigned(ways.back().times.size());
+    if (result.repeats == 0) return result;
+    for (Way& way : ways) way.times.resize(result.repeats);  // of an interrupted round some had begun
 
     summarize(ways, roofs, own, result);
     count_operations(plan, result);

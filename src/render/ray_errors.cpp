@@ -63,7 +63,8 @@ Spread spread_of(std::vector<double> values) {
     constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
     if (values.empty()) return {not_known, not_known, not_known, not_known};
     std::sort(values.begin(), values.end());
-    const auto at = [&](double share) { return values[static_cast<std::size_t>(share * double(values.size() - 1))]; };
+    // The nearest rank: no less than this share of the values is as small as that.
+    const auto at = [&](double share) { return values[static_cast<std::size_t>(std::ceil(share * double(values.size()))) - 1]; };
     return {at(0.5), at(0.9), at(0.99), values.back()};
 }
 

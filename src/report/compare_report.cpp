@@ -24,9 +24,9 @@ Json row_json(const CompareRow& row, unsigned threads) {
             {"seconds", {{"median", row.seconds.median}, {"min", row.seconds.min}, {"max", row.seconds.max}}},
             {"mrays_per_s", 1e-6 * row.rays_per_second},
             {"speedup", row.speedup},
-            {"lane_occupancy", row.occupancy},
-            {"max_difference", row.max_difference},
-            {"flips", row.flips},
+            {"lane_occupancy", row.drawn ? Json(row.occupancy) : Json()},
+            {"max_difference", row.drawn ? Json(row.max_difference) : Json()},
+            {"flips", row.drawn ? Json(row.flips) : Json()},
             {"step", row.step},
             {"solver_tolerance", row.solver_tolerance}};
 }
@@ -53,9 +53,9 @@ Cells cells_of(const CompareRow& row) {
             number(1e3 * row.seconds.median),
             number(row.rays_per_second),
             number(row.speedup),
-            rounded(row.occupancy),
-            rounded(row.max_difference),
-            std::to_string(row.flips)};
+            row.drawn ? rounded(row.occupancy) : "-",
+            row.drawn ? rounded(row.max_difference) : "-",
+            row.drawn ? std::to_string(row.flips) : "-"};
 }
 
 const Cells header{"isa",   "strategy", "method", "step",    "precision", "lanes",      "registers",

@@ -2,6 +2,7 @@
 
 #include "render/kernels.h"
 #include "report/method_style.h"
+#include "report/numbers.h"
 
 #include <algorithm>
 #include <charconv>
@@ -16,8 +17,9 @@ std::string short_number(double value) {
 }
 
 std::string tip_of(const StudyCurve& curve, const StudyPoint& point) {
+    const std::string time = std::isfinite(point.time.median) ? rounded(point.time.median) + " ns" : "not timed";
     return curve.method + " " + name_of(curve.precision) + (curve.info->adaptive ? ", tolerance " : ", step ") +
-           short_number(point.step) + ": " + short_number(point.time.median) + " ns, " + short_number(point.gradients) +
+           short_number(point.step) + ": " + time + ", " + rounded(point.gradients) +
            " gradients per ray; 90 % of the rays within " + short_number(point.errors.pixels.p90) + " pixel";
 }
 
@@ -25,11 +27,9 @@ bool emphasised(const StudyCurve& curve) {
     return curve.own || curve.method == "satoh2" || curve.method == "satoh4";
 }
 
-Series series_of(const StudyCurve& curve, Work work) {
+Series series_of(const ErrorStudy& study, const StudyCurve& curve, Work work) {
     const MethodStyle style = style_of(curve.method);
-    Series series{curve.method, style.color, style.mark,
-                  false,        false,       emphasised(curve) && curve.precision == Precision::float64 && !curve.loose,
-                  {},           {}};
+    Series series{curve.method, style.color, style.mark, false, false, emphasised(curve) && study.shows(curve) && !curve.loose, {}, {}};
     if (curve.loose) series.label += " loose", series.dotted = true;
     if (curve.precision == Precision::float32) series.label += " float", series.dashed = true;
     for (const StudyPoint& point : curve.points) {
@@ -46,11 +46,11 @@ const char* color_of(Strategy strategy) {
 /// Curves that the first charts show: few enough to be told apart.
 bool represents(const ErrorStudy& study, std::size_t index) {
     const StudyCurve& curve = study.curves[index];
-    if (curve.strategy != Strategy::packet) return false;
+    if (curve.strategy != study.strategy) return false;
     if (curve.own) return true;
     for (const Cheapest& best : study.cheapest)
         if (best.found && best.curve == index) return true;
-    if (curve.precision == Precision::float32 || curve.loose) return false;
+    if (curve.precision != study.precision || curve.loose) return false;
     for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "ks-s10", "rk4", "dp54", "gauss8"})
         if (curve.method == name) return true;
     return false;
@@ -62,7 +62,7 @@ std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vecto
     chart.title = std::string("Pixel error against ") + (time ? "run time" : "gradient evaluations") + " for " + plan.scene.path;
     chart.x.title = time ? "run time per ray, ns (median)" : "gradient evaluations per ray";
     chart.y.title = "error of 90 % of the rays, pixels";
-    for (const StudyCurve* curve : curves) chart.series.push_back(series_of(*curve, work));
+    for (const StudyCurve* curve : curves) chart.series.push_back(series_of(study, *curve, work));
     chart.bounds = {{0.25, "¼ pixel"}, {1e-3, "1/1000 pixel"}};
     chart.doubtful = study.reference.pixels.p90;
     chart.doubtful_label = "below the reference's own uncertainty";
@@ -77,7 +77,7 @@ std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
         // Work does not depend on precision; drawing both would only double the lines.
-        if (curve.precision == Precision::float32 && work == Work::gradients) continue;
+        if (curve.precision != study.precision && work == Work::gradients) continue;
         if (represents(study, i)) curves.push_back(&curve);
     }
     return chart_of(plan, study, curves, work);
@@ -88,7 +88,7 @@ std::string family_chart(const Plan& plan, const ErrorStudy& study, const std::s
     bool more = false;
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
-        if (curve.strategy != Strategy::packet || !same_family(curve.method, example)) continue;
+        if (curve.strategy != study.strategy || !same_family(curve.method, example)) continue;
         curves.push_back(&curve);
         more |= !represents(study, i);
     }
@@ -107,7 +107,7 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
         // Points where the error changes sign are accidents; the floor keeps them from ruling the axis.
         for (std::size_t i = 1; i < trace.points.size(); ++i)
             series.points.push_back({trace.points[i][0], std::max(std::abs(trace.points[i][1]), 1e-17)});
-        series.label += ", step " + short_number(trace.step);
+        series.label += (trace.adaptive ? ", tolerance " : ", step ") + short_number(trace.step) + ", " + rounded(trace.gradients) + " gradients";
         chart.series.push_back(std::move(series));
     }
     chart.least_y = 1e-17;

@@ -21,8 +21,8 @@ std::string percent(double share) {
     return std::isfinite(share) ? html_number(100 * share) + " %" : "–";
 }
 
-std::string step_text(const StudyCurve& curve, double step) {
-    return (curve.info->adaptive ? "tolerance " : "step ") + html_number(step);
+std::string step_text(bool adaptive, double step) {
+    return (adaptive ? "tolerance " : "step ") + html_number(step);
 }
 
 std::string time_text(double nanoseconds) {
@@ -64,7 +64,7 @@ std::string cheapest_section(const ErrorStudy& study) {
         rows.push_back(
             {bound_text(best),
              "<b>" + html_text(curve.method) + "</b>" + (curve.loose ? ", solved to " + html_number(point.solver_tolerance) : ""),
-             name_of(curve.precision), step_text(curve, point.step), time_text(point.time.median), html_number(point.gradients)});
+             name_of(curve.precision), step_text(curve.info->adaptive, point.step), time_text(point.time.median), html_number(point.gradients)});
     }
     return "<section class=\"keep\"><h2>Cheapest method for an error</h2>\n" +
            html_table({"99 % of the rays within", "method", "precision", "step", "per ray", "gradients"}, rows, 4) +
@@ -98,7 +98,7 @@ std::string families_section(const Plan& plan, const ErrorStudy& study) {
 std::string order_section(const ErrorStudy& study) {
     Rows rows;
     for (const StudyCurve& curve : study.curves) {
-        if (curve.strategy != Strategy::packet || curve.precision != Precision::float64 || curve.loose) continue;
+        if (!study.shows(curve) || curve.loose) continue;
         rows.push_back({"<span style=\"color:" + style_of(curve.method).color + "\">■</span> " + html_text(curve.method) +
                             (curve.own ? " <b>(the scene's)</b>" : ""),
                         html_text(curve.info->what), curve.rescaled ? "yes" : "no",
@@ -119,14 +119,13 @@ std::string pictures_section(const ErrorStudy& study) {
     if (study.pictures.empty()) return "";
     Rows rows;
     for (const PictureError& picture : study.pictures)
-        rows.push_back({html_text(picture.method), html_number(picture.step), percent(picture.wrong_pixels),
+        rows.push_back({html_text(picture.method), step_text(picture.adaptive, picture.step), html_number(picture.gradients), percent(picture.wrong_pixels),
                         html_number(picture.rms), picture.psnr ? fixed(*picture.psnr, 1) + " dB" : "∞",
                         html_number(1000 * picture.seconds) + " ms"});
     return "<section class=\"keep\"><h2>What it does to the picture</h2>\n" +
-           html_table({"method", "step", "wrong pixels", "RMS", "PSNR", "rendering"}, rows, 1) +
-           "<p class=\"note\">The scene at most 128 pixels wide, with about the same number of gradient evaluations per ray by "
-           "each method, against the picture by "
-           "the reference method. A pixel is wrong where a colour is off by more than 1/255 (linear; white is "
+           html_table({"method", "", "gradients per ray", "wrong pixels", "RMS", "PSNR", "rendering"}, rows, 2) +
+           "<p class=\"note\">The scene at most 128 pixels wide, against the picture by the reference method; each method at that of its "
+           "points below whose gradient evaluations per ray are nearest to those of the scene's own, which may still be far from them. A pixel is wrong where a colour is off by more than 1/255 (linear; white is "
            "1).</p></section>\n";
 }
 
@@ -232,8 +231,8 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
     if (!study.energy.empty())
         body +=
             html_figure("H along one ray", energy_chart(plan, study),
-                        "The most bent of the well-conditioned rays; each method at the step that needs about as many gradient "
-                        "evaluations as the scene's own. The exact ray keeps H. "
+                        "The most bent of the well-conditioned rays; each method at that of its points whose gradient "
+                        "evaluations per ray (in the legend) are nearest to those of the scene's own. The exact ray keeps H. "
                         "Relative to half the square of the momentum at the start plus |H₀|. A small error of H alone does not "
                         "make a path right.");
     body +=

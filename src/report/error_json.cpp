@@ -107,6 +107,7 @@ Json pictures_json(const ErrorStudy& study) {
     for (const PictureError& picture : study.pictures)
         all.push_back({{"method", picture.method},
                        {"step", picture.step},
+                       {"gradients_per_ray", picture.gradients},
                        {"precision", name_of(picture.precision)},
                        {"wrong_pixels", picture.wrong_pixels},
                        {"rms", picture.rms},

@@ -70,12 +70,12 @@ std::string error_plot(const Plan& plan, const ErrorStudy& study) {
         title +
         "' noenhanced\n"
         "set xlabel 'ns per ray'\nset ylabel 'position error of 90 % of the rays, scene units'\n"
-        "pick(method, precision, loose) = strcol(1) eq method && strcol(2) eq 'packet' && strcol(3) eq precision && strcol(34) "
-        "eq loose\n"
-        "plot";
-    const char* between = " \\\n    ";
+        "pick(method, precision, loose) = strcol(1) eq method && strcol(2) eq '" +
+        std::string(name_of(study.strategy)) +
+        "' && strcol(3) eq precision && strcol(34) eq loose\n";
+    const char* between = "plot \\\n    ";
     for (const StudyCurve& curve : study.curves) {
-        if (curve.strategy != Strategy::packet) continue;
+        if (curve.strategy != study.strategy) continue;
         const std::string precision = name_of(curve.precision);
         text += std::string(between) + "'results.csv' skip 1 using (pick('" + curve.method + "', '" + precision + "', '" +
                 (curve.loose ? "yes" : "no") + "') ? $5 : 1/0):(column(11) > 0 ? column(11) : 1/0) with linespoints title '" +

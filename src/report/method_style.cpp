@@ -10,7 +10,7 @@ struct Family {
 };
 constexpr Family families[] = {
     {"satoh", 354, 72, Mark::cross},  {"euler", 354, 72, Mark::cross},  {"ks-", 282, 45, Mark::diamond},
-    {"srkn", 180, 70, Mark::diamond}, {"gauss", 132, 55, Mark::circle}, {"midpoint", 132, 55, Mark::circle},
+    {"srkn", 180, 70, Mark::diamond}, {"orbit-", 180, 70, Mark::diamond}, {"gauss", 132, 55, Mark::circle}, {"midpoint", 132, 55, Mark::circle},
     {"rk", 215, 78, Mark::square},    {"dp", 215, 78, Mark::square},    {"", 34, 88, Mark::triangle},
 };
 

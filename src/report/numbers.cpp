@@ -25,7 +25,7 @@ std::string fixed(double value, int digits) {
 std::string rounded(double value) {
     const char* suffix = "";
     for (const char* next : {" k", " M", " G"}) {
-        if (std::abs(value) < 1000) break;
+        if (std::abs(value) < 999.5) break;  // else three digits make it 1000
         value /= 1000;
         suffix = next;
     }

@@ -53,11 +53,8 @@ std::string film_of_tiles(const Profile& profile, double left, double top, doubl
 }  // namespace
 
 std::string stages_chart(const Profile& profile, double write_seconds) {
-    const StageTimes& s = profile.stages;
+    const auto stages = stages_of(profile, write_seconds);
     double all = 0;
-    const std::vector<std::pair<std::string, double>> stages{
-        {"predict", s.predict}, {"list rays", s.list}, {"integrate", s.integrate}, {"query", s.query},
-        {"refine", s.refine},   {"shade", s.shade},    {"write", write_seconds}};
     for (const auto& stage : stages) all += stage.second;
     BarChart chart{"Seconds of all threads, stage by stage", "s", {}};
     for (const auto& [name, seconds] : stages)

@@ -113,12 +113,13 @@ std::string profile_page(const Plan& plan, const Profile& profile, double write_
                      plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);
 }
 
-std::string profile_text(const Profile& profile) {
-    const StageTimes& s = profile.stages;
-    const double all = s.predict + s.list + s.integrate + s.query + s.refine + s.shade;
-    const auto share = [&](const char* name, double seconds) { return std::string(name) + " " + percent(ratio(seconds, all)); };
-    std::string text = share("integrate", s.integrate) + ", " + share("query", s.query) + ", " + share("refine", s.refine) +
-                       ", " + share("shade", s.shade) + ", " + share("predict", s.predict) + "\n";
+std::string profile_text(const Profile& profile, double write_seconds) {
+    const auto stages = stages_of(profile, write_seconds);
+    double all = 0;
+    for (const auto& stage : stages) all += stage.second;
+    std::string text;
+    for (const auto& [name, seconds] : stages) text += (text.empty() ? "" : ", ") + name + " " + percent(ratio(seconds, all));
+    text += "\n";
     for (const ScheduleTime& time : profile.schedules)
         text += std::string(name_of(time.schedule)) + ": " + rounded(time.seconds) + " s, idle at the end " +
                 percent(time.idle_at_end, 2) + "\n";

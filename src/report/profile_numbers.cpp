@@ -8,6 +8,12 @@ double seconds_per_predicted(const Profile& profile) {
     return ratio(measured, predicted);
 }
 
+std::vector<std::pair<std::string, double>> stages_of(const Profile& profile, double write_seconds) {
+    const StageTimes& s = profile.stages;
+    return {{"predict", s.predict}, {"list rays", s.list}, {"integrate", s.integrate}, {"query", s.query},
+            {"refine", s.refine},   {"shade", s.shade},    {"write", write_seconds}};
+}
+
 double tracing_seconds(const Profile& profile) {
     return profile.stages.integrate + profile.stages.query + profile.stages.refine;
 }

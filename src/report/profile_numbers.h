@@ -3,6 +3,10 @@
 
 #include "render/profile.h"
 
+#include <string>
+#include <utility>
+#include <vector>
+
 namespace kagero {
 
 inline double ratio(double a, double b) {
@@ -11,6 +15,9 @@ inline double ratio(double a, double b) {
 
 /// Predicted and measured costs have units of their own; this many measured seconds are one predicted unit.
 double seconds_per_predicted(const Profile& profile);
+
+/// What a render and the writing of its picture consist of: names and seconds of all threads.
+std::vector<std::pair<std::string, double>> stages_of(const Profile& profile, double write_seconds);
 
 /// Seconds of all threads in the kernels.
 double tracing_seconds(const Profile& profile);

@@ -16,6 +16,6 @@ std::string profile_trace(const Plan& plan, const Profile& profile, double write
 std::string profile_page(const Plan& plan, const Profile& profile, double write_seconds);
 
 /// A few lines for people.
-std::string profile_text(const Profile& profile);
+std::string profile_text(const Profile& profile, double write_seconds);
 
 }  // namespace kagero

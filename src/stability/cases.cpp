@@ -92,7 +92,7 @@ std::vector<std::string> stability_case_names() {
 }
 
 std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
-                                        const std::function<void(const StabilityRow&)>& done) {
+                                        const std::function<void(const StabilityRow&)>& done, const std::atomic<bool>* stop) {
     const auto known = stability_case_names();
     for (const std::string& name : names)
         if (std::find(known.begin(), known.end(), name) == known.end())
@@ -100,6 +100,7 @@ std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, c
     std::vector<StabilityRow> rows;
     for (const Case& each : cases) {
         if (!names.empty() && std::find(names.begin(), names.end(), each.name) == names.end()) continue;
+        if (stop && *stop) break;
         StabilityRow& row = rows.emplace_back(StabilityRow{each.name, each.what, each.expected, {}});
         for (const std::string& isa : request.isas) row.outcomes.push_back(run_case(each, request, isa));
         if (done) done(row);

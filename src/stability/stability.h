@@ -2,6 +2,7 @@
 /// `trace` use.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <string>
 #include <vector>
@@ -31,9 +32,10 @@ struct StabilityRequest {
 /// Names of all cases, in the order of the table.
 std::vector<std::string> stability_case_names();
 
-/// Runs the named cases, or all for none, in the order of the table; `done` is called after each. Throws InputError, with a near
-/// match, for a name that is none.
+/// Runs the named cases, or all for none, in the order of the table; `done` is called after each, and none begins once `stop` is set.
+/// Throws InputError, with a near match, for a name that is none.
 std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
-                                        const std::function<void(const StabilityRow&)>& done = {});
+                                        const std::function<void(const StabilityRow&)>& done = {},
+                                        const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

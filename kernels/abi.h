@@ -29,6 +29,7 @@ enum class Failure : std::uint8_t {
     nonfinite_start,     ///< a coordinate of the start or direction is infinite or not a number
     singular_start,      ///< H or its derivatives do not exist at the start
     no_observer,         ///< the space has no such observer, or none can be here
+    no_rest_frame,       ///< H is no light in a spacetime: its rays start along directions in coordinates
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
     not_converged,       ///< an implicit step found no solution, even after halving the step
     not_finite,          ///< the state left the range of the number type
@@ -47,6 +48,7 @@ struct ParameterInfo {
     bool least_open;
     const char* unit;
     const char* meaning;
+    bool odd = false;  ///< of the other sign where time runs the other way
 };
 
 /// What a Hamiltonian's header says of itself.
@@ -111,11 +113,13 @@ struct Geometry {
 };
 
 /// The momentum of a ray that an observer sees in the unit direction d of its rest frame: p_i = Σ_j matrix[i][j] d_j + offset[i]
-/// for i = x, y, z, t; then divided by p_t where `unit_pt`. Directions have unit length where Σ_ij d_i metric[i][j] d_j = 1.
+/// for i = x, y, z, t; where `pt` is not 0 scaled to this p_t, if p_t > 0. Rays of other p_t, inside an ergosphere, were never outside: where
+/// there is the sky alone they are captured at once. Directions have unit length where Σ_ij d_i metric[i][j] d_j = 1.
 struct StartMap {
     double matrix[4][3];
     double offset[4];
-    bool unit_pt;
+    double pt;
+    bool sky_alone;
     double metric[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };
 
@@ -280,10 +284,11 @@ struct Module {
     Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
     /// The state with dq/dλ along d and H = H0.
     Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3], RayStart*);
-    /// p · u: the frequency of a ray as matter at q sees it that moves with the velocity v = dx/dt. Not a number where v is no velocity
-    /// of matter; 1 in an index medium, where nothing moves and the frequency is the same everywhere.
+    /// p · u: the frequency of a ray as matter at q sees it that moves with the velocity v = dx/dt; `time` is −1 for rays of a falling
+    /// observer, else 1. Not a number where v is no velocity of matter; 1 in an index medium, where nothing moves and the frequency is
+    /// the same everywhere.
     double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3], double pt,
-                        const double v[3]);
+                        const double v[3], double time);
 
     /// Differentiates a formula and writes its programs, which stand for the parameters of the Hamiltonian `formula`, to `program_size` numbers.
     /// Null when that worked, else why not.

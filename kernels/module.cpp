@@ -4,7 +4,6 @@
 #include "kernels/numeric/peak.h"
 #include "kernels/stepping/operations.h"
 #include "kernels/tracing/compared.h"
-#include "kernels/tracing/emitter.h"
 #include "kernels/tracing/observers.h"
 #include "kernels/tracing/paths.h"
 #include "kernels/tracing/trace_entry.h"
@@ -112,10 +111,22 @@ double far_side(std::uint32_t hamiltonian, const double* parameters) {
     });
 }
 
+/// Of a formula observers at rest are known.
+Failure observe_formula(ObserverKind kind, const formula::Programs& programs, const double (&q)[3], StartMap& map) {
+    map = {};
+    if (kind == ObserverKind::zamo || kind == ObserverKind::falling) return Failure::no_observer;
+    Matrix<4> inverse_metric, g;
+    if (!formula::inverse_metric_of(programs, q, inverse_metric)) return Failure::no_rest_frame;
+    if (!metric_of(inverse_metric, g)) return Failure::singular_start;
+    map.pt = programs.pt;
+    const bool is_static = kind == ObserverKind::static_;
+    return rest_frame(inverse_metric, g, is_static ? std::array{g[0][3], g[1][3], g[2][3], g[3][3]} : std::array{0.0, 0.0, 0.0, -1.0}, 1, map);
+}
+
 Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double at[3], StartMap* map) {
-    if (hamiltonian == formula_index) return Failure::no_observer;
     double q[3];
     copy(at, q);
+    if (hamiltonian == formula_index) return observe_formula(kind, formula::programs_in(parameters), q, *map);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe<H>(kind, parameters, q, *map); });
 }
 
@@ -127,11 +138,14 @@ Failure start(std::uint32_t hamiltonian, const double* parameters, const double 
 }
 
 double frequency(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], double pt,
-                 const double velocity[3]) {
-    if (hamiltonian == formula_index) return 1;
+                 const double velocity[3], double time) {
     double q[3], p[3], v[3];
     copy(at, q), copy(along, p), copy(velocity, v);
-    return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
+    if (hamiltonian == formula_index) {
+        Matrix<4> inverse_metric;
+        return formula::inverse_metric_of(formula::programs_in(parameters), q, inverse_metric) ? frequency_in(inverse_metric, p, pt, v, time) : 1;
+    }
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v, time); });
 }
 
 Operations operations(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator, bool rescaled) {

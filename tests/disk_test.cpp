@@ -214,6 +214,43 @@ TEST(Redshift, OfKerrsOrbitsIsTheClosedForm) {
     }
 }
 
+// Within the ergosphere matter sends light of negative energy, which no sky does: it is seen there, by a zamo and by whoever rests in the
+// coordinates, and has its redshift. The frequency sent is the closed form above.
+TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
+    const Catalogue known = catalogue("auto");
+    bool built = false;
+    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i) built |= std::string(known.hamiltonians[i].name) == "kerr";
+    if (!built) GTEST_SKIP() << "without kerr";
+    for (const auto& [observer, look_at] : {std::pair{"zamo", "[10,-1.9,0]"}, {"coordinate", "[0,-10,0]"}}) {
+        const Overrides overrides{"space={hamiltonian=\"kerr\", mass=1, spin=0.998}", "object.disk.inner=1.62", "object.disk.outer=9",
+                                  "camera.position=[0,-1.9,0.25]", "camera.fov=80", "film.size=[24,16]", "integrator.max_steps=100000",
+                                  std::string("camera.observer=") + observer, std::string("camera.look_at=") + look_at};
+        const auto plan = plan_of_text(disk, overrides);
+        const Traced traced(*plan);
+        int negative = 0;
+        for (std::size_t i = 0; i < traced.ends.size(); ++i) {
+            const RayEnd& end = traced.ends[i];
+            const bool below = traced.rays[i].start.pt < 0;
+            EXPECT_FALSE(below && end.status == Status::escaped) << i;
+            if (end.status != Status::hit || !below) continue;
+            ++negative;
+            const double a = 0.998, r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a), rr = std::pow(r, 1.5);
+            const double ut = (rr + a) / (std::pow(r, 0.75) * std::sqrt(rr - 3 * std::sqrt(r) + 2 * a));
+            const double sent = ut * (end.pt + (end.q[0] * end.p[1] - end.q[1] * end.p[0]) / (rr + a));
+            const double g = redshift_of(*plan, {&end, &traced.rays[i]});
+            EXPECT_GT(g, 0) << i;
+            EXPECT_NEAR(g * sent / traced.rays[i].frequency, 1, 1e-6) << observer << ' ' << i;
+        }
+        EXPECT_GT(negative, 10) << observer;
+        // Where there is the sky alone such a ray ends at once.
+        const auto sky = plan_of_text(std::string(disk).substr(0, std::string(disk).find("[[object]]")),
+                                      {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
+        const Traced alone(*sky);
+        for (std::size_t i = 0; i < alone.ends.size(); ++i)
+            if (alone.rays[i].start.pt < 0) EXPECT_EQ(alone.ends[i].status, Status::captured) << observer << ' ' << i;
+    }
+}
+
 TEST(Disk, HasRoundEdgesAndAHole) {
     const auto plan = plan_of_text(
         disk, {"space={hamiltonian=\"flat\"}", "camera.type=orthographic", "camera.position=[0,0,5]", "camera.up=[0,1,0]",

@@ -11,10 +11,12 @@ namespace kagero::test {
 namespace {
 
 std::unique_ptr<Plan> spacetime(const std::string& space, const std::string& integrator, const char* strategy = "packet",
-                                const Overrides& overrides = {}) {
+                                const Overrides& overrides = {}, const std::string& observer = "") {
     const std::string scene = "[space]\n" + space + "\n[integrator]\nmethod = \"gauss12\"\nstep = 0.1\nmax_steps = 1000000\n" + integrator +
                               "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
-    return plan_of_text(scene, overrides, with_strategy(strategy), false);
+    Options options = with_strategy(strategy);
+    options.observer = observer;
+    return plan_of_text(scene, overrides, options, false);
 }
 
 std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayStart>& starts) {
@@ -220,6 +222,23 @@ TEST(FallingObserver, SeesASmallerShadow) {
     EXPECT_GT(shadow(0.7), shadow(1.0));  // … and inside
 }
 
+// The edges of the shadow are where the light has the impact parameters that part it, whoever looks; on the left it is that of prograde
+// light. In the metric with t → −t they are (x p_y − y p_x)/p_t.
+TEST(FallingObserver, SeesAHoleTurnAsItDoes) {
+    const double spin = 0.9;
+    const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 60", "packet", {}, "falling");
+    for (const double side : {1.0, -1.0}) {
+        const auto ray_at = [&](double angle) {  // from (0, −50, 0) towards the hole, to −x or +x
+            return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}}, "falling")[0];
+        };
+        const RayStart at = ray_at(edge(*plan, 0, 0.3, ray_at, 1e-11));
+        const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
+        EXPECT_NEAR((at.q[0] * at.p[1] - at.q[1] * at.p[0]) / at.pt, expected, 1e-7 * std::abs(expected)) << side;
+    }
+    const auto other = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 60");
+    EXPECT_THROW(start_rays(*other, {{{0, -50, 0}, {0, 1, 0}}}, "falling"), RunError);
+}
+
 // Zero angular momentum: light sent along the radius of the frame has p_φ = 0, and light to either side the same size of it. ω is that
 // of Bardeen, Press & Teukolsky (1972): the static observer, who does not turn, sees a difference.
 TEST(ZamoObserver, TurnsWithTheHole) {
@@ -241,8 +260,8 @@ TEST(ZamoObserver, TurnsWithTheHole) {
 // Every observer's light is light, and its frame orthonormal: directions d and −d add to twice the 4-velocity.
 TEST(Observers, SeeNullRays) {
     for (const char* space : {"hamiltonian = \"kerr\"\nspin = 0.7", "hamiltonian = \"schwarzschild\"", "hamiltonian = \"wormhole\""}) {
-        const auto plan = spacetime(space, "escape_radius = 40");
         for (const char* observer : {"static", "zamo", "falling", "coordinate"}) {
+            const auto plan = spacetime(space, "escape_radius = 40", "packet", {}, observer);
             if (std::string(space).find("wormhole") != std::string::npos && std::string(observer) == "falling") continue;
             std::vector<RayInput> rays;
             for (int i = 0; i < 12; ++i) rays.push_back({{3, 4, 2}, {std::cos(i * 1.1), std::sin(i * 1.1), std::cos(2.3 * i)}});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/formula/code.h"
+#include "kernels/numeric/rest_frame.h"
 #include "kernels/stepping/space_kernel.h"
 
 namespace kagero::formula {
@@ -31,6 +32,9 @@ const char* compile(const Formula& formula, Programs& programs);
 
 /// p with ∂H/∂p along d in the same sense, and H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out);
+
+/// ∂²H/∂p_a∂p_b, the inverse metric at q, where H is light in a spacetime: ½ G^{ab} p_a p_b with H0 = 0 and p_t > 0. False for any other H.
+bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>& inverse_metric);
 
 /// Every kind of step on these programs. Defined in one translation unit per strategy.
 template <class V>

@@ -1,4 +1,4 @@
-// The momentum a ray starts with, for any H: p with ∂H/∂p = μ d, μ > 0, and H = H0.
+// The momentum a ray starts with, for any H: p with ∂H/∂p = μ d, μ > 0, and H = H0; and the metric, where H has one.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
 
@@ -125,7 +125,45 @@ bool converge(const Programs& programs, const double (&q)[3], const Vector& d, V
     return last < enough;
 }
 
+/// H − H0 at (q, p, p_t), with its first and second derivatives by all four.
+MomentumExpansion expand_in_momentum(const Programs& programs, const double (&q)[3], const std::array<double, 4>& p) {
+    using First = Dual<double, 4>;
+    using Second = Dual<First, 4>;
+    Second in[7], out[1];
+    for (int i = 0; i < 3; ++i) in[i] = Second(q[i]);
+    for (int a = 0; a < 4; ++a) in[3 + a] = Second::variable(First::variable(p[a], a), a);
+    evaluate(programs.value, in, out);
+    MomentumExpansion e{out[0].value.value, out[0].value.derivative, {}};
+    for (int a = 0; a < 4; ++a) e.hessian[a] = out[0].derivative[a].derivative;
+    return e;
+}
+
+/// Whether e, at p, is what G says of a form without terms of lower degree.
+bool is_form(const MomentumExpansion& e, const Matrix<4>& g, const std::array<double, 4>& p) {
+    constexpr double rounding = 1e-12;
+    double value = 0, size = 0, off = 0;
+    for (int a = 0; a < 4; ++a) {
+        double slope = 0, terms = 0;
+        for (int b = 0; b < 4; ++b) {
+            slope += g[a][b] * p[b], terms += std::abs(g[a][b] * p[b]);
+            off = std::max(off, std::abs(e.hessian[a][b] - g[a][b])), size = std::max(size, std::abs(g[a][b]));
+        }
+        value += 0.5 * p[a] * slope;
+        if (!(std::abs(e.gradient[a] - slope) <= rounding * (terms + size))) return false;
+    }
+    return off <= rounding * size && std::abs(e.value - value) <= rounding * size;
+}
+
 }  // namespace
+
+bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>& inverse_metric) {
+    if (programs.level != 0 || !(programs.pt > 0)) return false;
+    const std::array<double, 4> rest{0, 0, 0, 1}, moving{0.6, -0.3, 0.7, 0.8};
+    inverse_metric = expand_in_momentum(programs, q, rest).hessian;
+    // Of H without p_t there is no metric.
+    return inverse_metric[3][3] < 0 && is_form(expand_in_momentum(programs, q, rest), inverse_metric, rest) &&
+           is_form(expand_in_momentum(programs, q, moving), inverse_metric, moving);
+}
 
 /// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians have; then both
 /// methods from guesses along d, from |p| = 1 outward to both sides. The first solution is taken.

@@ -6,54 +6,12 @@
 
 #include "kernels/abi.h"
 #include "kernels/numeric/dual.h"
+#include "kernels/numeric/rest_frame.h"
 #include "kernels/stepping/system.h"
 
 #include <cmath>
 
 namespace kagero {
-
-template <int n>
-using Matrix = std::array<std::array<double, n>, n>;
-
-/// Inverse by Gauss–Jordan elimination with row pivoting; not finite when singular.
-template <int n>
-Matrix<n> inverse(Matrix<n> m) {
-    Matrix<n> r{};
-    for (int i = 0; i < n; ++i) r[i][i] = 1;
-    for (int c = 0; c < n; ++c) {
-        int pivot = c;
-        for (int i = c + 1; i < n; ++i)
-            if (std::abs(m[i][c]) > std::abs(m[pivot][c])) pivot = i;
-        std::swap(m[c], m[pivot]), std::swap(r[c], r[pivot]);
-        const double scale = 1 / m[c][c];
-        for (int k = 0; k < n; ++k) m[c][k] *= scale, r[c][k] *= scale;
-        for (int i = 0; i < n; ++i) {
-            if (i == c) continue;
-            const double factor = m[i][c];
-            for (int k = 0; k < n; ++k) m[i][k] -= factor * m[c][k], r[i][k] -= factor * r[c][k];
-        }
-    }
-    return r;
-}
-
-/// h^(−1/2) of a symmetric positive definite matrix, by Denman and Beavers (1976).
-inline Matrix<3> inverse_square_root(const Matrix<3>& h) {
-    Matrix<3> y = h, z{};
-    for (int i = 0; i < 3; ++i) z[i][i] = 1;
-    for (int step = 0; step < 40; ++step) {
-        const Matrix<3> yi = inverse<3>(y), zi = inverse<3>(z);
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) y[i][k] = 0.5 * (y[i][k] + zi[i][k]), z[i][k] = 0.5 * (z[i][k] + yi[i][k]);
-    }
-    return z;
-}
-
-/// H at p = 0 and unit-free p_t, with first and second derivatives by (p_x, p_y, p_z, p_t).
-struct MomentumExpansion {
-    double value;
-    std::array<double, 4> gradient;
-    Matrix<4> hessian;
-};
 
 template <class H>
 MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)[3], double pt) {
@@ -144,45 +102,27 @@ Failure observe_medium(const double* parameters, const double (&q)[3], StartMap&
     return Failure::none;
 }
 
-/// Directions of an observer's rest frame to momenta. The frame's axes are the coordinate axes projected orthogonally to the
-/// 4-velocity u and orthonormalised symmetrically, E = h^(−1/2) e; the ray, followed backward from the eye, is p = −u + d·E. A falling
-/// observer lives in the ingoing form of the metric: its time is −t, and so is its p_t.
+/// Directions of an observer's rest frame to momenta. A falling observer lives in the ingoing form of the metric, the outgoing one with
+/// t → −t: there a hole of the parameters given spins the other way.
 template <class H>
 Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
     map = {};
     const bool needs_hole = kind == ObserverKind::falling || kind == ObserverKind::zamo;
     if (needs_hole && (!H::spacetime || (kind == ObserverKind::falling && !Hole<H>))) return Failure::no_observer;
     if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
-    const MomentumExpansion e = expand_in_momentum<H>(parameters, q, 1);
-    Matrix<4> inverse_metric = e.hessian;
+    Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian, g;
     const double time = kind == ObserverKind::falling ? -1 : 1;
     for (int i = 0; i < 3; ++i) inverse_metric[i][3] *= time, inverse_metric[3][i] *= time;
-    const Matrix<4> g = inverse<4>(inverse_metric);
-    for (const auto& row : g)
-        for (const double x : row)
-            if (!std::isfinite(x)) return Failure::singular_start;
-    std::array<double, 4> u = lowered_velocity<H>(kind, parameters, q, g), up{};
-    double square = 0, terms = 0;
-    for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) up[a] += inverse_metric[a][b] * u[b];
-    for (int a = 0; a < 4; ++a) square += u[a] * up[a], terms += std::abs(u[a] * up[a]);
-    // On a horizon nothing is left of u² but rounding.
-    if (!(square < -64 * machine_epsilon<double> * terms) || !std::isfinite(square)) return Failure::no_observer;
-    // u^t > 0: into the future.
-    const double scale = (up[3] > 0 ? 1 : -1) / std::sqrt(-square);
-    for (int a = 0; a < 4; ++a) u[a] *= scale, up[a] *= scale;
-    Matrix<3> h{};  // e_i · e_k with e_i^a = δ_i^a + u^a u_i
-    for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) h[i][k] = g[i][k] + u[i] * u[k];
-    const Matrix<3> root = inverse_square_root(h);
-    for (int a = 0; a < 4; ++a) {
-        const double sign = a == 3 ? time : 1;
-        map.offset[a] = -sign * u[a];
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) map.matrix[a][i] += sign * root[i][k] * (g[k][a] + u[k] * u[a]);
-    }
-    map.unit_pt = kind == ObserverKind::static_ || kind == ObserverKind::zamo;
-    return Failure::none;
+    if (!metric_of(inverse_metric, g)) return Failure::singular_start;
+    map.pt = kind == ObserverKind::static_ || kind == ObserverKind::zamo ? 1 : 0;
+    return rest_frame(inverse_metric, g, lowered_velocity<H>(kind, parameters, q, g), time, map);
+}
+
+/// p · u for matter that moves with the velocity v = dx/dt (rest_frame.h).
+template <class H>
+double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt, const double (&v)[3], double time) {
+    if constexpr (!H::spacetime) return 1;
+    return frequency_in(expand_in_momentum<H>(parameters, q, pt).hessian, p, pt, v, time);
 }
 
 }  // namespace kagero

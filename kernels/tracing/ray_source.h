@@ -37,7 +37,7 @@ template <int W>
 void look(const CameraRays& from, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
     const CameraRays c = from;  // which no ray can be an alias of
     const StartMap& map = c.start;
-    const double least_pt = map.unit_pt ? 0 : std::numeric_limits<double>::infinity();
+    const double least_pt = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();
     for (int i = 0; i < W; ++i) {
         double d[3], p[4];
         for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + x[i] * c.right[k] + y[i] * c.down[k];
@@ -45,14 +45,13 @@ void look(const CameraRays& from, const double (&x)[W], const double (&y)[W], Ra
         const double inverse = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
         for (double& component : d) component *= inverse;
         for (int k = 0; k < 4; ++k) p[k] = map.matrix[k][0] * d[0] + map.matrix[k][1] * d[1] + map.matrix[k][2] * d[2] + map.offset[k];
-        const double scale = p[3] > least_pt ? 1 / p[3] : 1;
+        const double scale = p[3] > least_pt ? map.pt / p[3] : 1;
         for (int k = 0; k < 3; ++k) rays.y[k][i] = c.position[k], rays.y[3 + k][i] = p[k] * scale;
         rays.y[6][i] = p[3] * scale;
     }
     rays.captured = rays.escaped = 0;
     for (Failure& failure : rays.failure) failure = Failure::none;
-    // Inside an ergosphere light of p_t <= 0 cannot have come from outside: only a hole sends it.
-    if (map.unit_pt)
+    if (map.pt > 0 && map.sky_alone)
         for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[6][i] > 0)) << i;
 }
 

@@ -50,6 +50,7 @@ std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
     SceneDescription scene = request.scene;
     Options options = request.options;
     options.energy_error = options.parameter = every_column;
+    options.observer = request.arguments.observer;
     const std::string& limit = request.arguments.parameter;
     // λ belongs to H: a ray that follows another clock cannot be ended at a given λ.
     if (!limit.empty()) {

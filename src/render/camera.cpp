@@ -59,29 +59,31 @@ CameraRay parallel_ray(const Plan& plan, double u, double v) {
     double q[3];
     for (std::size_t k = 0; k < 3; ++k)
         q[k] = rays.position[k] + (u - 0.5 * rays.width) * rays.right[k] + (v - 0.5 * rays.height) * rays.down[k];
-    if (plan.scene.space.formula) return {formula_ray(plan, plan.view.observer, q, plan.view.forward), 1};
     StartMap map;
-    const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer, q, &map);
+    const Failure failure = observe(plan, plan.view.observer, q, map);
+    if (failure == Failure::no_rest_frame) return {formula_ray(plan, q, plan.view.forward), 1};
     if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false, false}, 0};
     return ray_in_frame(map, q, plan.view.forward);
 }
 
-/// The greatest momentum, for p_t = 1, that an observer gives to a direction along an axis.
+/// The greatest momentum, over p_t, that an observer gives to a direction along an axis.
 double start_momentum(const StartMap& map) {
     double greatest = 0;
     for (int j = 0; j < 3; ++j)
         for (const double sign : {1.0, -1.0}) {
             double p[4];
             for (int i = 0; i < 4; ++i) p[i] = sign * map.matrix[i][j] + map.offset[i];
-            if (map.unit_pt && p[3] > 0) greatest = std::max(greatest, std::hypot(p[0], p[1], p[2]) / p[3]);
+            if (map.pt > 0 && p[3] > 0) greatest = std::max(greatest, std::hypot(p[0], p[1], p[2]) / p[3]);
         }
     return greatest;
 }
 
 /// The map that the plan's observer gives to the camera where it stands.
-Failure observe(Plan& plan, StartMap& map) {
-    if (plan.scene.space.formula) return place_formula_camera(plan);
-    return plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), plan.view.observer, plan.camera.position, &map);
+Failure place_observer(Plan& plan, StartMap& map) {
+    const Failure failure = observe(plan, plan.view.observer, plan.camera.position, map);
+    if (!plan.scene.space.formula) return failure;
+    plan.spacetime = failure != Failure::no_rest_frame;
+    return plan.spacetime ? failure : place_formula_camera(plan, map);
 }
 
 /// Blames the observer where the scene states it and another could be at the camera's place, else that place.
@@ -91,7 +93,7 @@ Failure observe(Plan& plan, StartMap& map) {
     for (const char* name : {"static", "zamo", "falling", "coordinate"}) {
         StartMap map;
         plan.view.observer = observer_named(name);
-        if (observe(plan, map) == Failure::none) others += std::string(others.empty() ? "" : ", ") + name;
+        if (place_observer(plan, map) == Failure::none) others += std::string(others.empty() ? "" : ", ") + name;
     }
     const std::string why = describe(failure) + (others.empty() ? std::string() : "; here can be: " + others);
     if (others.empty() || !camera.observer_place)
@@ -117,12 +119,18 @@ void place_camera(Plan& plan) {
     const SceneDescription& scene = plan.scene;
     aim(plan);
     for (std::size_t k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
-    const Failure failure = observe(plan, plan.camera.start);
+    const Failure failure = place_observer(plan, plan.camera.start);
     if (failure != Failure::none) refuse_observer(plan, failure);
     if (camera_needs_double(plan))
         throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
     check_camera_off_surfaces(plan);
     if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;
+}
+
+Failure observe(const Plan& plan, ObserverKind kind, const double (&q)[3], StartMap& map) {
+    const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind, q, &map);
+    map.sky_alone = !plan.geometry->kernel_view();
+    return failure;
 }
 
 // The same sums in the same order as the kernels' own camera, so that both make the same rays to the last bit.
@@ -133,8 +141,8 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
     double p[4];
     for (int i = 0; i < 4; ++i)
         p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
-    const bool captured = map.unit_pt && !(p[3] > 0);
-    const double scale = map.unit_pt && !captured ? 1 / p[3] : 1;
+    const bool captured = map.pt > 0 && map.sky_alone && !(p[3] > 0);
+    const double scale = map.pt > 0 && p[3] > 0 ? map.pt / p[3] : 1;
     return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false}, scale};
 }
 
@@ -144,7 +152,7 @@ CameraRay camera_ray(const Plan& plan, double u, double v) {
     Double3 d;
     for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];
     if (plan.scene.camera.type == "equirectangular") d = on_sphere(plan, u, v);
-    if (plan.each_direction) return {formula_ray(plan, plan.view.observer, c.position, d), 1};
+    if (plan.each_direction) return {formula_ray(plan, c.position, d), 1};
     return ray_in_frame(c.start, c.position, d);
 }
 

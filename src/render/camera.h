@@ -20,6 +20,9 @@ bool camera_needs_double(const Plan& plan);
 /// The ray seen at (u, v) of the picture, in pixels from its top left corner.
 CameraRay camera_ray(const Plan& plan, double u, double v);
 
+/// The rest frame of an observer at q.
+Failure observe(const Plan& plan, ObserverKind kind, const double (&q)[3], StartMap& map);
+
 /// A ray in direction d, of any length, of the rest frame that `map` belongs to.
 CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d);
 

@@ -43,12 +43,12 @@ StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], 
 }
 
 /// Whether the map gives the momenta that solving for them gives, in all directions looked at.
-bool serves(const StartMap& map, const Plan& plan, ObserverKind kind) {
+bool serves(const StartMap& map, const Plan& plan) {
     constexpr Double3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},   {0, 0, -1},
                                       {1, 1, 1}, {-1, 2, 3}, {3, -1, 2}, {-2, -3, -1}, {2, 1, -3}, {-3, -1, 1}};
     constexpr double rounding = 1e-12;
     for (const Double3& d : directions) {
-        const RayStart ray = formula_ray(plan, kind, plan.camera.position, d);
+        const RayStart ray = formula_ray(plan, plan.camera.position, d);
         if (ray.failure != Failure::none) return false;
         const RayStart mapped = ray_in_frame(map, plan.camera.position, d).start;
         const Double3 p{ray.p[0], ray.p[1], ray.p[2]}, other{mapped.p[0], mapped.p[1], mapped.p[2]};
@@ -68,19 +68,16 @@ std::vector<double> compile_formula(const FormulaDescription& description, const
     return programs;
 }
 
-RayStart formula_ray(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d) {
-    RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::no_observer, false, false};
-    if (kind == ObserverKind::zamo || kind == ObserverKind::falling) return start;
+RayStart formula_ray(const Plan& plan, const double (&q)[3], const Double3& d) {
+    RayStart start;
     plan.module->start(plan.job.hamiltonian, plan.parameters.data(), q, d.data(), &start);
     return start;
 }
 
-Failure place_formula_camera(Plan& plan) {
-    CameraRays& camera = plan.camera;
-    const ObserverKind kind = plan.view.observer;
-    const RayStart middle = formula_ray(plan, kind, camera.position, plan.view.forward);
-    camera.start = quadratic_map(*plan.scene.space.formula, camera.position, middle.pt);
-    plan.each_direction = !serves(camera.start, plan, kind);
+Failure place_formula_camera(Plan& plan, StartMap& map) {
+    const RayStart middle = formula_ray(plan, plan.camera.position, plan.view.forward);
+    map = quadratic_map(*plan.scene.space.formula, plan.camera.position, middle.pt);
+    plan.each_direction = !serves(map, plan);
     if (plan.each_direction) return middle.failure;
     return Failure::none;
 }

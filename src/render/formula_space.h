@@ -8,10 +8,11 @@ namespace kagero {
 /// The programs of a formula. Throws InputError for one that is too large.
 std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module);
 
-/// The state of a ray that moves along d from q. Formulas know no observer but one at rest in the coordinates.
-RayStart formula_ray(const Plan& plan, ObserverKind kind, const double (&q)[3], const Double3& d);
+/// The state of a ray that moves along d from q, in coordinates.
+RayStart formula_ray(const Plan& plan, const double (&q)[3], const Double3& d);
 
-/// Gives the camera a map from directions to momenta if H is quadratic in p; else Plan::each_direction is set.
-Failure place_formula_camera(Plan& plan);
+/// For a camera at rest in the coordinates of what is no spacetime: a map from directions to momenta if H is quadratic in p; else
+/// Plan::each_direction is set.
+Failure place_formula_camera(Plan& plan, StartMap& map);
 
 }  // namespace kagero

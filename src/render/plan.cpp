@@ -31,6 +31,22 @@ double chord_tolerance(const Plan& plan, bool with_camera) {
     return 0.02 * pixel_size(plan.scene, 0.5 * size);
 }
 
+/// The method of a space may serve its H only when that is rescaled; where a scene states neither, another one is taken.
+void choose_method(Plan& plan) {
+    IntegratorDescription& integrator = plan.scene.integrator;
+    if (integrator.method_place || integrator.rescale != "none" || plan.scene.space.formula) return;
+    if (plan.module->refusal(plan.job.hamiltonian, plan.job.integrator, false)) integrator.method = "gauss8";
+}
+
+/// The space's parameters as the kernels have them: as they are where time runs the other way, if it does for the plan's rays.
+void fill_parameters(Plan& plan) {
+    const SpaceDescription& space = plan.scene.space;
+    const HamiltonianInfo& info = plan.module->hamiltonians[plan.job.hamiltonian];
+    for (std::size_t i = 0; i < space.parameters.size(); ++i)
+        plan.parameters.push_back(info.parameters[i].odd ? plan.time * space.parameters[i].second : space.parameters[i].second);
+    if (space.formula) plan.parameters = compile_formula(*space.formula, *plan.module);
+}
+
 /// Whether to integrate ΩH: where the space declares it, the scene does not forbid it, and the method can.
 bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
     const auto why = [&](bool rescaled) { return refusal_of(plan, plan.job.integrator, rescaled); };
@@ -91,10 +107,13 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     const Module& m = *plan->module;
     plan->job.hamiltonian = index_of(s.space.hamiltonian, m.hamiltonians, m.hamiltonian_count);
     plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
+    choose_method(*plan);
+    plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
+    plan->spacetime = m.hamiltonians[plan->job.hamiltonian].spacetime;
+    plan->time = (with_camera ? s.camera.observer : options.observer) == "falling" ? -1 : 1;
     plan->unit = length_unit(s, m.hamiltonians[plan->job.hamiltonian]);
     measure_in(plan->scene, m.hamiltonians[plan->job.hamiltonian], plan->unit);
-    for (const auto& [name, value] : s.space.parameters) plan->parameters.push_back(value);
-    if (s.space.formula) plan->parameters = compile_formula(*s.space.formula, m);
+    fill_parameters(*plan);
     plan->straight = m.straight(plan->job.hamiltonian, plan->parameters.data());
     plan->geometry = std::make_unique<SceneGeometry>(s, SceneGeometry::Parts{.clearance = !plan->straight, .textures = with_camera});
     fill_job(*plan, with_camera);
@@ -142,6 +161,7 @@ const char* describe(Failure failure) {
         case Failure::nonfinite_start: return "start or direction is not finite";
         case Failure::singular_start: return "the Hamiltonian is singular at the start";
         case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
+        case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
         case Failure::no_momentum: return "no momentum with this direction exists here";
         case Failure::not_converged: return "an implicit step has no solution, however short it is";
         case Failure::not_finite: return "the state left the range of the number type";

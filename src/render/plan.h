@@ -19,6 +19,7 @@ struct Options {
     std::string schedule = "auto";     ///< auto | scanline | tiles | predicted
     unsigned threads = 0;              ///< 0: all
     std::array<std::uint32_t, 4> crop{0, 0, 0, 0};  ///< x0, y0, x1, y1, half-open; all zero: the whole film
+    std::string observer;              ///< of a plan without a camera: who reads the directions of its rays; empty: the coordinates
     bool energy_error = false;         ///< watch H along every ray
     bool parameter = true;             ///< λ at the ends of listed rays
 };
@@ -55,6 +56,8 @@ struct Plan {
     bool straight = false;             ///< every ray is a straight line: no integrator runs
     View view;
     CameraRays camera{};
+    double time = 1;                   ///< −1: its rays live where time runs the other way, as those of a falling observer do
+    bool spacetime = false;            ///< observers have rest frames, and light has a frequency
     bool each_direction = false;       ///< no map from directions to momenta serves the camera: each is solved for
     Job job{};
     std::optional<Pilot> pilot;

@@ -26,7 +26,7 @@ Hole hole_of(const SpaceDescription& space) {
 }
 
 double frequency(const Plan& plan, const RayEnd& end, const Double3& velocity) {
-    return plan.module->frequency(plan.job.hamiltonian, plan.parameters.data(), end.q, end.p, end.pt, velocity.data());
+    return plan.module->frequency(plan.job.hamiltonian, plan.parameters.data(), end.q, end.p, end.pt, velocity.data(), plan.time);
 }
 
 }  // namespace
@@ -44,8 +44,7 @@ Double3 orbit_velocity(const SpaceDescription& space, const Double3& normal, con
 double redshift_of(const Plan& plan, const Sighting& ray) {
     const RayEnd& end = *ray.end;
     if (end.status == Status::escaped) {
-        const bool spacetime = plan.module->hamiltonians[plan.job.hamiltonian].spacetime;
-        return spacetime ? ray.ray->frequency / std::abs(end.pt) : 1;
+        return plan.spacetime ? ray.ray->frequency / std::abs(end.pt) : 1;
     }
     if (end.status != Status::hit) return 0;
     const ObjectDescription& object = plan.scene.objects[plan.geometry->object_of(end.surface)];

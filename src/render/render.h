@@ -62,7 +62,8 @@ struct RayInput {
     Double3 position, direction;
 };
 
-/// Canonical states for rays; with `observer` not empty the direction is read in that observer's rest frame.
+/// Canonical states for rays; with `observer` not empty the direction is read in that observer's rest frame. For those of a falling one the
+/// plan must have been made (Options::observer).
 std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer);
 
 /// Follows single rays; ends[i] belongs to starts[i]. Positions in `ends` are scene coordinates.

@@ -121,7 +121,7 @@ public:
 
     Failure go_to(const double (&q)[3]) {
         if (!std::equal(q, q + 3, place_)) {
-            failure_ = plan_.module->observe(plan_.job.hamiltonian, plan_.parameters.data(), kind, q, &map);
+            failure_ = observe(plan_, kind, q, map);
             std::copy(q, q + 3, place_);
         }
         return failure_;
@@ -137,14 +137,22 @@ private:
     Failure failure_ = Failure::none;
 };
 
+/// Whether the space is another one where time runs the other way.
+bool spins(const Plan& plan) {
+    const HamiltonianInfo& info = plan.module->hamiltonians[plan.job.hamiltonian];
+    for (std::uint32_t i = 0; i < info.parameter_count; ++i)
+        if (info.parameters[i].odd && plan.parameters[i] != 0) return true;
+    return false;
+}
+
 /// The state of a ray whose direction is read in an observer's rest frame.
 RayStart observed(const Plan& plan, ObserverFrame& frame, const double (&q)[3], const Double3& d) {
     RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false, false};
     const double size = std::hypot(d[0], d[1], d[2]);
     if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
-    if (plan.scene.space.formula) return formula_ray(plan, frame.kind, q, d);
     start.failure = frame.go_to(q);
+    if (start.failure == Failure::no_rest_frame) return formula_ray(plan, q, d);
     return start.failure == Failure::none ? ray_in_frame(frame.map, q, d).start : start;
 }
 
@@ -155,13 +163,14 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
     starts.reserve(rays.size());
     std::optional<ObserverFrame> frame;
     if (!observer.empty()) frame.emplace(plan, observer_named(observer));
+    if (observer == "falling" && plan.time > 0 && spins(plan)) throw RunError("the plan was not made for rays of a falling observer (Options::observer)");
     for (const RayInput& ray : rays) {
         double q[3];
         for (int k = 0; k < 3; ++k) q[k] = ray.position[k] / plan.unit - plan.scene.space.center[k];
         starts.push_back(frame ? observed(plan, *frame, q, ray.direction) : directed(plan, q, ray.direction));
     }
     for (RayStart& start : starts)
-        if (start.failure == Failure::none && !start.captured && observer != "falling" &&  // whose p_t may vanish
+        if (start.failure == Failure::none && !start.captured && observer != "falling" && start.pt > 0 &&  // which may vanish
             needs_double(plan, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;
     return starts;

@@ -64,6 +64,14 @@ bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
                      "; it is served by " + served);
 }
 
+/// No more cells than there are rays: a small picture has no use for a fine grid. Of a list nobody knows how long it is.
+std::uint32_t clearance_cells(const Plan& plan, bool with_camera) {
+    if (plan.straight) return 0;
+    constexpr double least = 16, most = SceneGeometry::everything.clearance;
+    const FilmDescription& film = plan.scene.film;
+    return with_camera ? std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, most)) : std::uint32_t(most);
+}
+
 void fill_job(Plan& plan, bool with_camera) {
     const SceneDescription& scene = plan.scene;
     Job& job = plan.job;
@@ -115,7 +123,7 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     measure_in(plan->scene, m.hamiltonians[plan->job.hamiltonian], plan->unit);
     fill_parameters(*plan);
     plan->straight = m.straight(plan->job.hamiltonian, plan->parameters.data());
-    plan->geometry = std::make_unique<SceneGeometry>(s, SceneGeometry::Parts{.clearance = !plan->straight, .textures = with_camera});
+    plan->geometry = std::make_unique<SceneGeometry>(s, SceneGeometry::Parts{.clearance = clearance_cells(*plan, with_camera), .textures = with_camera});
     fill_job(*plan, with_camera);
     plan->kernel = &choose_kernel(*plan, wish_of(*plan));
     check_disks(s);

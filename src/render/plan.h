@@ -19,7 +19,7 @@ struct Options {
     std::string schedule = "auto";     ///< auto | scanline | tiles | predicted
     unsigned threads = 0;              ///< 0: all
     std::array<std::uint32_t, 4> crop{0, 0, 0, 0};  ///< x0, y0, x1, y1, half-open; all zero: the whole film
-    std::string observer;              ///< of a plan without a camera: who reads the directions of its rays; empty: the coordinates
+    std::string observer = "";         ///< of a plan without a camera: who reads the directions of its rays; empty: the coordinates
     bool energy_error = false;         ///< watch H along every ray
     bool parameter = true;             ///< λ at the ends of listed rays
 };

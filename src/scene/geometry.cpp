@@ -174,7 +174,7 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted)
     if (stretch != Double3{1, 1, 1})
         stretched = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, std::vector<Ring>{}, geometry.shift,
                                                   scaled(stretch, geometry.scale));
-    content.clearance = build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds);
+    content.clearance = build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds, wanted.clearance);
     geometry.clearance = &content.clearance.grid;
 }
 

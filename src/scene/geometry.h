@@ -25,10 +25,10 @@ class SceneGeometry {
 public:
     /// What may be left out.
     struct Parts {
-        bool clearance;  ///< a grid of distances to the nearest surface, unless the scene culls nothing
-        bool textures;   ///< what colours of surfaces and skies with images need
+        std::uint32_t clearance;  ///< cells along the longest edge of a grid of distances to the nearest surface; none if the scene culls nothing
+        bool textures;            ///< what colours of surfaces and skies with images need
     };
-    static constexpr Parts everything{true, true};
+    static constexpr Parts everything{64, true};
 
     /// Loads meshes and textures, builds everything wanted. Throws InputError for data that cannot be used.
     explicit SceneGeometry(const SceneDescription& scene, const Parts& wanted = everything);

@@ -75,9 +75,8 @@ private:
     void advance_once();
     std::uint64_t leave(std::uint64_t moving);
     std::uint64_t repeat_to_crease(std::uint64_t moving);
-    std::uint64_t crosses_crease(std::uint64_t moving) const;
-    V length_to_crease(std::uint64_t lanes);
-    std::uint64_t leaps_crease(std::uint64_t moving, V& length) const;
+    V length_to_crease(std::uint64_t lanes, const V& first);
+    std::uint64_t not_yet_rejected(std::uint64_t lanes) const;
     void retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy);
     void repeat(std::uint64_t lanes, const V& length);
     void restart(std::uint64_t lanes, const V& length);

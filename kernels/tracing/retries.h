@@ -5,57 +5,55 @@
 
 namespace kagero {
 
-/// Lanes that go across the surface where H is not smooth take their step again, to end on it.
+/// Lanes that go across the surface where H is not smooth, or across it and back, take their step again: to end on it, or where they start
+/// on it, to where they would come out again if they went straight. A step that starts on it does not cross it there, and one is
+/// shortened for going back but once.
+///
+/// The first try is by the parabola through the sides at the start and along its tangent, half the step and the whole step on: what grazes a
+/// ball is inside for a length that goes with the root of its depth, and the end of a step may be that of stages on the wrong side. On, it
+/// is by the secant through the last two tries.
 template <class V>
 std::uint64_t PacketTracer<V>::repeat_to_crease(std::uint64_t moving) {
-    const std::uint64_t across = crosses_crease(moving);
-    if (across) repeat(across, length_to_crease(across));
-    V length;
-    const std::uint64_t leaping = leaps_crease(moving & ~across, length);
-    if (leaping) repeat(leaping, length);
+    const V on(S(16) * machine_epsilon<S>), zero(S(0)), one(S(1)), &a = flow_.start_side, &end = flow_.side;
+    const MaskOf<V> starts_on = abs(a) <= on, leaves = abs(end) > on;
+    const std::uint64_t across = moving & to_bits((a * end < zero) & (abs(a) > on) & leaves);
+    const std::uint64_t back = moving & ~across & to_bits(leaves);
+    if (!(across | back)) return 0;
+    const auto side_at = [&](const V& length) {
+        State<V> there = flow_.start;
+        there.set(advance(flow_.start.q(), length, flow_.start_velocity), flow_.start.p());
+        return task_.kernel.side(task_.system, there);
+    };
+    const V middle = side_at(V(S(0.5)) * flow_.h), beyond = side_at(flow_.h), c = V(S(2)) * (a + beyond - V(S(2)) * middle), b = beyond - a - c;
+    const V square = b * b - V(S(4)) * a * c, root = sqrt(max(square, zero)), sum = b + pick(b < zero, -root, root);
+    const V first = V(S(-2)) * a / sum, least = pick(starts_on, V(std::sqrt(machine_epsilon<S>)), zero);
+    const V share = pick((first > least) & (first < one), first, V(S(-0.5)) * sum / c);
+    const MaskOf<V> found = (square > zero) & (share > least) & (share < one);
+    const std::uint64_t leaping = back & not_yet_rejected(back) & to_bits(found & (pick(starts_on, -b, a) * beyond > zero));
+    if (across) repeat(across, length_to_crease(across, pick(found, share, a / (a - end)) * flow_.h));
+    if (leaping) repeat(leaping, share * flow_.h);
     return across | leaping;
 }
 
-/// Lanes that have stepped across the surface. A step that starts on it has not crossed it.
+/// A ray that grazes has its turning point between the last two tries: where their secant leads out of the step, the chord does not.
 template <class V>
-std::uint64_t PacketTracer<V>::crosses_crease(std::uint64_t moving) const {
-    const V on(S(16) * machine_epsilon<S>);
-    return moving & to_bits((flow_.start_side * flow_.side < V(S(0))) & (abs(flow_.start_side) > on) & (abs(flow_.side) > on));
-}
-
-/// Lanes that have stepped across it and back, and how long a step is that does not: to where the ray first meets the surface, or of one
-/// that starts there, to where it would come out again if it went straight. By the parabola through the sides of the start, the middle
-/// and the end of the chord.
-template <class V>
-std::uint64_t PacketTracer<V>::leaps_crease(std::uint64_t moving, V& length) const {
-    const V on(S(16) * machine_epsilon<S>), zero(S(0)), &a = flow_.start_side, &end = flow_.side;
-    const MaskOf<V> starts_on = abs(a) <= on;
-    const std::uint64_t back = moving & to_bits((abs(end) > on) & (starts_on | (a * end > zero)));
-    if (!back) return 0;
-    State<V> middle;
-    for (int k = 0; k < 7; ++k) middle.y[k] = V(S(0.5)) * (flow_.start.y[k] + flow_.end.y[k]);
-    const V c = V(S(2)) * (a + end - V(S(2)) * task_.kernel.side(task_.system, middle)), b = end - a - c;
-    const V square = b * b - V(S(4)) * a * c, root = sqrt(max(square, zero));
-    const V first = V(S(-2)) * a / (b + pick(b < zero, -root, root));
-    const V share = pick(starts_on, -b / c, first), least = pick(starts_on, V(std::sqrt(machine_epsilon<S>)), zero);
-    length = share * flow_.h;
-    return back & to_bits((square > zero) & (share > least) & (share < V(S(1))) & ((abs(a) > on) | (b * end < zero)));
-}
-
-/// The step that ends on the crease, by the secant through the last two tries, of which the first is the start. A ray that grazes has
-/// its turning point between them: where their secant leads out of the step, that through the start and the end of the step does not.
-template <class V>
-V PacketTracer<V>::length_to_crease(std::uint64_t lanes) {
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
-        if (rejections_[i] == 0) set_lane(tried_h_, i, S(0)), set_lane(tried_side_, i, get_lane(flow_.start_side, i));
-    }
+V PacketTracer<V>::length_to_crease(std::uint64_t lanes, const V& first) {
+    const std::uint64_t fresh = not_yet_rejected(lanes);
     const V secant = flow_.h - flow_.side * (flow_.h - tried_h_) / (flow_.side - tried_side_);
     const V chord = flow_.h * flow_.start_side / (flow_.start_side - flow_.side);
-    const V next = pick((secant > V(S(0))) & (secant < flow_.h), secant, chord);
+    const V next = pick(from_bits<V>(fresh), first, pick((secant > V(S(0))) & (secant < flow_.h), secant, chord));
     const MaskOf<V> here = from_bits<V>(lanes);
     tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.side, tried_side_);
     return min(next, V(S(0.98)) * flow_.h);
+}
+
+/// Those of `lanes` whose step is the first of its start.
+template <class V>
+std::uint64_t PacketTracer<V>::not_yet_rejected(std::uint64_t lanes) const {
+    std::uint64_t fresh = 0;
+    for (std::uint64_t rest = lanes; rest; rest &= rest - 1)
+        if (rejections_[__builtin_ctzll(rest)] == 0) fresh |= rest & -rest;
+    return fresh;
 }
 
 /// Steps that are not accepted are taken again with another length.

@@ -24,7 +24,7 @@ std::uint32_t index_of(const std::string& name, const Infos* infos, std::uint32_
     throw InputError("'" + name + "' is not in the kernel module");
 }
 
-/// A chord may leave the curve by a tenth of a pixel as seen from half the scene's diagonal; rays without a camera by far less.
+/// A chord may leave the curve by a fiftieth of a pixel as seen from half the scene's diagonal; rays without a camera by far less.
 double chord_tolerance(const Plan& plan, bool with_camera) {
     const double size = plan.geometry->kernel_view() ? plan.geometry->diagonal() : plan.scene.integrator.escape_radius;
     if (!with_camera) return 1e-5 * size;

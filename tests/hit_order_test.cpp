@@ -66,6 +66,33 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
     return {std::sqrt(sum.position / n), std::sqrt(sum.direction / n), sum.off_surface};
 }
 
+// A long step goes fast here and slowly there: the far side of a small ball must not be taken for the near one. From outside a ball is
+// met where rays go inward.
+TEST(Hits, OfSmallBallsAreOnTheirNearSide) {
+    const std::string objects = "[[object]]\nshape = \"sphere\"\ncenter = [-0.24, -3.3, 0.45]\nradius = 0.19\n"
+                                "[[object]]\nshape = \"room\"\nmin = [-8, -8, -8]\nmax = [8, 8, 8]\n";
+    for (const char* space : {"hamiltonian = \"wormhole\"\nthroat = 0.1", "hamiltonian = \"schwarzschild\"\nrg = 0.05", "hamiltonian = \"kerr\"\nmass = 0.025"})
+        for (const char* symmetry : {"auto", "none"})
+            for (const char* strategy : {"packet", "scalar"}) {
+                const auto plan = plan_of_text(std::string("[space]\n") + space + "\n[integrator]\nescape_radius = 20\nsymmetry = \"" + symmetry +
+                                                   "\"\n[camera]\nposition = [0.3, -6, 0.2]\nlook_at = [-0.24, -3.3, 0.45]\nup = [0, 0, 1]\nfov = 8\n"
+                                                   "[film]\nsize = [32, 32]\n" + objects,
+                                               {}, with_strategy(strategy));
+                std::vector<RayStart> starts;
+                for (std::uint32_t i = 0; i < 32 * 32; ++i) starts.push_back(pixel_ray(*plan, i % 32, i / 32));
+                std::vector<RayEnd> ends;
+                trace(*plan, starts, ends);
+                int balls = 0;
+                for (const RayEnd& end : ends) {
+                    if (end.status != Status::hit || plan->geometry->object_of(end.surface) != 0) continue;
+                    ++balls;
+                    const double inward = (end.q[0] + 0.24) * end.v[0] + (end.q[1] + 3.3) * end.v[1] + (end.q[2] - 0.45) * end.v[2];
+                    EXPECT_LT(inward, 1e-3) << space << ' ' << symmetry << ' ' << strategy;
+                }
+                EXPECT_GT(balls, 500) << space;
+            }
+}
+
 class HitOrder : public testing::TestWithParam<std::tuple<const char*, bool>> {
 protected:
     struct Slopes {

@@ -28,6 +28,31 @@ TEST(Magnification, IsOneWhereRaysAreStraight) {
     }
 }
 
+// Beside the edge of an object a quad of pixels has but two or three that see the sky; at the end of an odd film, two.
+TEST(Magnification, IsOneBesideObjectsAndEdgesToo) {
+    const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", "fov = 20\n") +
+                                       "[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1.1\n",
+                                   {"film.size=[31,21]"});
+    Film film = rendered(*plan);
+    int seen = 0, beside = 0;
+    for (std::uint32_t y = 0; y < 21; ++y)
+        for (std::uint32_t x = 0; x < 31; ++x) {
+            const double m = *film.pixel("magnification", x, y);
+            if (*film.pixel("status", x, y) != float(static_cast<int>(Status::escaped)) || m == 0) continue;  // 0: a pixel without neighbours
+            const bool whole = [&] {
+                for (const std::uint32_t k : {0u, 1u, 2u, 3u}) {
+                    const std::uint32_t i = (x & ~1u) + k % 2, j = (y & ~1u) + k / 2;
+                    if (i > 30 || j > 20 || *film.pixel("status", i, j) != *film.pixel("status", x, y)) return false;
+                }
+                return true;
+            }();
+            ++seen, beside += !whole;
+            EXPECT_NEAR(m, 1, 0.05) << x << ',' << y;
+        }
+    EXPECT_GT(seen, 500);
+    EXPECT_GT(beside, 50);
+}
+
 TEST(Magnification, ParallelRaysHaveNone) {
     const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", "type = \"orthographic\"\nheight = 4\n"), {});
     Film film = rendered(*plan);

@@ -118,7 +118,7 @@ TEST(SurfaceTexture, IsAveragedOverItsPatch) {
     const auto coarser = coarser_images(stripes, Mapping::plane);
     EXPECT_NEAR(coarser.back().rgb[0], 0.5, 1e-6);
     const auto seen = [&](const UvPatch& patch) {
-        return surface_texture_color(stripes, coarser, 40.5 / 128, 1.3, patch, Edge::repeat)[0];
+        return surface_texture_color(stripes, coarser, 40.5 / 128, 1.3, patch, tiled)[0];
     };
     EXPECT_NEAR(seen({}), 0, 1e-6);
     EXPECT_NEAR(seen({{0, 0.2}, {0.5 / 128, 0}}), 0, 1e-6) << "along the stripes";

@@ -78,6 +78,9 @@ TEST_F(SceneSurfaces, WallsShowImagesUpright) {
             EXPECT_TRUE(close(at(0.5, 0.5), green)) << shape << face;
             EXPECT_TRUE(close(at(-0.5, -0.5), blue)) << shape << face;
             EXPECT_TRUE(close(at(0.5, -0.5), white)) << shape << face;
+            // Nothing comes round from the other side.
+            EXPECT_TRUE(close(at(-0.99, 0.99), red)) << shape << face;
+            EXPECT_TRUE(close(at(0.99, -0.99), white)) << shape << face;
         }
     }
 }
@@ -113,6 +116,8 @@ TEST_F(SceneSurfaces, SpheresCarryAMapOfTheWorld) {
     EXPECT_TRUE(
         close(geometry.surface_color(0, 0, {1, 2 - s, 3 + s}, {0, 1, 0}), {light, 0, 0}));  // west, seen from outside: left
     EXPECT_TRUE(close(geometry.surface_color(0, 0, {1, 2 + s, 3 + s}, {0, -1, 0}), {0, light, 0}));
+    const double high = std::sqrt(4 - 0.04 * 0.04);
+    EXPECT_TRUE(close(geometry.surface_color(0, 0, {1, 2 - 0.04, 3 + high}, {0, 0, -1}), {static_cast<float>(high / 2), 0, 0}));  // no south in the north
 }
 
 TEST_F(SceneSurfaces, PowersOfTwoScaleTheSceneToOrderOne) {

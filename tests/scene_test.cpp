@@ -233,6 +233,9 @@ TEST_F(LoadScene, ADiskIsPaintedOrGlows) {
     EXPECT_EQ(glowing.objects[0].normal, (Double3{0, 1, 0}));
     EXPECT_EQ(painted.objects[0].temperature, 0);
     EXPECT_EQ(painted.objects[0].normal, (Double3{0, 0, 1}));
+    // On the command line the one replaces the other.
+    EXPECT_EQ(load(head + "name = \"d\"\ntemperature = 7000", {"object.d.color=[1,0,0]"}).objects[0].temperature, 0);
+    EXPECT_EQ(load(head + "name = \"d\"\ncolor = [1, 0, 0]", {"object.d.temperature=7000"}).objects[0].temperature, 7000);
     for (const SceneDescription& scene : {glowing, painted}) {
         const SceneDescription again = load(print_scene(scene));
         EXPECT_EQ(print_scene(again), print_scene(scene));
@@ -251,6 +254,18 @@ TEST_F(LoadScene, NamesThePackageOfMissingModels) {
 TEST_F(LoadScene, RefusesWhatIsNoFile) {
     EXPECT_THROW(load_scene((directory_ / "none.toml").string(), {}, small_catalogue()), InputError);
     EXPECT_THROW(load_scene(directory_.string(), {}, small_catalogue()), InputError);
+}
+
+// What the scene leaves open stays open.
+TEST_F(LoadScene, PrintingStatesNoMethodThatTheSceneLeavesToThePilot) {
+    for (const std::vector<std::string>& overrides : {std::vector<std::string>{"integrator.max_pixel_error=0.25"}, {"integrator.rescale=none"}}) {
+        const SceneDescription scene = load(good_scene, overrides);
+        const SceneDescription again = load(print_scene(scene));
+        EXPECT_EQ(again.integrator.method_place.has_value(), scene.integrator.method_place.has_value()) << overrides[0];
+        EXPECT_EQ(again.integrator.method, scene.integrator.method);
+        EXPECT_EQ(again.integrator.step, scene.integrator.step);
+        EXPECT_EQ(print_scene(again), print_scene(scene));
+    }
 }
 
 TEST_F(LoadScene, PrintingLosesNothing) {

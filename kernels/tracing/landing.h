@@ -65,19 +65,32 @@ public:
         const V full = pick(mask, flow.h, V(S(0)));
         flow.h = full;
         if (task_.job.hit == HitModel::chord) return interpolate(mask, flow);
-        const V on_chord = s_;
         const Leg<V> whole = flow;
         if (!task_.own_curve) curve_ = Curve<V>::hermite(flow);
+        const Vec3<V> begin = curve_.at(lo_), piece = curve_.at(hi_) - begin, on_chord = advance(begin, (s_ - lo_) / (hi_ - lo_), piece);
+        go_beside(mask, on_chord, piece);
+        const V beside = s_;
         refine_on_curve(mask);
         if (edge_) deliver_to_edge(full, whole);
         deliver(mask, full);
-        keep_grazing_hits(whole, on_chord);
+        keep_grazing_hits(whole, beside, on_chord);
     }
 
 private:
     void take_curve(const Curve<V>& from, const MaskOf<V>& lanes) {
         curve_.degree = from.degree;
         for (int i = 0; i <= from.degree; ++i) curve_.point[i] = pick<V>(lanes, from.point[i], curve_.point[i]);
+    }
+
+    /// From the fraction of the piece's chord that was hit to where the curve is beside it: a long step goes faster here than there, and
+    /// the far side of a small ball may be as near as the one that was hit.
+    void go_beside(const MaskOf<V>& mask, const Vec3<V>& on_chord, const Vec3<V>& piece) {
+        V s = s_;
+        for (int i = 0; i < 3; ++i) {
+            const V next = s - dot(curve_.at(s) - on_chord, piece) / dot(curve_.slope(s), piece);
+            s = pick(is_finite(next), min(max(next, lo_), hi_), s);
+        }
+        s_ = pick(mask & !from_bits<V>(edge_), s, s_);
     }
 
     /// Newton on the dense output, kept inside the piece that was hit.
@@ -180,14 +193,16 @@ private:
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.
-    void keep_grazing_hits(const Leg<V>& whole, const V& on_chord) {
+    void keep_grazing_hits(const Leg<V>& whole, const V& beside, const Vec3<V>& on_chord) {
         const std::uint64_t smooth = lost & ~edge_;
         if (!smooth) return;
         const Vec3<V> way = whole.end.q() - whole.start.q();
-        const V away = level_.value(curve_.at(on_chord)), near(S(0.01));
+        const V away = level_.value(curve_.at(beside)), near(S(0.01));
         const std::uint64_t grazing = smooth & to_bits(away * away <= near * near * dot(way, way));
-        s_ = pick(from_bits<V>(grazing), on_chord, s_);
-        interpolate(from_bits<V>(grazing), whole);
+        const MaskOf<V> here = from_bits<V>(grazing);
+        s_ = pick(here, beside, s_);
+        interpolate(here, whole);
+        flow.end.set(pick<V>(here, on_chord, flow.end.q()), flow.end.p());
         unrefined |= grazing;
         lost &= ~grazing;
     }

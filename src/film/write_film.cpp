@@ -164,8 +164,12 @@ void write_film(const Film& film, const std::string& path, const Metadata& metad
             return write_srgb8(film, path);
         case Encoding::pfm:
             return write_pfm(film, path);
-        case Encoding::linear:
-            return write_picture(path, picture_of(film, PictureToEncode::Samples::floats, color_plane(film, path), "Linear"));
+        case Encoding::linear: {
+            const float* color = color_plane(film, path);
+            std::vector<float> light(color, color + std::size_t{film.width()} * film.height() * 3);
+            for (float& channel : light) channel = std::max(channel, 0.0f);  // a shared exponent has no sign
+            return write_picture(path, picture_of(film, PictureToEncode::Samples::floats, light.data(), "Linear"));
+        }
     }
 }
 

@@ -21,6 +21,30 @@ struct Covariance {
     }
 };
 
+/// How pairs of numbers spread where the places they belong to spread by one pixel each way.
+struct SpreadPerPixel {
+    double xx = 0, xy = 0, yy = 0;
+    bool along_a_line = false;  ///< nothing is known across
+
+    SpreadPerPixel(const std::vector<std::array<double, 2>>& pairs, const std::vector<std::array<double, 2>>& places) {
+        const Covariance p(places);
+        const double spread = 0.5 * (p.xx + p.yy), area = p.xx * p.yy - p.xy * p.xy;
+        if (!(spread > 0)) return;
+        if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {  // alike each way, as the pixels of a quad: all that they show counts
+            const Covariance c(pairs);
+            xx = c.xx / spread, xy = c.xy / spread, yy = c.yy / spread;
+            return;
+        }
+        // Else by the linear map that fits best.
+        along_a_line = area <= 1e-6 * spread * spread;
+        std::vector<Double3> points;
+        for (const auto& [x, y] : pairs) points.push_back({x, y, 0});
+        const Patch m = slope_of(points, places);
+        xx = m.right[0] * m.right[0] + m.below[0] * m.below[0], yy = m.right[1] * m.right[1] + m.below[1] * m.below[1];
+        xy = m.right[0] * m.right[1] + m.below[0] * m.below[1];
+    }
+};
+
 /// Whether two rays end on the same face of the same object.
 bool meet_same(const Plan& plan, const RayEnd& a, const RayEnd& b) {
     if (b.status != Status::hit || a.surface != b.surface) return false;
@@ -42,13 +66,13 @@ Footprint spread_of(const std::vector<Double3>& directions, const std::vector<st
     const auto [e1, e2] = meridians(middle);
     std::vector<std::array<double, 2>> seen;
     for (const Double3& d : directions) seen.push_back({dot(d, e1), dot(d, e2)});
-    const Covariance c(seen), p(places);
-    const double spread = 0.5 * (p.xx + p.yy);
-    if (!(spread > 0)) return {};
+    const SpreadPerPixel c(seen, places);
     // The principal axes: eigenvectors of the covariance.
     const double mean = 0.5 * (c.xx + c.yy), difference = std::hypot(0.5 * (c.xx - c.yy), c.xy);
     const double angle = 0.5 * std::atan2(2 * c.xy, c.xx - c.yy);
-    const double major = std::sqrt((mean + difference) / spread), minor = std::sqrt(std::max(0.0, mean - difference) / spread);
+    const double major = std::sqrt(mean + difference);
+    // Across a line of places nothing is known; it is taken to be as along it.
+    const double minor = c.along_a_line ? major : std::sqrt(std::max(0.0, mean - difference));
     const Double3 along = add(scaled(e1, std::cos(angle)), scaled(e2, std::sin(angle)));
     const Double3 across = add(scaled(e1, -std::sin(angle)), scaled(e2, std::cos(angle)));
     return {scaled(along, major), scaled(across, minor)};

@@ -1,6 +1,7 @@
 #include "scene/value.h"
 
 #include <algorithm>
+#include <initializer_list>
 
 namespace kagero {
 
@@ -96,12 +97,13 @@ void apply_override(Value& root, const std::string& override_text) {
     value.key = path.back();
     erase(*table, value.key);
     // A paint given on the command line replaces the one in the file instead of contradicting it.
-    if (value.key == "texture") {
-        erase(*table, "color");
-        erase(*table, "checker");
-    } else if (value.key == "color" || value.key == "checker") {
-        erase(*table, "texture");
-    }
+    const auto replaces = [&](std::initializer_list<const char*> keys, std::initializer_list<const char*> others) {
+        if (std::none_of(keys.begin(), keys.end(), [&](const char* key) { return value.key == key; })) return;
+        for (const char* other : others) erase(*table, other);
+    };
+    replaces({"texture", "temperature"}, {"color", "checker"});
+    replaces({"color", "checker", "temperature"}, {"texture"});
+    replaces({"color", "checker", "texture"}, {"temperature"});
     table->items.push_back(value);
 }
 

@@ -127,10 +127,16 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
     const Line line{out};
     out << "\n[integrator]\n";
+    // A method that is stated binds the pilot, and is refused where it needs a rescaling that is not wanted; a step, or any of what follows
+    // it here, leads out of the plane of the orbit.
+    const bool open = !integrator.method_place && (integrator.max_pixel_error > 0 || integrator.rescale == "none");
+    const char* unstated = open && integrator.method.starts_with("orbit-") ? "# " : "";
+    if (open) out << "# ";
     line("method", integrator.method);
+    out << unstated;
     line("step", integrator.step);
-    out << "tolerance = " << written(integrator.tolerance) << "  # of adaptive methods\n";
-    out << "solver_tolerance = " << written(integrator.solver_tolerance)
+    out << unstated << "tolerance = " << written(integrator.tolerance) << "  # of adaptive methods\n";
+    out << unstated << "solver_tolerance = " << written(integrator.solver_tolerance)
         << (integrator.solver_tolerance == 0 ? "  # to rounding\n" : "\n");
     line("max_steps", integrator.max_steps);
     line("escape_radius", integrator.escape_radius);
@@ -141,6 +147,7 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     if (integrator.max_pixel_error > 0) line("max_pixel_error", integrator.max_pixel_error);
     if (integrator.lanes) line("lanes", integrator.lanes);
     else line("lanes", std::string("auto"));
+    out << unstated;
     line("rescale", integrator.rescale);
 }
 

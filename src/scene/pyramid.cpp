@@ -60,9 +60,9 @@ Image lower(const Image& image, int height, Mapping mapping) {
 
 /// Level 0 is the image itself.
 Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const std::array<double, 2>& place, double level,
-                 Edge vertical) {
+                 Edges edges) {
     const auto [u, v] = place;
-    const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, vertical); };
+    const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, edges); };
     const double last = static_cast<double>(coarser.size());
     if (level <= 0) return at(0);
     if (level >= last) return at(coarser.size());
@@ -89,13 +89,13 @@ Stripe stripe_of(const Image& image, const Footprint& footprint) {
 
 /// place(t) is where the line is at t in −½…½.
 template <class Line>
-Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Stripe& stripe, Edge vertical, const Line& place) {
+Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Stripe& stripe, Edges edges, const Line& place) {
     const double level = std::log2(stripe.across);
     const int probes = stripe.probes();
-    if (probes == 1) return trilinear(image, coarser, place(0), level, vertical);
+    if (probes == 1) return trilinear(image, coarser, place(0), level, edges);
     Float3 color{};
     for (int i = 0; i < probes; ++i) {
-        const Float3 seen = trilinear(image, coarser, place((i + 0.5) / probes - 0.5), level, vertical);
+        const Float3 seen = trilinear(image, coarser, place((i + 0.5) / probes - 0.5), level, edges);
         for (std::size_t k = 0; k < 3; ++k) color[k] += seen[k] / static_cast<float>(probes);
     }
     return color;
@@ -115,7 +115,7 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const SkyAxes& axes,
                          const Footprint& footprint) {
     return mean_along(
-        image, coarser, stripe_of(image, footprint), Edge::clamp,
+        image, coarser, stripe_of(image, footprint), around,
         [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes); });
 }
 
@@ -124,11 +124,11 @@ int sky_probes(const Image& image, const Footprint& footprint) {
 }
 
 Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,
-                             Edge vertical) {
+                             Edges edges) {
     const double columns = image.width, rows = image.height;
     const PrincipalAxes axes =
         principal_axes({{patch.a[0] * columns, patch.a[1] * rows}, {patch.b[0] * columns, patch.b[1] * rows}});
-    return mean_along(image, coarser, {axes.along, axes.across}, vertical, [&](double t) {
+    return mean_along(image, coarser, {axes.along, axes.across}, edges, [&](double t) {
         return std::array<double, 2>{u + t * axes.major[0] / columns, v + t * axes.major[1] / rows};
     });
 }

@@ -24,6 +24,6 @@ int sky_probes(const Image& image, const Footprint& footprint);
 
 /// The same around a place on a surface, over the patch of u and v.
 Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,
-                             Edge vertical);
+                             Edges edges);
 
 }  // namespace kagero

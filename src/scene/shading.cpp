@@ -19,13 +19,19 @@ Float3 plain_color(const Paint& paint) {
     return {static_cast<float>(paint.color[0]), static_cast<float>(paint.color[1]), static_cast<float>(paint.color[2])};
 }
 
+/// The longitudes of a sphere and the angles of a disk go around; a mesh may lay an image out as often as it likes; what lies on a rectangle,
+/// or a face, ends with it.
+Edges edges_on(Shape shape) {
+    if (shape == Shape::mesh) return tiled;
+    return shape == Shape::sphere || shape == Shape::disk ? around : framed;
+}
+
 Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::uint32_t primitive, const Double3& point,
                    const Patch& patch) {
     if (!has_pattern(loaded)) return plain_color(loaded.paint);
     const ChartPoint at = chart_point(object, primitive, point);
     if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, in_chart(at, patch));
-    const Edge vertical = object.shape == Shape::disk ? Edge::clamp : Edge::repeat;
-    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, in_chart(at, patch), vertical);
+    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, in_chart(at, patch), edges_on(object.shape));
 }
 
 /// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).

@@ -79,10 +79,10 @@ double mean_sign(double x, double y, const UvPatch& sides) {
 
 }  // namespace
 
-Float3 texture_color(const Image& image, double u, double v, Edge vertical) {
+Float3 texture_color(const Image& image, double u, double v, Edges edges) {
     // Texel centres lie at half-integers; rows count from the top.
     const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
-    const Neighbours columns = neighbours(x, image.width, Edge::repeat), rows = neighbours(y, image.height, vertical);
+    const Neighbours columns = neighbours(x, image.width, edges.sides), rows = neighbours(y, image.height, edges.ends);
     const float right = columns.share, down = rows.share;
     const float* upper = image.rgb.data() + 3 * static_cast<std::size_t>(rows.first) * static_cast<std::size_t>(image.width);
     const float* lower = image.rgb.data() + 3 * static_cast<std::size_t>(rows.second) * static_cast<std::size_t>(image.width);

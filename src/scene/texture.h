@@ -6,11 +6,17 @@
 
 namespace kagero {
 
-/// What happens beyond the upper and lower edge; left and right an image always repeats.
+/// What happens beyond an edge of an image.
 enum class Edge { repeat, clamp };
 
+/// … left and right of it, and above and below.
+struct Edges {
+    Edge sides, ends;
+};
+inline constexpr Edges tiled{Edge::repeat, Edge::repeat}, around{Edge::repeat, Edge::clamp}, framed{Edge::clamp, Edge::clamp};
+
 /// Bilinear: (0,0) is the lower left corner of the image, (1,1) the upper right.
-Float3 texture_color(const Image& image, double u, double v, Edge vertical);
+Float3 texture_color(const Image& image, double u, double v, Edges edges);
 
 /// `paint.checker` squares along u and v in 0…1; the square at (0,0) has the paint's colour, its neighbours a quarter of it. The
 /// mean over the patch around (u, v): exact where its longer side lies along u or v, or it touches one square alone.

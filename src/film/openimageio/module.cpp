@@ -27,6 +27,8 @@ std::string read(const std::string& path, DecodedImage& image) {
     image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
     if (!input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::FLOAT, image.values.data()))
         return "cannot be read as an image: " + input->geterror();
+    // What a truncated file lacks may be no reason to fail for its reader, but a message.
+    if (input->has_error()) return "cannot be read as an image: " + input->geterror();
     return {};
 }
 

@@ -192,6 +192,20 @@ TEST_F(Cli, PathsEndOnceWhereAFailedRayDid) {
     EXPECT_NE(path.out.find(end.substr(10, end.find(',', 10) - 10)), std::string::npos) << path.out;
 }
 
+// Where the space's own method serves its H rescaled alone, and λ is asked for, another one is taken; one that is stated is refused.
+TEST_F(Cli, AParameterIsReachedWhereTheDefaultMethodCannot) {
+    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
+    write("ray.csv", "x,y,z,dx,dy,dz\n0,0,0,1,0,0\n");
+    const Outcome outcome = run("trace air.toml --rays ray.csv --parameter 3");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const std::string end = lines_of(outcome.out)[1];
+    EXPECT_TRUE(end.starts_with("0,step_limit,")) << end;
+    EXPECT_NE(end.find(",3,"), std::string::npos) << end;
+    const Outcome stated = run("trace air.toml --rays ray.csv --parameter 3 --integrator srkn6");
+    EXPECT_EQ(stated.status, 2);
+    EXPECT_NE(stated.err.find("srkn6"), std::string::npos) << stated.err;
+}
+
 TEST_F(Cli, AFullDiskIsAFailureWhileRunning) {
     const Outcome outcome = run("print hole.toml -o /dev/full");
     EXPECT_EQ(outcome.status, 1) << outcome.err;

@@ -140,6 +140,29 @@ TEST_F(FilmOnDisk, PicturesReadBackAsTheColoursTheyShow) {
     }
 }
 
+TEST_F(FilmOnDisk, TruncatedPicturesAreRefused) {
+    Film film(64, 64, {"color"});
+    for (std::size_t i = 0; i < 3 * 64 * 64; ++i) film.plane("color")[i] = static_cast<float>(i * 37 % 101) / 100;
+    for (const char* name : {"a.jpg", "a.png", "a.tif", "a.exr", "a.hdr"}) {
+        write_film(film, path(name), {});
+        EXPECT_NO_THROW(read_image(path(name), {})) << name;
+        fs::resize_file(path(name), fs::file_size(path(name)) * 6 / 10);
+        EXPECT_THROW(read_image(path(name), {}), InputError) << name;
+    }
+}
+
+// A shared exponent has no sign.
+TEST_F(FilmOnDisk, RadianceHasNoNegativeLight) {
+    Film film(2, 1, {"color"});
+    const float values[6] = {-0.5f, 0.25f, 1.0f, 5.0f, 0.0f, 0.5f};
+    std::copy(std::begin(values), std::end(values), film.plane("color"));
+    write_film(film, path("light.hdr"), {});
+    const Image image = read_image(path("light.hdr"), {});
+    EXPECT_EQ(image.rgb[0], 0);
+    EXPECT_NEAR(image.rgb[1], 0.25, 0.005);
+    EXPECT_NEAR(image.rgb[3], 5, 0.05);
+}
+
 TEST_F(FilmOnDisk, EightBitCodesAreRightAtTheEnds) {
     Film film(2, 1, {"color"});
     const float values[6] = {-1.0f, 0.0f,          1.0f,

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 13;
+inline constexpr std::uint32_t abi_version = 14;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -32,6 +32,7 @@ enum class Failure : std::uint8_t {
     no_rest_frame,       ///< H is no light in a spacetime: its rays start along directions in coordinates
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
     not_converged,       ///< an implicit step found no solution, even after halving the step
+    not_landed,          ///< the end of its last step leads on to no place on what it meets
     not_finite,          ///< the state left the range of the number type
     energy_lost,         ///< a step loses H, even after halving it: what it leads to is no ray
     needs_double,        ///< the momentum is so large here that float would lose H at once
@@ -67,9 +68,15 @@ struct HamiltonianInfo {
     double step;             ///< its default step
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
     bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
+    bool far_sided = false;  ///< there is another universe, with a sky of its own
     bool cyclic[3] = {};                     ///< coordinates that do not occur in what is integrated
     const char* orbit_method = nullptr;      ///< integrator in the plane of the orbit, taken unasked; null: none
     double orbit_step = 0;                   ///< its default step, radians
+};
+
+/// What matter orbits at the origin of a space: lengths GM/c² and angular momentum per mass, along +z. Mass 0: nothing.
+struct Hole {
+    double mass = 0, spin = 0;
 };
 
 /// One integrator.
@@ -185,7 +192,8 @@ struct FormulaNode {
     double value;  ///< of a number
 };
 
-/// A Hamiltonian written in a scene: expressions as places in one list of nodes, −1 where there is none.
+/// A Hamiltonian written in a scene: expressions as places in one list of nodes, −1 where there is none. Where `energy` is −1 H and all
+/// that it states of itself are those of a compiled Hamiltonian, and the expressions but say how it is rescaled.
 struct Formula {
     const FormulaNode* nodes;
     std::uint32_t node_count;
@@ -196,6 +204,8 @@ struct Formula {
     std::int32_t parts[2];         ///< H_A and H_B: both or none
     double level;                  ///< H0
     double pt;
+    std::uint32_t hamiltonian = 0;       ///< where `energy` is −1: an index into Module::hamiltonians, and its parameters
+    const double* parameters = nullptr;
 };
 inline constexpr std::uint32_t formula_limit = 4096;  ///< nodes
 
@@ -280,6 +290,8 @@ struct Module {
     bool (*straight)(std::uint32_t hamiltonian, const double* parameters);
     /// The radius |q| inside of which lies another universe, mirrored by inversion; 0 where there is none.
     double (*far_side)(std::uint32_t hamiltonian, const double* parameters);
+    /// The hole at its origin; of a formula none is known.
+    Hole (*hole)(std::uint32_t hamiltonian, const double* parameters);
     /// The momenta an observer of this kind at q assigns to directions of its rest frame.
     Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
     /// The state with dq/dλ along d and H = H0.

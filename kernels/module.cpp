@@ -17,9 +17,25 @@ namespace {
 
 template <class H>
 HamiltonianInfo info_of() {
-    HamiltonianInfo info{H::name, H::what, H::formula, H::source, H::conserved, H::parameters.data(), static_cast<std::uint32_t>(H::parameters.size()),
-            H::spacetime, Rescalable<H>, H::level, H::method, H::step,
-            Bounded<H>, Capturing<H>, Creased<H>, Scaled<H>};
+    HamiltonianInfo info{
+        .name = H::name,
+        .what = H::what,
+        .formula = H::formula,
+        .source = H::source,
+        .conserved = H::conserved,
+        .parameters = H::parameters.data(),
+        .parameter_count = static_cast<std::uint32_t>(H::parameters.size()),
+        .spacetime = H::spacetime,
+        .rescales = Rescalable<H>,
+        .level = H::level,
+        .method = H::method,
+        .step = H::step,
+        .bounded = Bounded<H>,
+        .captures = Capturing<H>,
+        .creased = Creased<H>,
+        .scaled = Scaled<H>,
+        .far_sided = FarSided<H>,
+    };
     const Axes cyclic = space_kernel<H, double>(Rescalable<H>).cyclic;
     info.cyclic[0] = cyclic.x, info.cyclic[1] = cyclic.y, info.cyclic[2] = cyclic.z;
     if constexpr (requires { H::orbit_method; }) info.orbit_method = H::orbit_method, info.orbit_step = H::orbit_step;
@@ -29,8 +45,9 @@ const HamiltonianInfo hamiltonian_infos[] = {
 #define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
-    {"formula", "any Hamiltonian, written in the scene", "space.H = \"...\" in x y z px py pz pt", "docs/hamiltonians.md", "",
-     nullptr, 0, false, false, 0, "gauss8", 0.1, true, true, false, true, {}},
+    {.name = "formula", .what = "any Hamiltonian, written in the scene", .formula = "space.H = \"...\" in x y z px py pz pt",
+     .source = "docs/hamiltonians.md", .conserved = "", .parameters = nullptr, .parameter_count = 0, .spacetime = false,
+     .rescales = false, .level = 0, .method = "gauss8", .step = 0.1, .bounded = true, .captures = true, .scaled = true},
 };
 constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 
@@ -86,7 +103,12 @@ const char* formula_refusal(const double* programs, std::uint32_t integrator) {
 }
 
 const char* compile(const Formula* formula, double* programs) {
-    return formula::compile(*formula, *new (programs) formula::Programs);
+    formula::Programs& to = *new (programs) formula::Programs;
+    if (formula->energy >= 0) return formula::compile(*formula, nullptr, to);
+    return visit_hamiltonian(formula->hamiltonian, [&]<class H>() -> const char* {
+        if (Creased<H>) return "the slope of its H jumps at a surface, where steps must end: it is not rescaled";
+        return formula::compile(*formula, &formula::written_again<H>, to);
+    });
 }
 
 const char* refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) {
@@ -108,6 +130,14 @@ double far_side(std::uint32_t hamiltonian, const double* parameters) {
         if constexpr (FarSided<H>)
             return H::far_side(make_parameters<H>(parameters));
         else return 0;
+    });
+}
+
+Hole hole(std::uint32_t hamiltonian, const double* parameters) {
+    if (hamiltonian == formula_index) return {};
+    return visit_hamiltonian(hamiltonian, [&]<class H>() -> Hole {
+        if constexpr (requires { H::hole(make_parameters<H>(parameters)); }) return H::hole(make_parameters<H>(parameters));
+        else return {};
     });
 }
 
@@ -165,17 +195,28 @@ double multiply_adds(Precision precision, std::uint64_t rounds) {
 }
 
 const Module module{
-    abi_version,         KAGERO_ISA,
-    "" __VERSION__,      hamiltonian_infos,
-    std::size(hamiltonian_infos), integrator_infos.data(),
-    integrator_infos.size(), kernel_infos,
-    std::size(kernel_infos), refusal,
-    is_straight,         far_side,
-    observe,             start,
-    frequency,
-    compile,             sizeof(formula::Programs) / sizeof(double),
-    formula_refusal,     operations,
-    bound_roundings<PacketDouble>, multiply_adds,
+    .abi = abi_version,
+    .isa = KAGERO_ISA,
+    .compiler = "" __VERSION__,
+    .hamiltonians = hamiltonian_infos,
+    .hamiltonian_count = std::size(hamiltonian_infos),
+    .integrators = integrator_infos.data(),
+    .integrator_count = integrator_infos.size(),
+    .kernels = kernel_infos,
+    .kernel_count = std::size(kernel_infos),
+    .refusal = refusal,
+    .straight = is_straight,
+    .far_side = far_side,
+    .hole = hole,
+    .observe = observe,
+    .start = start,
+    .frequency = frequency,
+    .compile = compile,
+    .program_size = sizeof(formula::Programs) / sizeof(double),
+    .formula_refusal = formula_refusal,
+    .operations = operations,
+    .bound_roundings = bound_roundings<PacketDouble>,
+    .multiply_adds = multiply_adds,
 };
 
 }  // namespace

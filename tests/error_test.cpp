@@ -123,6 +123,14 @@ TEST_F(Error, OrdersAreThoseOfTheMethods) {
     EXPECT_TRUE(exists("hole-error/report.html"));
 }
 
+// The same scene, two thousand million times as large: errors are lengths of the scene, and so are the bounds that they are set against.
+TEST_F(Error, IsTheSameInUnitsOfAnySize) {
+    const json small = study(), large = study("-D space.rg=2e8 -D camera.position=[0,-4e9,0] -D integrator.escape_radius=8e9");
+    EXPECT_EQ(small["reference"]["method"], large["reference"]["method"]);
+    for (const char* method : {"verlet", "rk4", "gauss8"})
+        EXPECT_NEAR(curve_of(small, method)["order"].get<double>(), curve_of(large, method)["order"].get<double>(), 0.01) << method;
+}
+
 // A ray that ends otherwise than it should has no error in scene units: it is counted, and leaves the percentiles.
 TEST_F(Error, FlipsAreCountedApart) {
     const json report = study("--integrator gauss8 --step 0.5");

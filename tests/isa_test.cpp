@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 
 namespace kagero::test {
 namespace {
@@ -155,9 +156,27 @@ TEST_F(IsaProgram, RunsTheOneAskedForAlone) {
 }
 
 TEST_F(IsaProgram, RefusesOneItDoesNotKnow) {
-    const Outcome outcome = run("check '" KAGERO_SCENES "/room.toml' --isa avx3");
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_NE(outcome.err.find("avx3"), std::string::npos) << outcome.err;
+    for (const char* command : {"check '" KAGERO_SCENES "/room.toml' --isa avx3", "compare '" KAGERO_SCENES "/room.toml' --isa auto,avx3"}) {
+        const Outcome outcome = run(command);
+        EXPECT_EQ(outcome.status, 2);
+        EXPECT_NE(outcome.err.find("avx3"), std::string::npos) << outcome.err;
+    }
+}
+
+// Verbs that set instruction sets side by side take several, the others one.
+TEST_F(IsaProgram, TakesAListWhereSeveralAreCompared) {
+    const auto isas = supported_isas();
+    std::string list;
+    for (const std::string& isa : isas) list += (list.empty() ? "" : ",") + isa;
+    for (const std::string& wish : {list, std::string("all")}) {
+        const Outcome outcome = run("compare '" KAGERO_SCENES "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " + wish);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        std::set<std::string> seen;
+        const auto report = nlohmann::json::parse(outcome.out);
+        for (const auto& row : report["rows"]) seen.insert(row["isa"].get<std::string>());
+        EXPECT_EQ(seen, std::set<std::string>(isas.begin(), isas.end()));
+    }
+    EXPECT_EQ(run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --isa all").status, 2);
 }
 
 // An emulated CPU of 2008, without AVX.

@@ -47,9 +47,10 @@ inline std::vector<std::string> supported_isas() {
     return names;
 }
 
-/// Options with a strategy: "scalar" or "packet".
+/// Options with a strategy: "scalar" or "packet"; listed rays end with their parameter.
 inline Options with_strategy(const std::string& strategy) {
     Options options;
+    options.parameter = true;
     options.strategy = strategy;
     options.threads = 1;
     return options;

@@ -91,7 +91,7 @@ const Malformed malformed[] = {
     {"step = 0.05", "lanes = 0", "5:9", "integrator.lanes = 0 is out of range: legal is 1 <= value <= 1024"},
     {"step = 0.05", "lanes = \"many\"", "5:9", "known: auto"},
     {"step = 0.05", "max_pixel_error = 0", "5:19", "legal is 0 < value"},
-    {"step = 0.05", "rescale = \"r^1.5\"", "5:11", "this version cannot do that yet; it accepts: auto, none"},
+    {"step = 0.05", "rescale = \"r^^2\"", "5:11", "integrator.rescale, position 3: "},
     {"fov = 60", "type = \"ortographic\"", "10:8", "did you mean \"orthographic\"? known: perspective, equirectangular"},
     {"fov = 60", "height = 2", "10:1", "unknown key camera.height"},
     {"fov = 60", "type = \"orthographic\"\nheight = 0", "11:10", "camera.height = 0 is out of range: legal is 0 < value"},

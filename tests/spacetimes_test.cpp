@@ -246,15 +246,15 @@ TEST(ZamoObserver, TurnsWithTheHole) {
     const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 30");
     StartMap map;
     const double q[3] = {x, 0, 0};
-    ASSERT_EQ(plan->module->observe(plan->job.hamiltonian, plan->parameters.data(), ObserverKind::zamo, q, &map), Failure::none);
+    ASSERT_EQ(plan->module->observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::zamo, q, &map), Failure::none);
     // −offset is the observer's lowered 4-velocity; its angular momentum x u_y − y u_x is zero and its energy is the lapse.
     EXPECT_NEAR(q[0] * map.offset[1] - q[1] * map.offset[0], 0, 1e-13);
     const double delta = r * r - 2 * r + a * a, big = (r * r + a * a) * (r * r + a * a) - a * a * delta;
     EXPECT_NEAR(map.offset[3], std::sqrt(r * r * delta / big), 1e-12);
     // Inside the ergosphere (r < 2 on the equator) nobody stands still, but a zamo can be.
     const double inside[3] = {std::sqrt(1.7 * 1.7 + a * a), 0, 0};
-    EXPECT_EQ(plan->module->observe(plan->job.hamiltonian, plan->parameters.data(), ObserverKind::static_, inside, &map), Failure::no_observer);
-    EXPECT_EQ(plan->module->observe(plan->job.hamiltonian, plan->parameters.data(), ObserverKind::zamo, inside, &map), Failure::none);
+    EXPECT_EQ(plan->module->observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::static_, inside, &map), Failure::no_observer);
+    EXPECT_EQ(plan->module->observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::zamo, inside, &map), Failure::none);
 }
 
 // Every observer's light is light, and its frame orthonormal: directions d and −d add to twice the 4-velocity.

@@ -16,8 +16,9 @@ struct Instruction {
 };
 
 /// What a run does: an `Op`, or one of these, where L is the result of the instruction before.
+inline constexpr int op_count = 32;  // more than there are of Op
 enum class OnLast : std::uint8_t {
-    add = 32,         // L + b
+    add = op_count,   // L + b
     mul,              // L·b
     rsqrt, recip,     // of L
     mul_add,          // L·b + c
@@ -25,6 +26,7 @@ enum class OnLast : std::uint8_t {
     neg_mul_add,      // c − L·b
     minus_product,    // L − a·b
 };
+static_assert(static_cast<int>(Op::neg_mul_add) < op_count);
 constexpr std::uint8_t kind_of(Op op) { return static_cast<std::uint8_t>(op); }
 constexpr std::uint8_t kind_of(OnLast op) { return static_cast<std::uint8_t>(op); }
 
@@ -37,7 +39,7 @@ struct Run {
 };
 
 struct Code {
-    static constexpr int inputs = 7, greatest_slots = 256, greatest_outputs = 6;
+    static constexpr int inputs = 7, greatest_slots = 256, greatest_outputs = surveyed;
     std::int32_t slots, constants, runs, outputs;
     std::int32_t prepared;  ///< the first so many runs know nothing of the varying inputs
     Run run[Tape::capacity];
@@ -82,10 +84,10 @@ private:
     void order(bool varying) {
         last_ = -1;
         for (;;) {
-            int counts[32] = {}, best = 0;
+            int counts[op_count] = {}, best = 0;
             for (int k = 0; k < p_.size; ++k)
                 if (ready(k, varying)) ++counts[static_cast<int>(p_.nodes[k].op)];
-            for (int i = 1; i < 32; ++i)
+            for (int i = 1; i < op_count; ++i)
                 if (counts[i] > counts[best]) best = i;
             if (counts[best] == 0) return;
             if (counts[best] < 3 && continue_from_last(varying)) continue;
@@ -170,6 +172,7 @@ private:
             slot_[k] = free_count ? free[--free_count] : code_.slots++;
             to.result = slot_of(k);
         }
+        static_assert(Outputs <= Code::greatest_outputs);
         code_.outputs = Outputs;
         for (int o = 0; o < Outputs; ++o) code_.output[o] = slot_of(p_.outputs[o]);
         return true;

@@ -5,8 +5,9 @@
 namespace kagero::formula {
 namespace {
 
+static_assert(Tape::capacity == 768 && Code::greatest_slots == 256);
 constexpr const char* too_large =
-    "it is too large: with its derivatives it takes more than 600 operations, or keeps more than 256 numbers at a time";
+    "it is too large: with its derivatives it takes more than 768 operations, or keeps more than 256 numbers at a time";
 
 int record(Tape& t, FormulaOp op, int a, int b) {
     switch (op) {
@@ -32,11 +33,24 @@ int record(Tape& t, FormulaOp op, int a, int b) {
 /// A tape with the inputs, onto which expressions of one formula are replayed.
 struct Replay {
     const Formula& formula;
+    const Written* written;  ///< the compiled Hamiltonian that the formula rescales, if it does
     Tape tape{};
     std::array<int, 7> input{};
 
-    explicit Replay(const Formula& f) : formula(f) {
+    explicit Replay(const Formula& f, const Written* w = nullptr) : formula(f), written(w) {
         for (int i = 0; i < 7; ++i) input[i] = tape.input(i);
+    }
+    /// H − H0.
+    int excess() {
+        if (written) return written->energy(tape, formula.parameters);
+        return tape.sub(expression(formula.energy), tape.constant(formula.level));
+    }
+    /// What is stated of the ends of steps.
+    void ends(const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
+        if (written) return written->ends(tape, formula.parameters, gradient, survey);
+        if (formula.domain >= 0) survey[survey_domain] = expression(formula.domain);
+        if (formula.capture >= 0) survey[survey_captured] = expression(formula.capture);
+        if (formula.length_scale >= 0) survey[survey_scale] = expression(formula.length_scale);
     }
     /// The tape's node of an expression. Only what it needs is recorded.
     int expression(std::int32_t root) {
@@ -98,10 +112,10 @@ bool small_as_tree(const Tape& t, int root) {
 
 int squares_together(Tape& t, int sum) { return !t.full && small_as_tree(t, sum) ? take_squares_together(t, sum) : sum; }
 
-bool write_motion(const Formula& f, Programs& p) {
-    Replay r(f);
+bool write_motion(const Formula& f, const Written* written, Programs& p) {
+    Replay r(f, written);
     Tape& t = r.tape;
-    const int excess = squares_together(t, t.sub(r.expression(f.energy), t.constant(f.level)));
+    const int excess = squares_together(t, r.excess());
     int k = excess, pace = t.constant(1);
     if (p.rescaled) {
         pace = r.expression(f.rescale);
@@ -110,9 +124,7 @@ bool write_motion(const Formula& f, Programs& p) {
     if (t.full) return false;
     const std::array<int, 6> g = record_derivatives(t, k, r.input);
     std::array<int, surveyed> survey = record_survey(t, r.input, k, pace, f.level, g);
-    if (f.domain >= 0) survey[6] = r.expression(f.domain);
-    if (f.capture >= 0) survey[7] = r.expression(f.capture);
-    if (f.length_scale >= 0) survey[9] = r.expression(f.length_scale);
+    r.ends(g, survey);
     if (t.full || !write(t, std::array{excess}, everything, p.value)) return false;
     p.derivative_nodes = listed(t, g);
     if (!write(t, g, everything, p.derivatives) || !write(t, survey, everything, p.survey)) return false;
@@ -130,13 +142,13 @@ bool write_part(const Formula& f, int which, Programs& p) {
 
 }  // namespace
 
-const char* compile(const Formula& f, Programs& p) {
+const char* compile(const Formula& f, const Written* written, Programs& p) {
     p = {};
     p.level = f.level, p.pt = f.pt;
     p.rescaled = f.rescale >= 0, p.parted = f.parts[0] >= 0;
-    p.scaled = f.length_scale >= 0;
+    p.scaled = written ? written->scaled : f.length_scale >= 0;
     if (f.node_count > formula_limit) return too_large;
-    bool fits = write_motion(f, p);
+    bool fits = write_motion(f, written, p);
     for (int i = 0; i < 2 && p.parted; ++i) fits = fits && write_part(f, i, p);
     return fits ? nullptr : too_large;
 }

@@ -180,8 +180,8 @@ public:
     Survey<V> survey(const State<V>& s) const {
         V out[surveyed] = {};
         formula::evaluate(p_.survey, s.y, out);
-        const V scale = p_.scaled ? out[9] : V(std::numeric_limits<S>::max());
-        return {{out[0], out[1], out[2]}, out[3], out[4], out[5], out[6], out[7], out[8], scale};
+        if (!p_.scaled) out[survey_scale] = V(std::numeric_limits<S>::max());
+        return survey_of(out);
     }
 
 private:

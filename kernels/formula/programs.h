@@ -27,8 +27,22 @@ struct Programs {
 /// As they lie behind Job::parameters.
 inline const Programs& programs_in(const double* parameters) { return *reinterpret_cast<const Programs*>(parameters); }
 
-/// Differentiates a formula; null, or why that cannot be done.
-const char* compile(const Formula& formula, Programs& programs);
+/// A compiled Hamiltonian, to be written down again while the program runs, its parameters as numbers.
+struct Written {
+    int (*energy)(Tape&, const double* parameters);  ///< H − H0
+    void (*ends)(Tape&, const double* parameters, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey);
+    bool scaled;
+};
+template <class H>
+inline constexpr Written written_again{
+    [](Tape& t, const double* parameters) { return record_energy(t, Leaves<H>(t, parameters)); },
+    [](Tape& t, const double* parameters, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
+        record_ends(t, Leaves<H>(t, parameters), gradient, survey);
+    },
+    Scaled<H>};
+
+/// Differentiates a formula; null, or why that cannot be done. `written` is the compiled Hamiltonian that it but rescales, or null.
+const char* compile(const Formula& formula, const Written* written, Programs& programs);
 
 /// p with ∂H/∂p along d in the same sense, and H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out);

@@ -4,7 +4,8 @@
 /// A Hamiltonian provides
 ///   name, what, formula, source, conserved   texts for `kagero list`
 ///   parameters                               what a scene may set, with legal ranges
-///   Parameters<V>                            the same, as members, in the same order
+///   Parameters<V>                            the same, as members, in the same order. Units: "1", "whole number", and powers of length,
+///                                            "scene lengths", "1/length", "1/length^2", "1/length^3", by which large scenes are scaled
 ///   spacetime, level                         null rays with p_t (level 0), or an index medium started on H = level
 ///   method, step                             what a scene gets that asks for nothing
 ///   energy(k, q, p, pt)                      H
@@ -23,6 +24,7 @@
 ///   radial_momentum(k, u, v, L, pt)          … and p·x/r from v = −L du/dφ, where that is not v
 ///   orbit_method, orbit_step                 … and what then is taken instead of method and step, radians
 ///   far_side(k)                              there is a second universe inside a sphere of this radius, the image of this by inversion
+///   hole(k)                                  the hole at the origin, which matter orbits
 ///   radius(k, q), lag, infall(k, r)          what the observers of a hole need; see schwarzschild.h
 ///
 /// A medium of index N, H = ½(|p|² − N²), inherits from `IndexMedium` and states index_squared(k, q) alone.

@@ -104,6 +104,8 @@ struct Kerr {
         const V a = k.spin * k.mass, pull = sqrt(2.0 * k.mass * r);
         return pull / (pull + sqrt(r * r + a * a));
     }
+
+    static constexpr Hole hole(const Parameters<double>& k) { return {k.mass, k.mass * k.spin}; }
 };
 
 }  // namespace kagero::hamiltonians

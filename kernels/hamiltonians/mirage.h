@@ -9,9 +9,9 @@ namespace kagero::hamiltonians {
 ///     H = ½ n |p|²                                       Satoh (2003), eq. (17)
 ///     n = n0 − n3 z³ + ripple · cos(wavenumber · x)      Satoh (2003), eq. (18)
 ///
-/// Cartesian coordinates, z up, z = 0 at the camera; H0 = ½. This n is not the refractive index: on a level set of H a ray is that of
-/// the index N ∝ n^(−1/2), so N falls towards the hot ground and rays bend up. Conserved: H; with ripple = 0 also p_x and p_y, in any
-/// case p_y.
+/// Cartesian coordinates, z up; H0 = ½. This n is not the refractive index: on a level set of H a ray is that of
+/// the index N ∝ n^(−1/2), so N falls towards the hot ground and rays bend up. Conserved: H and p_y; with
+/// ripple = 0 also p_x.
 ///
 /// Domain: n > n_min. n falls to zero some way up (near z = 1.4 with the paper's numbers); a ray that gets there is escaped.
 struct Mirage {

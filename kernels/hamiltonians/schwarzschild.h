@@ -124,6 +124,7 @@ struct Schwarzschild {
         return speed / (1.0 + speed);
     }
 
+    static constexpr Hole hole(const Parameters<double>& k) { return {0.5 * k.rg, 0}; }
     static constexpr bool straight(const Parameters<double>& k) { return k.rg == 0; }
 };
 

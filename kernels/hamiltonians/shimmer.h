@@ -55,7 +55,7 @@ struct Shimmer : IndexMedium<Shimmer> {
     static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
         const V c = cos(k.seed), s = sin(k.seed), scale = 1.0 / k.correlation_length;
         const Vec3<V> turned{scale * c * q.x - scale * s * q.y, scale * s * q.x + scale * c * q.y, scale * q.z};
-        V sum = 0.0 * k.seed;
+        V sum(0.0);
         for (const Wave& w : waves) {
             const V phase = atan2(sin(w.phase * k.seed), cos(w.phase * k.seed));  // within a turn, whatever the seed
             sum = sum + cos(w.x * turned.x + w.y * turned.y + w.z * turned.z + phase);

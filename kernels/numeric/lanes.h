@@ -5,6 +5,7 @@
 /// scalar and packet runs agree bit for bit wherever only + − × ÷ √ and the functions below are used.
 #pragma once
 
+#include "kernels/numeric/bits.h"
 #include "kernels/numeric/registers.h"
 
 #include <cmath>
@@ -327,6 +328,11 @@ KAGERO_INLINE MaskOf<V> from_bits(std::uint64_t bits) {
         return mask;
     }
 }
+/// The mask of all lanes, and of none.
+template <class V>
+KAGERO_INLINE MaskOf<V> always() { return V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0)); }
+template <class V>
+KAGERO_INLINE MaskOf<V> never() { return V(ScalarOf<V>(0)) > V(ScalarOf<V>(0)); }
 /// False for infinities and NaN.
 template <class V>
 KAGERO_INLINE MaskOf<V> is_finite(const V& a) { return abs(a) <= V(std::numeric_limits<ScalarOf<V>>::max()); }

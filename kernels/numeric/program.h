@@ -35,7 +35,7 @@ struct Program {
     /// Its size, a called function counting as the many operations that it is.
     constexpr int length() const {
         int sum = size;
-        for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && nodes[k].op >= Op::exp && nodes[k].op <= Op::atan2 ? 40 : 0;
+        for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && is_function(nodes[k].op) ? 40 : 0;
         return sum;
     }
     /// How many parameters it reads, counted to the last of them.
@@ -65,6 +65,15 @@ struct Varying {
 namespace detail {
 
 constexpr bool is_leaf(Op op) { return op == Op::constant || op == Op::parameter || op == Op::input; }
+
+/// A node whose operands have moved to other places.
+constexpr Node moved(Node n, const std::array<int, Tape::capacity>& place) {
+    if (is_leaf(n.op)) return n;
+    n.a = place[n.a];
+    if (n.b >= 0) n.b = place[n.b];
+    if (n.c >= 0) n.c = place[n.c];
+    return n;
+}
 
 template <int Outputs>
 constexpr std::array<int, Tape::capacity> count_uses(const Tape& t, const std::array<int, Outputs>& outputs) {
@@ -100,7 +109,7 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
     Tape shared;
     std::array<int, Tape::capacity> place{};
     for (int i = 0; i < t.size; ++i) {
-        Node n = t.nodes[i];
+        const Node& n = t.nodes[i];
         if (uses[i] == 0 && n.op != Op::input) continue;
         if (scaled_product(i)) {
             const Node& product = t.nodes[n.b];
@@ -112,12 +121,7 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
                 continue;
             }
         }
-        if (!is_leaf(n.op)) {
-            n.a = place[n.a];
-            if (n.b >= 0) n.b = place[n.b];
-            if (n.c >= 0) n.c = place[n.c];
-        }
-        place[i] = shared.append(n);
+        place[i] = shared.append(moved(n, place));
     }
     for (int& o : outputs) o = place[o];
     return shared;
@@ -145,7 +149,7 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
     Tape ordered;
     std::array<int, Tape::capacity> place{}, factors{};
     for (int i = 0; i < t.size; ++i) {
-        Node n = t.nodes[i];
+        const Node& n = t.nodes[i];
         if ((uses[i] == 0 && n.op != Op::input) || inner[i]) continue;
         if (n.op == Op::mul && depth[i] >= 0) {
             int count = 0;
@@ -166,12 +170,7 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
             place[i] = product;
             continue;
         }
-        if (!is_leaf(n.op)) {
-            n.a = place[n.a];
-            if (n.b >= 0) n.b = place[n.b];
-            if (n.c >= 0) n.c = place[n.c];
-        }
-        place[i] = ordered.append(n);
+        place[i] = ordered.append(moved(n, place));
     }
     for (int& o : outputs) o = place[o];
     return ordered;
@@ -205,12 +204,7 @@ constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std
     std::array<int, Tape::capacity> place{};
     for (int i = 0; i < t.size; ++i) {
         if (uses[i] == 0) continue;
-        Node n = t.nodes[i];
-        if (!is_leaf(n.op)) {
-            n.a = place[n.a];
-            if (n.b >= 0) n.b = place[n.b];
-            if (n.c >= 0) n.c = place[n.c];
-        }
+        const Node n = moved(t.nodes[i], place);
         place[i] = p.size;
         p.slot[p.size] = n.uniform && n.op != Op::constant ? p.uniforms++ : -1;
         p.nodes[p.size++] = n;
@@ -308,23 +302,7 @@ void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parame
         switch (n.op) {
             case Op::constant: value[i] = S(n.value); break;
             case Op::parameter: value[i] = parameters[n.a]; break;
-            case Op::add: value[i] = a + b; break;
-            case Op::sub: value[i] = a - b; break;
-            case Op::mul: value[i] = a * b; break;
-            case Op::neg: value[i] = -a; break;
-            case Op::recip: value[i] = S(1) / a; break;
-            case Op::sqrt: value[i] = sqrt(a); break;
-            case Op::rsqrt: value[i] = S(1) / sqrt(a); break;
-            case Op::exp: value[i] = exp(a); break;
-            case Op::log: value[i] = log(a); break;
-            case Op::sin: value[i] = sin(a); break;
-            case Op::cos: value[i] = cos(a); break;
-            case Op::tan: value[i] = tan(a); break;
-            case Op::tanh: value[i] = tanh(a); break;
-            case Op::atan2: value[i] = atan2(a, b); break;
-            case Op::min: value[i] = min(a, b); break;
-            case Op::max: value[i] = max(a, b); break;
-            default: break;  // steps and fused operations are never uniform
+            default: value[i] = value_of(n.op, a, b); break;
         }
         if (slot[i] >= 0) uniforms[slot[i]] = value[i];
     }

@@ -46,7 +46,7 @@ inline Matrix<3> inverse_square_root(const Matrix<3>& h) {
     return z;
 }
 
-/// H at p = 0 and unit-free p_t, with first and second derivatives by (p_x, p_y, p_z, p_t).
+/// H − H0 at some (p_x, p_y, p_z, p_t), with first and second derivatives by them.
 struct MomentumExpansion {
     double value;
     std::array<double, 4> gradient;

@@ -20,7 +20,7 @@ namespace detail {
 /// places; functions are taken to be as good.
 constexpr double greatest_rounding(Op op) {
     if (is_leaf(op) || op == Op::neg || op == Op::min || op == Op::max || op == Op::at_least) return 0;
-    return op == Op::recip || op == Op::rsqrt || (op >= Op::exp && op <= Op::atan2) ? 4 : 1;
+    return op == Op::recip || op == Op::rsqrt || is_function(op) ? 4 : 1;
 }
 
 }  // namespace detail

@@ -20,6 +20,9 @@ enum class Op : unsigned char {
     mul_add, mul_sub, neg_mul_add,                      // a·b + c, a·b − c, c − a·b
 };
 
+/// Of the standard library, that is.
+constexpr bool is_function(Op op) { return op >= Op::exp && op <= Op::atan2; }
+
 struct Node {
     Op op = Op::constant;
     int a = -1, b = -1, c = -1;  ///< operands; for leaves a is the index of the parameter or input
@@ -27,9 +30,34 @@ struct Node {
     bool uniform = true;
 };
 
+/// An operation on numbers. Steps and fused operations are none of these.
+template <class S>
+S value_of(Op op, const S& a, const S& b) {
+    using std::sqrt, std::exp, std::log, std::sin, std::cos, std::tan, std::tanh, std::atan2;
+    switch (op) {
+        case Op::add: return a + b;
+        case Op::sub: return a - b;
+        case Op::mul: return a * b;
+        case Op::neg: return -a;
+        case Op::recip: return S(1) / a;
+        case Op::sqrt: return sqrt(a);
+        case Op::rsqrt: return S(1) / sqrt(a);
+        case Op::exp: return exp(a);
+        case Op::log: return log(a);
+        case Op::sin: return sin(a);
+        case Op::cos: return cos(a);
+        case Op::tan: return tan(a);
+        case Op::tanh: return tanh(a);
+        case Op::atan2: return atan2(a, b);
+        case Op::min: return a < b ? a : b;
+        case Op::max: return a < b ? b : a;
+        default: return S(0);
+    }
+}
+
 class Tape {
 public:
-    static constexpr int capacity = 600;
+    static constexpr int capacity = 768;
     std::array<Node, capacity> nodes{};
     int size = 0;
     bool full = false;  ///< a node had no room: whatever was recorded since is meaningless
@@ -92,8 +120,16 @@ public:
     constexpr int div(int a, int b) { return mul(a, recip(b)); }
     /// √s as s·(1/√s), so that √s and 1/√s share their expensive half.
     constexpr int sqrt(int s) { return uniform(s) ? unary(Op::sqrt, s) : mul(s, unary(Op::rsqrt, s)); }
-    constexpr int unary(Op op, int a) { return append({op, a, -1, -1, 0, uniform(a)}); }
-    constexpr int binary(Op op, int a, int b) { return append({op, a, b, -1, 0, uniform(a) && uniform(b)}); }
+    /// Functions of numbers are numbers, where the standard library can tell them: while the program runs.
+    constexpr int unary(Op op, int a) {
+        if (!std::is_constant_evaluated() && nodes[a].op == Op::constant) return constant(value_of(op, nodes[a].value, 0.0));
+        return append({op, a, -1, -1, 0, uniform(a)});
+    }
+    constexpr int binary(Op op, int a, int b) {
+        if (!std::is_constant_evaluated() && op != Op::at_least && both_constant(a, b))
+            return constant(value_of(op, nodes[a].value, nodes[b].value));
+        return append({op, a, b, -1, 0, uniform(a) && uniform(b)});
+    }
 
     constexpr bool uniform(int i) const { return nodes[i].uniform; }
     /// The node 1/√s when node i is √s, written s·(1/√s); else −1.

@@ -33,7 +33,7 @@ struct Composition {
         Vec3<V> q = f.start.q(), p = f.start.p();
         Vec3<V> force{f.stage[0][0], f.stage[0][1], f.stage[0][2]}, velocity{f.stage[1][0], f.stage[1][1], f.stage[1][2]};
         V parameter = f.start_parameter;
-        f.solved = V(S(0)) <= V(S(0));
+        f.solved = always<V>();
         for (std::size_t i = 0; i < coefficients.fractions.size(); ++i) {
             const V tau = f.h * V(S(coefficients.fractions[i]));
             if (i % 2 == 0) {

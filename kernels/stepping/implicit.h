@@ -19,7 +19,7 @@ public:
         : tolerance_(max(tolerance, epsilon)),
           inverse_q_(inverse_size(mul_add(abs(h), size(velocity), size(start.q())))),
           inverse_p_(inverse_size(size(start.p()))),
-          open_(V(S(0)) <= V(S(0))),
+          open_(always<V>()),
           previous_(V(S(0))) {}
 
     /// Lanes that still iterate.

@@ -1,5 +1,20 @@
 /// The table of integrators. A composition is one row, with its fractions in `fractions.h`; a new kind of step is one more struct and
-/// one more `Kind`.
+/// one more line of KAGERO_STEPS.
+///
+/// A kind of step is a struct of static functions and constants,
+///   refusal<System>()                     null where it serves a system, else why not
+///   begin(system, flow, coefficients)     fills flow.stage at the start of rays
+///   step(system, flow, coefficients)      from flow.start by flow.h: sets end, end_parameter and solved, counts gradients; adaptive
+///                                         methods set accepted and suggested as well
+/// and, where there is something to say,
+///   curve<V>                              its own dense output; without it that is the cubic Hermite one
+///   resumes                               a step from another place or of another length needs no `begin` before it
+///   carries                               Flow::carry goes from step to step
+///   stages_inside                         no derivative is taken at a step's ends, where the slope of H may jump
+///   shareable<System>()                   it may be compiled once for all systems that are called instead of inlined
+///   pass(system, flow, coefficients, way) goes the whole way past nothing by itself
+///   arrived(flow)                         has the last word on a step's end
+/// What it costs is counted in operations.h and how it rounds in sweep.h.
 #pragma once
 
 #include "kernels/abi.h"
@@ -12,8 +27,20 @@
 namespace kagero {
 
 /// Kinds of step: each is one struct, compiled once per Hamiltonian that it serves, or once for all that are called.
-enum class Kind : std::uint8_t { composition, recipe, nystroem, exact_split, orbit, runge_kutta, gauss, gauss_of_4 };
-inline constexpr int kind_count = 8;
+#define KAGERO_STEPS(X)                                                                                                     \
+    X(composition, Composition) X(recipe, Recipe) X(nystroem, Nystroem) X(exact_split, ExactSplit) X(orbit, Orbit)          \
+    X(runge_kutta, RungeKutta) X(gauss, Gauss<0>) X(gauss_of_4, Gauss<4>)
+
+enum class Kind : std::uint8_t {
+#define KAGERO_KIND(NAME, ...) NAME,
+    KAGERO_STEPS(KAGERO_KIND)
+#undef KAGERO_KIND
+};
+inline constexpr int kind_count = 0
+#define KAGERO_KIND(...) +1
+    KAGERO_STEPS(KAGERO_KIND)
+#undef KAGERO_KIND
+    ;
 
 struct Method {
     IntegratorInfo info;  ///< name, order, symplectic, symmetric, implicit, adaptive, what
@@ -136,15 +163,11 @@ inline constexpr std::array methods{
 template <class Visit>
 constexpr auto visit_kind(Kind kind, const Visit& visit) {
     switch (kind) {
-        case Kind::recipe: return visit.template operator()<Recipe>();
-        case Kind::nystroem: return visit.template operator()<Nystroem>();
-        case Kind::exact_split: return visit.template operator()<ExactSplit>();
-        case Kind::orbit: return visit.template operator()<Orbit>();
-        case Kind::runge_kutta: return visit.template operator()<RungeKutta>();
-        case Kind::gauss: return visit.template operator()<Gauss<0>>();
-        case Kind::gauss_of_4: return visit.template operator()<Gauss<4>>();
-        default: return visit.template operator()<Composition>();
+#define KAGERO_KIND(NAME, ...) case Kind::NAME: return visit.template operator()<__VA_ARGS__>();
+        KAGERO_STEPS(KAGERO_KIND)
+#undef KAGERO_KIND
     }
+    __builtin_unreachable();
 }
 
 }  // namespace kagero

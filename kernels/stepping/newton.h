@@ -33,7 +33,7 @@ template <class V>
 Vec3<V> Shared<V>::newton(Side side, const CalledSystem<V>& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
     constexpr int max_iterations = 12;
     Convergence<V> convergence(f);
-    MaskOf<V> right_branch = V(S(0)) <= V(S(0));
+    MaskOf<V> right_branch = always<V>();
     for (int i = 0; i < max_iterations && any(convergence.open()); ++i) {
         f.open_iterations += pick(convergence.open(), V(S(1)), V(S(0)));
         ++f.issued_iterations;

@@ -121,8 +121,7 @@ void Shared<V>::newton_stages(const CalledSystem<V>& system, Flow<V>& f, const G
                               int per_component) {
     std::uint64_t solved = 0;
     int most = 0;
-    for (std::uint64_t rest = to_bits(!f.solved); rest; rest &= rest - 1) {
-        const int lane = __builtin_ctzll(rest);
+    for (const int lane : lanes_in(to_bits(!f.solved))) {
         const auto of = [lane](const V& v) { return get_lane(v, lane); };
         State<S> start;
         for (int k = 0; k < 7; ++k) start.y[k] = of(f.start.y[k]);

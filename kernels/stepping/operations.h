@@ -28,8 +28,12 @@ inline Operations operations_of(const Method& method, const ProgramOperations& p
         // Into the plane, turning its axes, and out of it, or how long the step may be and whether it is the last: counted in orbit.h, with
         // sine, cosine and roots as what they are made of.
         case Kind::orbit: return {program.slope + 5, arrival + 145, 40};
-        default: return alike(one_sided + 6, arrival);
+        case Kind::composition:
+        case Kind::recipe:
+        case Kind::nystroem:
+        case Kind::exact_split: return alike(one_sided + 6, arrival);
     }
+    __builtin_unreachable();
 }
 
 }  // namespace kagero

@@ -55,7 +55,7 @@ struct Orbit {
         const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
         Motion<V> m(system, f, plane);
         V angle(zero), steps(zero);
-        MaskOf<V> open = way.h > zero, arriving = zero > zero;
+        MaskOf<V> open = way.h > zero, arriving = never<V>();
         for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
             Motion<V> next = m;
             const V h = pick(open, longest<V>(m, way.h, outward_alone, inward_alone), zero);
@@ -74,7 +74,7 @@ struct Orbit {
         // as (∂V/∂u)/u, as it is far out.
         const V rounding(S(0.125) * machine_epsilon<S>);
         MaskOf<V> moving = arriving;
-        way.arrived = zero > zero;
+        way.arrived = never<V>();
         for (int i = 0; i < max_corrections && any(moving); ++i) {
             const V fall = rim - m.u, slope = system.orbit().slope(m.u, m.g), half = V(S(0.5)) * slope;
             const V second = fall / neg_mul_add(half, fall / m.w, m.w);
@@ -292,7 +292,7 @@ private:
         f.next_carry[0] = m.momentum;
         const Vec3<V> velocity = pick<V>(still, f.start_velocity, plane.velocity());
         f.stage[0][0] = velocity.x, f.stage[0][1] = velocity.y, f.stage[0][2] = velocity.z;
-        f.solved = V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0));
+        f.solved = always<V>();
     }
 
     /// p·q/r from −L w, which it is where p lies along the ray.

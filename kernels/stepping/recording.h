@@ -47,23 +47,38 @@ constexpr auto make_parameters(const S* values) {
     }(std::make_index_sequence<H::parameters.size()>{});
 }
 
-/// The leaves and the Hamiltonian of a tape.
+/// The leaves of a tape: x y z px py pz pt, and the parameters, which are numbers where they are given.
 template <class H>
-struct Recording {
+struct Leaves {
     std::array<int, 7> input{};
-    int energy = -1;   ///< H − H0
-    int rescale = -1;  ///< Ω, or the constant 1
     Recorded k[H::parameters.size() + 1];
     Vec3<Recorded> q, p;
 
-    constexpr explicit Recording(Tape& t) {
+    constexpr explicit Leaves(Tape& t, const double* numbers = nullptr) {
         for (int i = 0; i < 7; ++i) input[i] = t.input(i);
-        for (int i = 0; i < static_cast<int>(H::parameters.size()); ++i) k[i] = Recorded(&t, t.parameter(i));
+        for (int i = 0; i < static_cast<int>(H::parameters.size()); ++i)
+            k[i] = Recorded(&t, numbers ? t.constant(numbers[i]) : t.parameter(i));
         q = {{&t, input[0]}, {&t, input[1]}, {&t, input[2]}};
         p = {{&t, input[3]}, {&t, input[4]}, {&t, input[5]}};
-        const auto parameters = make_parameters<H>(k);
-        energy = take_squares_together(t, t.sub(H::energy(parameters, q, p, Recorded(&t, input[6])).on(t), t.constant(H::level)));
-        if constexpr (Rescalable<H>) rescale = H::rescale(parameters, q).on(t);
+    }
+    constexpr auto parameters() const { return make_parameters<H>(k); }
+};
+
+/// H − H0.
+template <class H>
+constexpr int record_energy(Tape& t, const Leaves<H>& x) {
+    return t.sub(H::energy(x.parameters(), x.q, x.p, Recorded(&t, x.input[6])).on(t), t.constant(H::level));
+}
+
+/// The leaves and the Hamiltonian of a tape.
+template <class H>
+struct Recording : Leaves<H> {
+    int energy = -1;   ///< H − H0
+    int rescale = -1;  ///< Ω, or the constant 1
+
+    constexpr explicit Recording(Tape& t) : Leaves<H>(t) {
+        energy = take_squares_together(t, record_energy<H>(t, *this));
+        if constexpr (Rescalable<H>) rescale = H::rescale(this->parameters(), this->q).on(t);
         else rescale = t.constant(1);
     }
     /// H − H0, or K.
@@ -75,10 +90,10 @@ constexpr int momentum_times_velocity(Tape& t, const std::array<int, 7>& input, 
     return t.add(t.add(t.mul(input[3], gradient[3]), t.mul(input[4], gradient[4])), t.mul(input[5], gradient[5]));
 }
 
-/// How many numbers a `Survey` has.
-inline constexpr int surveyed = 10;
+/// Where the numbers of a `Survey` stand in what its program returns.
+enum SurveyPlace { survey_velocity = 0, survey_excess = 3, survey_size, survey_terms, survey_domain, survey_captured, survey_side, survey_scale, surveyed };
 
-/// The places of a survey on a tape, in the order of `Survey`; of what a Hamiltonian does not state, the number 1.
+/// The nodes of a survey on a tape; of what a Hamiltonian does not state, the number 1.
 constexpr std::array<int, surveyed> record_survey(Tape& t, const std::array<int, 7>& input, int hamiltonian, int pace, double level,
                                                   const std::array<int, 6>& gradient) {
     const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
@@ -87,6 +102,16 @@ constexpr std::array<int, surveyed> record_survey(Tape& t, const std::array<int,
     const int squares = t.mul(square(input[3], input[4], input[5]), square(gradient[3], gradient[4], gradient[5]));
     return {gradient[3], gradient[4], gradient[5], hamiltonian, t.add(size(moving), size(resting)),
             t.add(squares, t.mul(resting, resting)), one, one, one, one};
+}
+
+/// … and what a Hamiltonian states of the ends of steps.
+template <class H>
+constexpr void record_ends(Tape& t, const Leaves<H>& x, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
+    const Vec3<Recorded> velocity{{&t, gradient[3]}, {&t, gradient[4]}, {&t, gradient[5]}};
+    if constexpr (Bounded<H>) survey[survey_domain] = H::domain(x.parameters(), x.q).on(t);
+    if constexpr (Capturing<H>) survey[survey_captured] = H::captured(x.parameters(), x.q, velocity, Recorded(&t, x.input[6])).on(t);
+    if constexpr (Creased<H>) survey[survey_side] = H::surface(x.parameters(), x.q).on(t);
+    if constexpr (Scaled<H>) survey[survey_scale] = H::length_scale(x.parameters(), x.q).on(t);
 }
 
 /// The gradient by x y z px py pz.
@@ -117,12 +142,7 @@ struct Master {
         pace = {r.rescale};
         survey = record_survey(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
         if constexpr (!Rescaled) energy = {r.energy};
-        const auto parameters = make_parameters<H>(r.k);
-        const Vec3<Recorded> velocity{{&t, gradient[3]}, {&t, gradient[4]}, {&t, gradient[5]}};
-        if constexpr (Bounded<H>) survey[6] = H::domain(parameters, r.q).on(t);
-        if constexpr (Capturing<H>) survey[7] = H::captured(parameters, r.q, velocity, Recorded(&t, r.input[6])).on(t);
-        if constexpr (Creased<H>) survey[8] = H::surface(parameters, r.q).on(t);
-        if constexpr (Scaled<H>) survey[9] = H::length_scale(parameters, r.q).on(t);
+        record_ends<H>(t, r, gradient, survey);
     }
     constexpr std::array<int, 3> side(int from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
 };

@@ -33,6 +33,13 @@ struct Survey {
     V scale;           ///< no step from here may be longer
 };
 
+/// … from what its program returns.
+template <class V>
+KAGERO_INLINE Survey<V> survey_of(const V (&out)[surveyed]) {
+    return {{out[survey_velocity], out[survey_velocity + 1], out[survey_velocity + 2]}, out[survey_excess], out[survey_size],
+            out[survey_terms], out[survey_domain], out[survey_captured], out[survey_side], out[survey_scale]};
+}
+
 /// Some of the three axes.
 struct Axes {
     bool x = false, y = false, z = false;
@@ -253,7 +260,7 @@ public:
     KAGERO_INLINE Survey<V> survey(const State<V>& s) const {
         V out[surveyed];
         run<survey_>(survey_u_.values, s.y, out);
-        return {{out[0], out[1], out[2]}, out[3], out[4], out[5], out[6], out[7], out[8], out[9]};
+        return survey_of(out);
     }
     /// dλ/dτ at the position in s.
     template <class V>

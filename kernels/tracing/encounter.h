@@ -154,14 +154,12 @@ private:
         fresh_ &= ~now;
         double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
         std::fill_n(begin, W, 0.0), std::fill_n(length, W, 1.0);
-        for (std::uint64_t rest = now & ~to_bits(size < V(S(far_away))); rest; rest &= rest - 1) {
-            const int i = __builtin_ctzll(rest);
+        for (const int i : lanes_in(now & ~to_bits(size < V(S(far_away))))) {
             if (!clip(a, b, i, segments, begin[i], length[i])) now &= ~(std::uint64_t(1) << i);
         }
         queries_ = pick(from_bits<V>(now), queries_ + V(S(1)), queries_);
         const std::uint64_t hits = query(geometry_.embree_scene, segments, now);
-        for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
-            const int i = __builtin_ctzll(rest);
+        for (const int i : lanes_in(hits)) {
             surface[i] = segments.surface[i], primitive[i] = segments.primitive[i];
             t[i] = begin[i] + length[i] * double(segments.t[i]);
             from[i] = double(get_lane(s0, i)), to[i] = double(get_lane(s1, i));

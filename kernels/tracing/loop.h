@@ -201,8 +201,8 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
     task_.go_on(flow_, go);
     flow_.h = pick(go | done, step_length(), flow_.h);
-    for (std::uint64_t rest = staying & repeated_; rest; rest &= rest - 1)
-        halvings_[__builtin_ctzll(rest)] = rejections_[__builtin_ctzll(rest)] = 0;
+    for (const int i : lanes_in(staying & repeated_))
+        halvings_[i] = rejections_[i] = 0;
     repeated_ &= ~staying;
 }
 

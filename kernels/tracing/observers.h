@@ -74,14 +74,14 @@ std::array<double, 3> radius_gradient(const double* parameters, const double (&q
 }
 
 template <class H>
-concept Hole = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
+concept Infalling = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
 
 /// A covector along the observer's lowered 4-velocity, (u_x, u_y, u_z, u_t) of any length: −dt of the coordinates, −dt of Boyer and
 /// Lindquist, or that of rain. The static observer's has u^a along ∂_t.
 template <class H>
 std::array<double, 4> lowered_velocity(ObserverKind kind, const double* parameters, const double (&q)[3], const Matrix<4>& metric) {
     if (kind == ObserverKind::static_) return {metric[0][3], metric[1][3], metric[2][3], metric[3][3]};
-    if constexpr (Hole<H>) {
+    if constexpr (Infalling<H>) {
         double r;
         const std::array<double, 3> slope = radius_gradient<H>(parameters, q, r);
         const auto k = make_parameters<H>(parameters);
@@ -108,7 +108,7 @@ template <class H>
 Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
     map = {};
     const bool needs_hole = kind == ObserverKind::falling || kind == ObserverKind::zamo;
-    if (needs_hole && (!H::spacetime || (kind == ObserverKind::falling && !Hole<H>))) return Failure::no_observer;
+    if (needs_hole && (!H::spacetime || (kind == ObserverKind::falling && !Infalling<H>))) return Failure::no_observer;
     if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
     Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian, g;
     const double time = kind == ObserverKind::falling ? -1 : 1;

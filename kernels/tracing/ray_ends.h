@@ -19,8 +19,7 @@ std::uint64_t PacketTracer<V>::wait_for_surface(std::uint64_t hits) {
     landing_->wait(accepted, levels, from, to, mul_add(to - from, chord_fraction(levels, a, b, t), from));
     landing_->take(flow_, accepted);
     fell_on_surface_ |= accepted;
-    for (std::uint64_t rest = accepted; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(accepted)) {
         surface_[i] = encounter.surface[i], primitive_[i] = encounter.primitive[i];
     }
     return accepted;
@@ -56,14 +55,13 @@ void PacketTracer<V>::land() {
     landing.land();
     if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
     const std::uint64_t there = landing.waiting & ~landing.lost, hits = there & fell_on_surface_, captured = there & landing.captured;
-    retire(landing.flow, landing.waiting & landing.lost, Status::failed, Failure::not_converged);
+    retire(landing.flow, landing.waiting & landing.lost, Status::failed, Failure::not_landed);
     retire(landing.flow, hits, Status::hit);
     retire(landing.flow, captured, Status::captured);
     retire(landing.flow, there & ~(hits | captured), Status::escaped);
-    for (std::uint64_t rest = landing.waiting; rest; rest &= rest - 1) tell_iterations(__builtin_ctzll(rest), iterations_after_);
-    for (std::uint64_t rest = there; rest; rest &= rest - 1) ends_[__builtin_ctzll(rest)]->unrefined = (landing.unrefined >> __builtin_ctzll(rest)) & 1;
-    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(landing.waiting)) tell_iterations(i, iterations_after_);
+    for (const int i : lanes_in(there)) ends_[i]->unrefined = (landing.unrefined >> i) & 1;
+    for (const int i : lanes_in(hits)) {
         ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
     }
 }
@@ -130,8 +128,7 @@ void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at
     if (!job_.path_sink) return;
     const State<V>& state = at_start ? f.start : f.end;
     const Vec3<V>& velocity = at_start ? f.start_velocity : f.end_velocity;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(lanes)) {
         PathPoint point{};
         point.ray = numbers_[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(steps_, i));
         point.parameter = double(get_lane(at_start ? f.start_parameter : f.end_parameter, i));

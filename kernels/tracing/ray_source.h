@@ -27,8 +27,8 @@ struct RayStarts {
     /// Lanes that are not of `lanes` follow one that is.
     void fill_up(std::uint64_t lanes) {
         const int donor = __builtin_ctzll(lanes);
-        for (std::uint64_t rest = ~lanes & all_lanes<W>; rest; rest &= rest - 1)
-            for (auto& numbers : y) numbers[__builtin_ctzll(rest)] = numbers[donor];
+        for (const int i : lanes_in(~lanes & all_lanes<W>))
+            for (auto& numbers : y) numbers[i] = numbers[donor];
     }
 };
 

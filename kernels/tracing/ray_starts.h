@@ -52,8 +52,7 @@ void PacketTracer<V>::refill(RayQueue<W>& queue) {
     iterations_before_ = pick(here, flow_.open_iterations, iterations_before_);
     worst_energy_ = pick(here, flow_.energy_error, worst_energy_);
     repeated_ &= ~lanes, fell_on_surface_ &= ~lanes;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(lanes)) {
         halvings_[i] = rejections_[i] = 0, all_halvings_[i] = 0;
     }
     enter(starts, lanes);
@@ -80,8 +79,7 @@ void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
         usable & to_bits(leaves_space(flow_.start.q(), flow_.start_velocity) | (flow_.start_domain <= V(S(0))));
     const std::uint64_t captured = usable & ~away & to_bits(flow_.captured <= V(S(0)));
     report_path(flow_, away | captured, true);
-    for (std::uint64_t rest = lanes & ~usable; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(lanes & ~usable)) {
         const std::uint64_t lane = std::uint64_t(1) << i;
         const Failure failure = starts.failure[i];
         if (starts.captured & lane) retire(flow_, lane, Status::captured);

@@ -51,8 +51,8 @@ V PacketTracer<V>::length_to_crease(std::uint64_t lanes, const V& first) {
 template <class V>
 std::uint64_t PacketTracer<V>::not_yet_rejected(std::uint64_t lanes) const {
     std::uint64_t fresh = 0;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1)
-        if (rejections_[__builtin_ctzll(rest)] == 0) fresh |= rest & -rest;
+    for (const int i : lanes_in(lanes))
+        if (rejections_[i] == 0) fresh |= std::uint64_t(1) << i;
     return fresh;
 }
 
@@ -62,8 +62,7 @@ void PacketTracer<V>::repeat(std::uint64_t lanes, const V& length) {
     if (!lanes) return;
     repeated_ |= lanes;
     std::uint64_t failed = 0;
-    for (std::uint64_t rest = lanes; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(lanes)) {
         if (++rejections_[i] >= max_rejections) failed |= std::uint64_t(1) << i;
     }
     restart(lanes, length);
@@ -86,8 +85,7 @@ template <class V>
 void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy) {
     repeated_ |= bad;
     std::uint64_t failed = 0;
-    for (std::uint64_t rest = bad; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(bad)) {
         if (halvings_[i]++ >= max_halvings || all_halvings_[i]++ >= most_halvings) failed |= std::uint64_t(1) << i;
     }
     restart(bad, flow_.h * V(S(0.5)));

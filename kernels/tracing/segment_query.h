@@ -2,6 +2,8 @@
 /// that knows whether it is Embree 3 or 4.
 #pragma once
 
+#include "kernels/numeric/bits.h"
+
 #include <cstdint>
 #include <limits>
 
@@ -78,8 +80,7 @@ inline void set_ray(auto& ray, auto&& at, const auto& s, int i) {
 template <int W>
 std::uint64_t query_singly(RTCScene scene, Segments<W>& s, std::uint64_t active) {
     std::uint64_t hits = 0;
-    for (std::uint64_t rest = active; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(active)) {
         RTCRayHit r;
         set_ray(r.ray, [](auto& field) -> auto& { return field; }, s, i);
         r.hit.geomID = RTC_INVALID_GEOMETRY_ID;

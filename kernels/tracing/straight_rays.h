@@ -26,8 +26,7 @@ void PacketTracer<V>::end_straight() {
     steps_ = pick(from_bits<V>(leaving), V(S(1)), steps_);
     retire(flow_, hits, Status::hit);
     retire(flow_, leaving & ~hits, Status::escaped);
-    for (std::uint64_t rest = hits; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest);
+    for (const int i : lanes_in(hits)) {
         ends_[i]->surface = encounter_->surface[i], ends_[i]->primitive = encounter_->primitive[i];
     }
     counters_.issued_lane_steps += W;

@@ -30,7 +30,7 @@ void declare(CLI::App& app, Arguments& arguments) {
 /// --lanes is a list here, and not a key of the scene.
 CompareOptions compare_options(const Arguments& arguments, const Options& options) {
     CompareOptions compared;
-    compared.isas = isas_for(options.isa);
+    compared.isas = isas_for(options.isa == "auto" ? "all" : options.isa);
     if (options.threads) compared.threads = options.threads;
     for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet})
         if (options.strategy == name_of(strategy)) compared.strategy = strategy;
@@ -55,8 +55,9 @@ Comparison compare_watched(const SceneDescription& scene, const CompareOptions& 
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-    const Options options = options_of(arguments);
+    Options options = options_of(arguments);
     const CompareOptions compared = compare_options(arguments, options);
+    options.isa = compared.isas.front();  // names in scenes are the same for all
     Arguments general = arguments;  // the strategies differ in how they integrate H, which an orbit plane leaves out
     general.lanes.clear();
     const SceneDescription scene = general_scene_of(general, options);

@@ -23,19 +23,12 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-std::vector<std::string> isas_of(const std::string& wish) {
-    if (wish == "all") return isas_for("auto");
-    std::vector<std::string> isas;
-    for (const std::string& name : split(wish, ',')) isas.push_back(load_module(name).isa);
-    return isas;
-}
-
 StabilityRequest request_of(const Arguments& arguments) {
     const Options options = options_of(arguments);
     if (options.strategy == "per-ray")
         throw InputError("--strategy: per-ray kernels are compiled for a few spaces alone; the cases run by packet and scalar ones");
     StabilityRequest request;
-    request.isas = isas_of(options.isa), request.threads = options.threads;
+    request.isas = isas_for(options.isa), request.threads = options.threads;
     if (options.precision != "auto") request.precisions = {options.precision};
     if (options.strategy != "auto") request.strategies = {options.strategy};
     return request;
@@ -44,7 +37,11 @@ StabilityRequest request_of(const Arguments& arguments) {
 /// `--json` takes a file if a word follows; a case is none.
 void return_case_json_took(std::vector<std::string>& cases, std::string& json) {
     const auto known = stability_case_names();
-    if (std::find(known.begin(), known.end(), json) == known.end()) return;
+    if (std::find(known.begin(), known.end(), json) == known.end()) {
+        const std::string near = json.find_first_of("./") == std::string::npos ? near_match(json, known) : "";
+        if (!near.empty()) throw InputError("--json: \"" + json + "\" is neither a file's name nor a case; did you mean " + near + "?");
+        return;
+    }
     cases.push_back(json);
     json = "-";
 }

@@ -66,10 +66,11 @@ std::vector<IsaInfo> find_isas() {
 }
 
 std::vector<std::string> isas_for(const std::string& wish) {
-    if (wish != "auto") return {wish};
     std::vector<std::string> names;
-    for (const IsaInfo& isa : find_isas())
-        if (isa.supported) names.push_back(isa.name);
+    for (const IsaInfo& isa : find_isas()) {
+        const bool asked_for = wish == "all" || (wish == "auto" && names.empty()) || ("," + wish + ",").find("," + isa.name + ",") != std::string::npos;
+        if (isa.supported && asked_for) names.push_back(isa.name);
+    }
     return names;
 }
 

@@ -18,7 +18,7 @@ struct IsaInfo {
 /// Modules found beside the program, best first.
 std::vector<IsaInfo> find_isas();
 
-/// The names of all modules that this CPU can run, best first; of the one wished for, if that is not "auto".
+/// The names in "sse2,avx2", those of all modules that this CPU can run for "all", that of the best for "auto"; best first.
 std::vector<std::string> isas_for(const std::string& wish);
 
 /// Throws as load_module does, in the name of the option that asks for it; loads nothing.

@@ -20,8 +20,8 @@ void check_camera_off_surfaces(const Plan& plan) {
     if (distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, plan.geometry->diagonal()) > tolerance) return;
     const Double3& at = plan.scene.camera.position;
     std::ostringstream message;
-    message << "camera.position = [" << at[0] << ", " << at[1] << ", " << at[2]
-            << "] lies in the surface of an object; it must be farther than " << tolerance << " from every surface";
+    message << "camera.position = [" << at[0] * plan.unit << ", " << at[1] * plan.unit << ", " << at[2] * plan.unit
+            << "] lies in the surface of an object; it must be farther than " << tolerance * plan.unit << " from every surface";
     throw InputError(plan.scene.camera.position_place, message.str());
 }
 
@@ -128,7 +128,7 @@ void place_camera(Plan& plan) {
 }
 
 Failure observe(const Plan& plan, ObserverKind kind, const double (&q)[3], StartMap& map) {
-    const Failure failure = plan.module->observe(plan.job.hamiltonian, plan.parameters.data(), kind, q, &map);
+    const Failure failure = plan.module->observe(plan.hamiltonian, plan.parameters.data(), kind, q, &map);
     map.sky_alone = !plan.geometry->kernel_view();
     return failure;
 }

@@ -46,7 +46,7 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     if (plan.straight || !position) return;
     const IntegratorInfo& info = plan.module->integrators[plan.job.integrator];
     const Variant own = own_variant(plan);
-    const bool bounded = plan.module->hamiltonians[plan.job.hamiltonian].scaled && !info.adaptive;
+    const bool bounded = plan.module->hamiltonians[plan.hamiltonian].scaled && !info.adaptive;
     const auto partner = find_variant(plan, partner_method, *own.kernel, partner_tolerance);
     Variant finer = bounded && partner ? *partner : own;
     finer.solver_tolerance = 0;

@@ -12,7 +12,7 @@ struct Level {
 
 Level level_of(const Plan& plan, const RayStart& ray) {
     const auto& formula = plan.scene.space.formula;
-    const double level = formula ? formula->level : plan.module->hamiltonians[plan.job.hamiltonian].level;
+    const double level = formula ? formula->level : plan.module->hamiltonians[plan.hamiltonian].level;
     const double kinetic = 0.5 * (ray.p[0] * ray.p[0] + ray.p[1] * ray.p[1] + ray.p[2] * ray.p[2]);
     return {level, kinetic + std::abs(level)};
 }

@@ -184,7 +184,7 @@ void Study::climb(const Ladder& ladder) {
     curve.info = &info_of(plan_, ladder.variant), curve.method = curve.info->name;
     curve.strategy = ladder.variant.kernel->strategy, curve.precision = ladder.variant.kernel->precision;
     curve.rescaled = ladder.variant.rescaled, curve.own = ladder.own, curve.loose = ladder.loose;
-    const double size = plan_.geometry->kernel_view() ? plan_.geometry->diagonal() : plan_.job.escape_radius;
+    const double size = scene_size(plan_);
     std::vector<double> steps, errors;
     Variant variant = ladder.variant;
     double work_before = 0;

@@ -34,11 +34,12 @@ std::string number(double x) {
 
 /// What the space states, built in or as a formula.
 HamiltonianInfo space_of(const Plan& plan) {
-    HamiltonianInfo info = plan.module->hamiltonians[plan.job.hamiltonian];
+    HamiltonianInfo info = plan.module->hamiltonians[plan.hamiltonian];
     if (const auto& formula = plan.scene.space.formula) {
         info.bounded = !formula->domain.empty(), info.captures = !formula->capture.empty();
         info.scaled = !formula->length_scale.empty(), info.rescales = formula->parsed.rescale >= 0;
     }
+    if (!plan.programs.empty()) info.rescales = true, std::fill_n(info.cyclic, 3, false);
     return info;
 }
 
@@ -76,6 +77,7 @@ std::string cyclic_coordinates(const HamiltonianInfo& space) {
 /// Whether they are left out of every step until its end.
 std::string why_not_cyclic(const Plan& plan, const HamiltonianInfo& space) {
     if (plan.straight) return "these parameters leave every ray straight";
+    if (!plan.programs.empty()) return "integrator.rescale is an expression";
     if (cyclic_coordinates(space).empty()) return "every coordinate occurs in H";
     if (!plan.job.use_symmetry) return "integrator.symmetry = \"none\"";
     if (!plan.module->integrators[plan.job.integrator].drifts) return plan.scene.integrator.method + " takes all coordinates together";
@@ -132,6 +134,8 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
                                                    : "stratified space: coordinates that do not occur in H", why_all);
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
     if (plan.scene.space.formula) explain_formula(plan, parts);
+    else parts.add(!plan.programs.empty(), "programs that are interpreted: H is compiled, its rescaling " + plan.scene.integrator.rescale + " is not",
+                   "H and its rescaling are compiled");
     const bool implicit = bent && method.implicit && !is_separable(plan);
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
               : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");

@@ -11,7 +11,7 @@ SkyView sky_view(double radius, const Double3& q, const Double3& d) {
 }
 
 SkyView sky_view(const Plan& plan, const RayEnd& end) {
-    const double radius = plan.module->far_side(plan.job.hamiltonian, plan.parameters.data());
+    const double radius = plan.module->far_side(plan.hamiltonian, plan.parameters.data());
     return sky_view(radius, {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]});
 }
 

@@ -42,6 +42,14 @@ StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], 
     return map;
 }
 
+std::vector<double> compiled(Formula formula, const FormulaScope& scope, const Module& module, const Place& place, const std::string& name) {
+    formula.nodes = scope.nodes.data();
+    formula.node_count = static_cast<std::uint32_t>(scope.nodes.size());
+    std::vector<double> programs(module.program_size);
+    if (const char* why = module.compile(&formula, programs.data())) throw InputError(place, name + ": " + why);
+    return programs;
+}
+
 /// Whether the map gives the momenta that solving for them gives, in all directions looked at.
 bool serves(const StartMap& map, const Plan& plan) {
     constexpr Double3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},   {0, 0, -1},
@@ -60,17 +68,18 @@ bool serves(const StartMap& map, const Plan& plan) {
 }  // namespace
 
 std::vector<double> compile_formula(const FormulaDescription& description, const Module& module) {
-    Formula formula = description.parsed;
-    formula.nodes = description.scope.nodes.data();
-    formula.node_count = static_cast<std::uint32_t>(description.scope.nodes.size());
-    std::vector<double> programs(module.program_size);
-    if (const char* why = module.compile(&formula, programs.data())) throw InputError(description.place, std::string("space.H: ") + why);
-    return programs;
+    return compiled(description.parsed, description.scope, module, description.place, "space.H");
+}
+
+std::vector<double> compile_rescaled(const RescalingDescription& rescaling, const Plan& plan) {
+    Formula formula{nullptr, 0, -1, -1, -1, -1, rescaling.node, {-1, -1}, plan.module->hamiltonians[plan.hamiltonian].level, 0};
+    formula.hamiltonian = plan.hamiltonian, formula.parameters = plan.parameters.data();
+    return compiled(formula, rescaling.scope, *plan.module, rescaling.place, "integrator.rescale");
 }
 
 RayStart formula_ray(const Plan& plan, const double (&q)[3], const Double3& d) {
     RayStart start;
-    plan.module->start(plan.job.hamiltonian, plan.parameters.data(), q, d.data(), &start);
+    plan.module->start(plan.hamiltonian, plan.parameters.data(), q, d.data(), &start);
     return start;
 }
 

@@ -8,6 +8,9 @@ namespace kagero {
 /// The programs of a formula. Throws InputError for one that is too large.
 std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module);
 
+/// The programs of a compiled Hamiltonian that the scene rescales by an expression. Throws InputError for one that cannot be.
+std::vector<double> compile_rescaled(const RescalingDescription& rescaling, const Plan& plan);
+
 /// The state of a ray that moves along d from q, in coordinates.
 RayStart formula_ray(const Plan& plan, const double (&q)[3], const Double3& d);
 

@@ -25,7 +25,7 @@ const KernelInfo* find_kernel(const Plan& plan, const KernelWish& wish);
 /// Null where a kernel serves the plan's space by a method, else why not; what the module itself refuses is not asked here.
 const char* refusal_of(const Plan& plan, const KernelInfo& kernel, std::uint32_t integrator, bool rescaled);
 
-/// "", "gradient", "stages" or "auto-vectorized".
+/// "", "gradient", "stages", "auto-vectorized" or "gang".
 const char* name_of(Form);
 
 }  // namespace kagero

@@ -24,35 +24,47 @@ std::uint32_t index_of(const std::string& name, const Infos* infos, std::uint32_
     throw InputError("'" + name + "' is not in the kernel module");
 }
 
-/// A chord may leave the curve by a fiftieth of a pixel as seen from half the scene's diagonal; rays without a camera by far less.
+/// A chord may leave the curve by a fiftieth of a pixel as seen from half the scene's size. That is far too much for small pictures,
+/// and where light is focused.
 double chord_tolerance(const Plan& plan, bool with_camera) {
-    const double size = plan.geometry->kernel_view() ? plan.geometry->diagonal() : plan.scene.integrator.escape_radius;
-    if (!with_camera) return 1e-5 * size;
-    return 0.02 * pixel_size(plan.scene, 0.5 * size);
+    const double size = scene_size(plan) / plan.unit, most = 1e-5 * size;
+    return with_camera ? std::min(most, 0.02 * pixel_size(plan.scene, 0.5 * size)) : most;
 }
 
-/// The method of a space may serve its H only when that is rescaled; where a scene states neither, another one is taken.
+/// The method of a space may serve its H only as the space rescales it; where a scene states another rescaling, or none, and no method,
+/// another one is taken.
 void choose_method(Plan& plan) {
     IntegratorDescription& integrator = plan.scene.integrator;
-    if (integrator.method_place || integrator.rescale != "none" || plan.scene.space.formula) return;
-    if (plan.module->refusal(plan.job.hamiltonian, plan.job.integrator, false)) integrator.method = "gauss8";
+    const Module& m = *plan.module;
+    plan.job.integrator = index_of(integrator.method, m.integrators, m.integrator_count);
+    if (integrator.method_place || integrator.rescale == "auto" || plan.scene.space.formula) return;
+    if (refusal_of(plan, plan.job.integrator, states_rescaling(plan))) integrator.method = "gauss8";
+    plan.job.integrator = index_of(integrator.method, m.integrators, m.integrator_count);
 }
 
 /// The space's parameters as the kernels have them: as they are where time runs the other way, if it does for the plan's rays.
 void fill_parameters(Plan& plan) {
     const SpaceDescription& space = plan.scene.space;
-    const HamiltonianInfo& info = plan.module->hamiltonians[plan.job.hamiltonian];
+    const HamiltonianInfo& info = plan.module->hamiltonians[plan.hamiltonian];
     for (std::size_t i = 0; i < space.parameters.size(); ++i)
         plan.parameters.push_back(info.parameters[i].odd ? plan.time * space.parameters[i].second : space.parameters[i].second);
     if (space.formula) plan.parameters = compile_formula(*space.formula, *plan.module);
+    plan.job.hamiltonian = plan.hamiltonian, plan.job.parameters = plan.parameters.data();
+}
+
+/// Where the scene rescales a compiled Hamiltonian by an expression, what is integrated is interpreted.
+void fill_programs(Plan& plan) {
+    const auto& rescaling = plan.scene.integrator.rescaling;
+    if (!rescaling || plan.straight) return;
+    plan.programs = compile_rescaled(*rescaling, plan);
+    plan.job.hamiltonian = index_of("formula", plan.module->hamiltonians, plan.module->hamiltonian_count);
+    plan.job.parameters = plan.programs.data();
 }
 
 /// Whether to integrate ΩH: where the space declares it, the scene does not forbid it, and the method can.
 bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
     const auto why = [&](bool rescaled) { return refusal_of(plan, plan.job.integrator, rescaled); };
-    const auto& formula = plan.scene.space.formula;
-    const bool stated = formula && formula->parsed.rescale >= 0;
-    const bool wanted = stated || (info.rescales && plan.scene.integrator.rescale == "auto" && !plan.straight);
+    const bool stated = states_rescaling(plan), wanted = stated || (info.rescales && plan.scene.integrator.rescale == "auto" && !plan.straight);
     if (wanted && !why(true)) return true;
     const char* reason = why(stated);  // a rescaling that is stated is not left out
     if (!reason) return false;
@@ -75,15 +87,14 @@ std::uint32_t clearance_cells(const Plan& plan, bool with_camera) {
 void fill_job(Plan& plan, bool with_camera) {
     const SceneDescription& scene = plan.scene;
     Job& job = plan.job;
-    job.parameters = plan.parameters.data();
-    const HamiltonianInfo& info = plan.module->hamiltonians[job.hamiltonian];
+    const HamiltonianInfo& info = plan.module->hamiltonians[plan.hamiltonian];
     job.rescaled = choose_rescaling(plan, info);
     job.step = step_is_length(plan) ? scene.integrator.step / plan.unit : scene.integrator.step;
     job.tolerance = scene.integrator.tolerance;
     job.solver_tolerance = scene.integrator.solver_tolerance;
     job.max_steps = scene.integrator.max_steps;
     // Behind a throat lies another universe, the mirror image of this one: there `escape_radius` counts from the throat, on both sides.
-    const double far = plan.module->far_side(job.hamiltonian, job.parameters), limit = scene.integrator.escape_radius;
+    const double far = plan.module->far_side(plan.hamiltonian, plan.parameters.data()), limit = scene.integrator.escape_radius;
     job.escape_radius = far > 0 ? 0.5 * (limit + std::sqrt(limit * limit + 4 * far * far)) : limit;
     job.inner_escape_radius = far > 0 ? far * far / job.escape_radius : 0;
     job.parameter_limit = std::numeric_limits<double>::infinity();
@@ -96,6 +107,10 @@ void fill_job(Plan& plan, bool with_camera) {
 }
 
 }  // namespace
+
+double scene_size(const Plan& plan) {
+    return plan.unit * (plan.geometry->kernel_view() ? plan.geometry->diagonal() : plan.scene.integrator.escape_radius);
+}
 
 Catalogue catalogue(const std::string& isa) {
     const Module& module = load_module(isa);
@@ -113,38 +128,42 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     plan->threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     const SceneDescription& s = plan->scene;
     const Module& m = *plan->module;
-    plan->job.hamiltonian = index_of(s.space.hamiltonian, m.hamiltonians, m.hamiltonian_count);
-    plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
-    choose_method(*plan);
-    plan->job.integrator = index_of(s.integrator.method, m.integrators, m.integrator_count);
-    plan->spacetime = m.hamiltonians[plan->job.hamiltonian].spacetime;
+    plan->hamiltonian = index_of(s.space.hamiltonian, m.hamiltonians, m.hamiltonian_count);
+    plan->spacetime = m.hamiltonians[plan->hamiltonian].spacetime;
     plan->time = (with_camera ? s.camera.observer : options.observer) == "falling" ? -1 : 1;
-    plan->unit = length_unit(s, m.hamiltonians[plan->job.hamiltonian]);
-    measure_in(plan->scene, m.hamiltonians[plan->job.hamiltonian], plan->unit);
+    plan->unit = length_unit(s, m.hamiltonians[plan->hamiltonian]);
+    measure_in(plan->scene, m.hamiltonians[plan->hamiltonian], plan->unit);
     fill_parameters(*plan);
-    plan->straight = m.straight(plan->job.hamiltonian, plan->parameters.data());
+    plan->straight = m.straight(plan->hamiltonian, plan->parameters.data());
+    fill_programs(*plan);
+    choose_method(*plan);
     plan->geometry = std::make_unique<SceneGeometry>(s, SceneGeometry::Parts{.clearance = clearance_cells(*plan, with_camera), .textures = with_camera});
     fill_job(*plan, with_camera);
     plan->kernel = &choose_kernel(*plan, wish_of(*plan));
-    check_disks(s);
+    check_disks(*plan);
     if (with_camera) place_camera(*plan);
     plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return plan;
 }
 
+bool states_rescaling(const Plan& plan) {
+    const auto& formula = plan.scene.space.formula;
+    return formula ? formula->parsed.rescale >= 0 : !plan.programs.empty();
+}
+
 bool needs_double(const Plan& plan, double momentum) {
-    if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.job.hamiltonian].spacetime) return false;
+    if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.hamiltonian].spacetime) return false;
     return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
 }
 
 bool step_is_length(const Plan& plan) {
-    const bool rescaled_by_length = plan.job.rescaled && plan.module->hamiltonians[plan.job.hamiltonian].spacetime;
+    const bool rescaled_by_length = plan.job.rescaled && plan.module->hamiltonians[plan.hamiltonian].spacetime;
     return !rescaled_by_length && !plan.module->integrators[plan.job.integrator].angular;
 }
 
 const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled) {
-    if (plan.scene.space.formula) return plan.module->formula_refusal(plan.parameters.data(), integrator);
-    return plan.module->refusal(plan.job.hamiltonian, integrator, rescaled);
+    if (plan.scene.space.formula || !plan.programs.empty()) return plan.module->formula_refusal(plan.job.parameters, integrator);
+    return plan.module->refusal(plan.hamiltonian, integrator, rescaled);
 }
 
 ObserverKind observer_named(const std::string& name) {
@@ -172,6 +191,7 @@ const char* describe(Failure failure) {
         case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
         case Failure::no_momentum: return "no momentum with this direction exists here";
         case Failure::not_converged: return "an implicit step has no solution, however short it is";
+        case Failure::not_landed: return "no place on the surface that its last step leads to";
         case Failure::not_finite: return "the state left the range of the number type";
         case Failure::energy_lost: return "a step loses the Hamiltonian's value, however short it is";
         case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";

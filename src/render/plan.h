@@ -21,7 +21,7 @@ struct Options {
     std::array<std::uint32_t, 4> crop{0, 0, 0, 0};  ///< x0, y0, x1, y1, half-open; all zero: the whole film
     std::string observer = "";         ///< of a plan without a camera: who reads the directions of its rays; empty: the coordinates
     bool energy_error = false;         ///< watch H along every ray
-    bool parameter = true;             ///< λ at the ends of listed rays
+    bool parameter = false;            ///< λ at the ends of listed rays
 };
 
 /// Where the camera looks: unit vectors in its observer's rest frame.
@@ -51,7 +51,9 @@ struct Plan {
     const Module* module = nullptr;
     const KernelInfo* kernel = nullptr;
     std::unique_ptr<SceneGeometry> geometry;
+    std::uint32_t hamiltonian = 0;     ///< of the space: an index into Module::hamiltonians
     std::vector<double> parameters;    ///< of the Hamiltonian; of a formula its programs
+    std::vector<double> programs;      ///< of Ω(H − H0), which the job follows, where the scene rescales a compiled H by an expression
     double unit = 1;                   ///< of the lengths in `scene`, `camera` and `job`, in units of the scene as written
     bool straight = false;             ///< every ray is a straight line: no integrator runs
     View view;
@@ -70,12 +72,18 @@ struct Plan {
     Plan& operator=(const Plan&) = delete;
 };
 
+/// The diagonal of its objects, or the radius of the escape sphere where there are none, in lengths of the scene as written.
+double scene_size(const Plan& plan);
+
 /// The names that scenes may use, from the module for `isa`.
 Catalogue catalogue(const std::string& isa);
 
 /// Throws InputError for what the scene or options ask that cannot be done: a refused method, a camera inside a surface …
 /// `with_camera` is false for `trace`, which has its own rays and draws nothing.
 std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, bool with_camera = true);
+
+/// Whether the scene says by which expression H is rescaled: then its programs are of the rescaled H, whoever asks.
+bool states_rescaling(const Plan& plan);
 
 /// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
 bool needs_double(const Plan& plan, double momentum);

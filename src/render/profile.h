@@ -47,7 +47,7 @@ struct Profile {
 };
 
 /// Renders `film` over and over, all ways in turn. `plan` is put into different states and back.
-/// `repeats`: how many rounds; 0: three, and up to 25 where the picture takes so little time that one round says little.
+/// `repeats`: how many rounds; 0: three, and up to fifty where the picture takes so little time that one round says little.
 Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
 /// Pearson's; nothing where one of them does not vary.

@@ -1,6 +1,5 @@
 #include "render/redshift.h"
 
-#include "scene/value.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -8,31 +7,21 @@
 namespace kagero {
 namespace {
 
-double parameter(const SpaceDescription& space, const std::string& name) {
-    for (const auto& [known, value] : space.parameters)
-        if (known == name) return value;
-    return 0;
-}
-
-/// What a space's orbits depend on; mass 0: nothing orbits.
-struct Hole {
-    double mass = 0, spin = 0;  ///< lengths: GM/c² and the angular momentum per mass, along +z
-};
-
-Hole hole_of(const SpaceDescription& space) {
-    if (space.hamiltonian == "schwarzschild") return {0.5 * parameter(space, "rg"), 0};
-    if (space.hamiltonian == "kerr") return {parameter(space, "mass"), parameter(space, "mass") * parameter(space, "spin")};
-    return {};
+/// Of a space as the scene has it, whichever way the time of the plan's rays runs.
+Hole hole_of(const Plan& plan) {
+    Hole hole = plan.module->hole(plan.hamiltonian, plan.parameters.data());
+    hole.spin *= plan.time;
+    return hole;
 }
 
 double frequency(const Plan& plan, const RayEnd& end, const Double3& velocity) {
-    return plan.module->frequency(plan.job.hamiltonian, plan.parameters.data(), end.q, end.p, end.pt, velocity.data(), plan.time);
+    return plan.module->frequency(plan.hamiltonian, plan.parameters.data(), end.q, end.p, end.pt, velocity.data(), plan.time);
 }
 
 }  // namespace
 
-Double3 orbit_velocity(const SpaceDescription& space, const Double3& normal, const Double3& q) {
-    const Hole hole = hole_of(space);
+Double3 orbit_velocity(const Plan& plan, const Double3& normal, const Double3& q) {
+    const Hole hole = hole_of(plan);
     if (hole.mass == 0) return {0, 0, 0};
     const Double3 axis = unit(normal);
     // On the equator |q|² = r² + a².
@@ -49,17 +38,17 @@ double redshift_of(const Plan& plan, const Sighting& ray) {
     if (end.status != Status::hit) return 0;
     const ObjectDescription& object = plan.scene.objects[plan.geometry->object_of(end.surface)];
     if (object.shape != Shape::disk) return 0;
-    const double sent = frequency(plan, end, orbit_velocity(plan.scene.space, object.normal, {end.q[0], end.q[1], end.q[2]}));
+    const double sent = frequency(plan, end, orbit_velocity(plan, object.normal, {end.q[0], end.q[1], end.q[2]}));
     return sent > 0 ? ray.ray->frequency / sent : 0;
 }
 
-void check_disks(const SceneDescription& scene) {
-    const Hole hole = hole_of(scene.space);
+void check_disks(const Plan& plan) {
+    const Hole hole = hole_of(plan);
     if (hole.mass == 0) return;
-    for (const ObjectDescription& object : scene.objects) {
+    for (const ObjectDescription& object : plan.scene.objects) {
         if (object.shape != Shape::disk) continue;
         const std::string name = "object." + object.name;
-        if (object.center != scene.space.center)
+        if (object.center != plan.scene.space.center)
             throw InputError(object.place, name + ".center is not space.center: a disk's matter orbits the hole");
         const Double3 axis = unit(object.normal);
         if (hole.spin != 0 && (axis[0] != 0 || axis[1] != 0))

@@ -73,7 +73,7 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
 }  // namespace
 
 ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story) {
-    const double size = plan.geometry->kernel_view() ? plan.geometry->diagonal() : plan.job.escape_radius;
+    const double size = scene_size(plan);
     std::optional<Attempt> least;
     for (const Pair& pair : pairs) {
         const auto best = find(plan, pair.best), other = find(plan, pair.other);

@@ -64,8 +64,8 @@ Counters difference(Counters a, const Counters& b) {
 
 Percentiles percentiles(std::vector<double>& values) {
     if (values.empty()) return {};
-    const auto at = [&](double share) {
-        const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+    const auto at = [&](double share) {  // the nearest rank, as spread_of has it
+        const auto place = values.begin() + std::ptrdiff_t(std::ceil(share * double(values.size()))) - 1;
         std::nth_element(values.begin(), place, values.end());
         return *place;
     };

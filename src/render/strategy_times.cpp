@@ -45,7 +45,7 @@ std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<Ray
                                          const std::atomic<bool>* stop) {
     std::vector<std::unique_ptr<Plan>> plans;
     std::vector<Runner> runners;
-    for (const std::string& isa : isas_for(plan.options.isa)) {
+    for (const std::string& isa : isas_for(plan.options.isa == "auto" ? "all" : plan.options.isa)) {
         Options options = plan.options;
         options.isa = isa, options.threads = threads;
         Plan& one = *plans.emplace_back(make_plan(plan.scene, options));

@@ -108,7 +108,7 @@ RayStart directed(const Plan& plan, const double (&q)[3], const Double3& d) {
     const double shrink = far ? limit / distance : 1;
     const double near[3] = {shrink * q[0], shrink * q[1], shrink * q[2]};
     RayStart start{};
-    plan.module->start(plan.job.hamiltonian, plan.parameters.data(), near, d.data(), &start);
+    plan.module->start(plan.hamiltonian, plan.parameters.data(), near, d.data(), &start);
     start.escaped = far && start.failure == Failure::none;
     std::copy(q, q + 3, start.q);
     return start;
@@ -139,7 +139,7 @@ private:
 
 /// Whether the space is another one where time runs the other way.
 bool spins(const Plan& plan) {
-    const HamiltonianInfo& info = plan.module->hamiltonians[plan.job.hamiltonian];
+    const HamiltonianInfo& info = plan.module->hamiltonians[plan.hamiltonian];
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
         if (info.parameters[i].odd && plan.parameters[i] != 0) return true;
     return false;

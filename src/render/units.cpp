@@ -30,7 +30,7 @@ void divide(Double3& lengths, double unit) {
 
 double length_unit(const SceneDescription& scene, const HamiltonianInfo& info) {
     const int size = std::ilogb(scene.integrator.escape_radius);
-    if (std::abs(size) <= ordinary || scene.space.formula) return 1;
+    if (std::abs(size) <= ordinary || scene.space.formula || scene.integrator.rescaling) return 1;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
         if (!power_of_length(info.parameters[i].unit)) return 1;
     return std::scalbn(1.0, size);

@@ -40,10 +40,8 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
     const auto serves = [&](std::uint32_t i, bool rescaled) {
         return !refusal_of(plan, i, rescaled) && !refusal_of(plan, kernel, i, rescaled);
     };
-    const auto& formula = plan.scene.space.formula;
-    const bool stated = formula && formula->parsed.rescale >= 0;  // its programs are of the rescaled Hamiltonian, whoever asks
     const bool rescales =
-        stated || (module.hamiltonians[plan.job.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight);
+        states_rescaling(plan) || (module.hamiltonians[plan.hamiltonian].rescales && plan.scene.integrator.rescale == "auto" && !plan.straight);
     for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
         if (method != module.integrators[i].name) continue;
         if (rescales && serves(i, true)) return Variant{i, true, &kernel, step, -1};

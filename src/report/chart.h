@@ -53,7 +53,7 @@ struct Bar {
 };
 
 struct BarChart {
-    std::string title, unit;
+    std::string title;
     std::vector<Bar> bars;
 };
 

@@ -243,7 +243,7 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
                     "over the first of the scalar ones in double precision.");
     body += map_section(study) + pictures_section(study) + reference_section(study) + data_section(study);
     return html_page("Error against run time: " + name,
-                     plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);
+                     plan.scene.path + " · " + plan.module->hamiltonians[plan.hamiltonian].what, body);
 }
 
 }  // namespace kagero

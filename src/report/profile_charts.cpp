@@ -56,7 +56,7 @@ std::string stages_chart(const Profile& profile, double write_seconds) {
     const auto stages = stages_of(profile, write_seconds);
     double all = 0;
     for (const auto& stage : stages) all += stage.second;
-    BarChart chart{"Seconds of all threads, stage by stage", "s", {}};
+    BarChart chart{"Seconds of all threads, stage by stage", {}};
     for (const auto& [name, seconds] : stages)
         chart.bars.push_back({name, name == "integrate" ? blue : grey,
                               time_text(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
@@ -153,7 +153,7 @@ std::string roofline_chart(const Profile& profile) {
     const auto bar = [&](const std::string& label, const char* color, double rate) {
         return Bar{label, color, rounded(1e-9 * rate) + " GFLOP/s, " + fixed(100 * ratio(rate, peak)) + " %", rate};
     };
-    BarChart chart{"Floating-point operations per second of one thread", "", {}};
+    BarChart chart{"Floating-point operations per second of one thread", {}};
     chart.bars.push_back(bar("multiply-adds alone", purple, peak));
     chart.bars.push_back(bar("integrating", blue, ratio(profile.all_operations, profile.stages.integrate)));
     chart.bars.push_back(bar("tracing", blue, ratio(profile.all_operations, tracing_seconds(profile))));

@@ -110,7 +110,7 @@ std::string profile_page(const Plan& plan, const Profile& profile, double write_
                             "worth on this machine at this time; dashed: N threads, N times as fast.");
     body += roofline_section(plan, profile) + method_section(profile);
     return html_page("Where the time goes: " + name,
-                     plan.scene.path + " · " + plan.module->hamiltonians[plan.job.hamiltonian].what, body);
+                     plan.scene.path + " · " + plan.module->hamiltonians[plan.hamiltonian].what, body);
 }
 
 std::string profile_text(const Profile& profile, double write_seconds) {

@@ -2,6 +2,7 @@
 
 #include "render/kernels.h"
 #include "render/operation_count.h"
+#include "render/timing.h"
 #include "report/json.h"
 #include "report/numbers.h"
 
@@ -52,9 +53,8 @@ double nanoseconds_per_ray(const RunReport& run) {
 Json timing_json(const std::vector<RunReport>& runs) {
     std::vector<double> times;
     for (const RunReport& run : runs) times.push_back(nanoseconds_per_ray(run));
-    std::sort(times.begin(), times.end());
-    const std::size_t n = times.size();
-    return {{"median", 0.5 * (times[(n - 1) / 2] + times[n / 2])}, {"min", times.front()}, {"max", times.back()}};
+    const Timing timing = timing_of(times);
+    return {{"median", timing.median}, {"min", timing.min}, {"max", timing.max}};
 }
 
 }  // namespace
@@ -121,7 +121,7 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
 
 Metadata picture_metadata(const Plan& plan, const RunReport& report) {
     const SceneDescription& scene = plan.scene;
-    const HamiltonianInfo& space = plan.module->hamiltonians[plan.job.hamiltonian];
+    const HamiltonianInfo& space = plan.module->hamiltonians[plan.hamiltonian];
     std::string overrides, ends;
     for (const std::string& text : scene.overrides) overrides += text + "\n";
     for (std::uint32_t s = 0; s < status_count; ++s)

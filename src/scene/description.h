@@ -36,6 +36,14 @@ struct SpaceDescription {
     std::optional<FormulaDescription> formula;     ///< where hamiltonian is "formula"
     std::vector<std::pair<std::string, double>> parameters;  ///< in the Hamiltonian's declared order, all present
     Double3 center{0, 0, 0};
+    bool far_sided = false;            ///< it has another universe, with a sky of its own: `[sky.far]`
+};
+
+/// An expression by which the scene rescales a compiled Hamiltonian.
+struct RescalingDescription {
+    FormulaScope scope;
+    std::int32_t node = -1;
+    Place place;
 };
 
 struct IntegratorDescription {
@@ -52,7 +60,8 @@ struct IntegratorDescription {
     std::string refill = "auto";       ///< "auto" | "on" | "off"
     double max_pixel_error = 0;        ///< step, precision, and the method unless it is stated, are chosen to meet it; 0: nothing is
     std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine
-    std::string rescale = "auto";      ///< "auto" | "none" | an expression, for formula spaces
+    std::string rescale = "auto";      ///< "auto" | "none" | an expression
+    std::optional<RescalingDescription> rescaling;   ///< … of a compiled Hamiltonian; those of a formula are among its nodes
 };
 
 struct CameraDescription {
@@ -120,9 +129,6 @@ struct SceneDescription {
     SkyDescription far_sky;                        ///< of a wormhole's other universe
     std::vector<ObjectDescription> objects;
 };
-
-/// Whether a space has another universe with a sky of its own, `[sky.far]`.
-inline bool has_far_sky(const SpaceDescription& space) { return space.hamiltonian == "wormhole"; }
 
 /// The names a scene may use; taken from a loaded kernel module.
 struct Catalogue {

@@ -66,6 +66,7 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
     const auto known = names(catalogue.hamiltonians, catalogue.hamiltonian_count);
     space.hamiltonian = known[to_choice(name, full_name(section, "hamiltonian"), known)];
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
+    space.far_sided = info.far_sided;
 
     if (space.hamiltonian == "formula") {
         space.formula = load_formula(section);
@@ -105,8 +106,6 @@ bool follows_orbits(const Section& section, const IntegratorDescription& integra
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
-    // Built-in spaces have a rescaling of their own, chosen with their equations.
-    if (!space.formula) not_yet(section, "rescale", {"auto", "none"});
 
     IntegratorDescription integrator;
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
@@ -144,7 +143,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     }
     if (const Value* rescale = find(section, "rescale")) {
         integrator.rescale = to_text(*rescale, "integrator.rescale");
-        if (space.formula) load_rescaling(*rescale, *space.formula);
+        load_rescaling(*rescale, space, integrator);
     }
     return integrator;
 }
@@ -213,10 +212,8 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
     const Value* far = find(sky, "far");
     if (!far) return {};
     if (far->kind != Value::Kind::table) fail(*far, "sky.far", "a table: [sky.far]");
-    if (!has_far_sky(space)) {
-        throw InputError(far->place, "sky.far: " + written(space.hamiltonian) +
-                                         " has one universe and one sky; only \"wormhole\" has another: leave the table out");
-    }
+    if (!space.far_sided)
+        throw InputError(far->place, "sky.far: " + written(space.hamiltonian) + " has one universe and one sky: leave the table out");
     return load_sky({far, "sky.far", far->place}, directory);
 }
 

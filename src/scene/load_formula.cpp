@@ -118,13 +118,15 @@ FormulaDescription load_formula(const Section& section) {
     return formula;
 }
 
-void load_rescaling(const Value& rescale, FormulaDescription& formula) {
+void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator) {
     if (rescale.string == "auto" || rescale.string == "none") return;
-    FormulaScope& scope = formula.scope;
+    if (!space.formula) integrator.rescaling = {formula_scope(), -1, rescale.place};
+    FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
+    std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;
     const bool taken = std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
     if (!taken) define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.place}), rescale.place);
-    formula.parsed.rescale = parse(scope, rescale, "integrator.rescale", position_bits);
-    require_positive(rescale, "integrator.rescale", scope, formula.parsed.rescale);
+    node = parse(scope, rescale, "integrator.rescale", position_bits);
+    require_positive(rescale, "integrator.rescale", scope, node);
 }
 
 }  // namespace kagero

@@ -77,6 +77,17 @@ void erase(Value& table, const std::string& key) {
     std::erase_if(table.items, [&](const Value& item) { return item.key == key; });
 }
 
+/// A paint given on the command line replaces the one in the file instead of contradicting it.
+void erase_other_paints(Value& table, const std::string& paint) {
+    const auto replaces = [&](std::initializer_list<const char*> paints, std::initializer_list<const char*> others) {
+        if (std::none_of(paints.begin(), paints.end(), [&](const char* one) { return paint == one; })) return;
+        for (const char* other : others) erase(table, other);
+    };
+    replaces({"texture", "temperature"}, {"color", "checker"});
+    replaces({"color", "checker", "temperature"}, {"texture"});
+    replaces({"color", "checker", "texture"}, {"temperature"});
+}
+
 }  // namespace
 
 void apply_override(Value& root, const std::string& override_text) {
@@ -95,16 +106,11 @@ void apply_override(Value& root, const std::string& override_text) {
     }
     for (std::size_t i = first; i + 1 < path.size(); ++i) table = &table_entry(*table, path[i], place);
     value.key = path.back();
-    erase(*table, value.key);
-    // A paint given on the command line replaces the one in the file instead of contradicting it.
-    const auto replaces = [&](std::initializer_list<const char*> keys, std::initializer_list<const char*> others) {
-        if (std::none_of(keys.begin(), keys.end(), [&](const char* key) { return value.key == key; })) return;
-        for (const char* other : others) erase(*table, other);
-    };
-    replaces({"texture", "temperature"}, {"color", "checker"});
-    replaces({"color", "checker", "temperature"}, {"texture"});
-    replaces({"color", "checker", "texture"}, {"temperature"});
-    table->items.push_back(value);
+    if (path[0] == "object" || path[0] == "sky") erase_other_paints(*table, value.key);
+    // In its old place: the helpers of a formula use those before them.
+    const auto old = std::find_if(table->items.begin(), table->items.end(), [&](const Value& item) { return item.key == value.key; });
+    if (old != table->items.end()) *old = value;
+    else table->items.push_back(value);
 }
 
 }  // namespace kagero

@@ -189,7 +189,7 @@ std::string print_scene(const SceneDescription& scene) {
     for (std::size_t i = 0; i < scene.film.layers.size(); ++i) out << (i ? ", " : "") << written(scene.film.layers[i]);
     out << "]\n";
     print_sky(out, "sky", scene.sky);
-    if (has_far_sky(scene.space)) print_sky(out, "sky.far", scene.far_sky);
+    if (scene.space.far_sided) print_sky(out, "sky.far", scene.far_sky);
     for (const ObjectDescription& object : scene.objects) print_object(out, object);
     return out.str();
 }

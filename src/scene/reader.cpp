@@ -74,17 +74,6 @@ void only_keys(const Section& section, const std::vector<std::string>& known) {
     }
 }
 
-void not_yet(const Section& section, const std::string& key, const std::vector<std::string>& accepted) {
-    const Value* value = find(section, key);
-    if (!value) return;
-    for (const std::string& word : accepted) {
-        if (value->kind == Value::Kind::string && value->string == word) return;
-    }
-    std::string message = full_name(section, key) + " = " + written(*value) + ": this version cannot do that yet; ";
-    message += accepted.empty() ? "leave the key out" : "it accepts: " + listed(accepted);
-    throw InputError(value->place, message);
-}
-
 double to_number(const Value& value, const std::string& name, const Range& range) {
     const bool numeric = value.kind == Value::Kind::number || value.kind == Value::Kind::integer;
     if (!numeric) fail(value, name, "a number");

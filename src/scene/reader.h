@@ -37,10 +37,8 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
 const Value* find(const Section& section, const std::string& key);
 /// Throws unless the key is there.
 const Value& need(const Section& section, const std::string& key);
-/// Throws if the table has any other key; a subtable of a later version has its own message.
+/// Throws if the table has any other key.
 void only_keys(const Section& section, const std::vector<std::string>& known);
-/// Throws if the key is there with a value other than the accepted words, all of which mean what this version does anyway.
-void not_yet(const Section& section, const std::string& key, const std::vector<std::string>& accepted = {});
 
 double to_number(const Value& value, const std::string& name, const Range& range);
 Double3 to_double3(const Value& value, const std::string& name, const Range& range);

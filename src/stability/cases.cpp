@@ -62,7 +62,7 @@ StabilityOutcome run_case(const Case& chosen, const StabilityRequest& request, c
         for (std::size_t i = 0; i < request.strategies.size(); ++i) {
             Options options;
             options.isa = isa, options.precision = precision, options.strategy = request.strategies[i];
-            options.threads = request.threads;
+            options.threads = request.threads, options.parameter = true;
             std::vector<Status> statuses;
             Trial trial(options, findings, statuses);
             try {

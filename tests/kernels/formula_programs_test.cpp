@@ -90,7 +90,7 @@ TEST(FormulaPrograms, HaveTheValuesAndTheGradientOfTheFormula) {
         const auto values = values_of(nodes, at);
         if (!tame(nodes, values)) continue;
         const Formula f{nodes.data(), static_cast<std::uint32_t>(nodes.size()), root, -1, -1, -1, -1, {-1, -1}, 0.25, at[6]};
-        ASSERT_EQ(formula::compile(f, *programs), nullptr);
+        ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
         double gradient[6], energy[1], force[3], velocity[3];
         formula::evaluate(programs->derivatives, at, gradient);
         formula::evaluate(programs->value, at, energy);
@@ -120,7 +120,7 @@ TEST(FormulaPrograms, TooLargeOnesAreRefused) {
         sum.push_back({FormulaOp::add, static_cast<int>(sum.size()) - 1, i, 0});
     const Formula f{sum.data(), static_cast<std::uint32_t>(sum.size()), static_cast<int>(sum.size()) - 1, -1, -1, -1, -1, {-1, -1}, 0, 0};
     const auto programs = std::make_unique<formula::Programs>();
-    EXPECT_NE(formula::compile(f, *programs), nullptr);
+    EXPECT_NE(formula::compile(f, nullptr, *programs), nullptr);
 }
 
 }  // namespace

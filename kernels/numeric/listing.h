@@ -21,25 +21,6 @@ struct Listed {
     const S* uniforms;
 };
 
-namespace detail {
-
-/// op(a, b, c), of an operation that is no leaf.
-template <class V>
-V applied(Op op, const V& a, const V& b, const V& c) {
-    switch (op) {
-#define KAGERO_OPERATION(OP) \
-    case Op::OP: return apply<Op::OP, false, V>(a, b, c);
-        KAGERO_OPERATION(add) KAGERO_OPERATION(sub) KAGERO_OPERATION(mul) KAGERO_OPERATION(neg) KAGERO_OPERATION(recip)
-        KAGERO_OPERATION(sqrt) KAGERO_OPERATION(rsqrt) KAGERO_OPERATION(exp) KAGERO_OPERATION(log) KAGERO_OPERATION(sin)
-        KAGERO_OPERATION(cos) KAGERO_OPERATION(tan) KAGERO_OPERATION(tanh) KAGERO_OPERATION(atan2) KAGERO_OPERATION(min)
-        KAGERO_OPERATION(max) KAGERO_OPERATION(at_least) KAGERO_OPERATION(mul_add) KAGERO_OPERATION(mul_sub) KAGERO_OPERATION(neg_mul_add)
-#undef KAGERO_OPERATION
-        default: return a;
-    }
-}
-
-}  // namespace detail
-
 /// Room for the value of every node, which nobody fills before its time.
 template <class V>
 struct Values {

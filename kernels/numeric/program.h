@@ -262,6 +262,21 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);
 }
 
+/// op(a, b, c), of an operation that is no leaf.
+template <class V>
+V applied(Op op, const V& a, const V& b, const V& c) {
+    switch (op) {
+#define KAGERO_OPERATION(OP) \
+    case Op::OP: return apply<Op::OP, false, V>(a, b, c);
+        KAGERO_OPERATION(add) KAGERO_OPERATION(sub) KAGERO_OPERATION(mul) KAGERO_OPERATION(neg) KAGERO_OPERATION(recip)
+        KAGERO_OPERATION(sqrt) KAGERO_OPERATION(rsqrt) KAGERO_OPERATION(exp) KAGERO_OPERATION(log) KAGERO_OPERATION(sin)
+        KAGERO_OPERATION(cos) KAGERO_OPERATION(tan) KAGERO_OPERATION(tanh) KAGERO_OPERATION(atan2) KAGERO_OPERATION(min)
+        KAGERO_OPERATION(max) KAGERO_OPERATION(at_least) KAGERO_OPERATION(mul_add) KAGERO_OPERATION(mul_sub) KAGERO_OPERATION(neg_mul_add)
+#undef KAGERO_OPERATION
+        default: return a;
+    }
+}
+
 template <const auto& P>
 inline constexpr bool calls_circular = P.calls_circular();
 
@@ -291,6 +306,8 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
                    std::make_integer_sequence<int, static_cast<int>(P.outputs.size())>{});
 }
 
+inline double value_of(Op op, double a, double b) { return detail::applied(op, a, b, b); }
+
 /// Evaluates the nodes of a program that depend on parameters alone into its table of uniforms.
 template <class S>
 void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parameters, S* uniforms) {
@@ -302,7 +319,7 @@ void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parame
         switch (n.op) {
             case Op::constant: value[i] = S(n.value); break;
             case Op::parameter: value[i] = parameters[n.a]; break;
-            default: value[i] = value_of(n.op, a, b); break;
+            default: value[i] = detail::applied(n.op, a, b, b); break;
         }
         if (slot[i] >= 0) uniforms[slot[i]] = value[i];
     }

@@ -30,30 +30,8 @@ struct Node {
     bool uniform = true;
 };
 
-/// An operation on numbers. Steps and fused operations are none of these.
-template <class S>
-S value_of(Op op, const S& a, const S& b) {
-    using std::sqrt, std::exp, std::log, std::sin, std::cos, std::tan, std::tanh, std::atan2;
-    switch (op) {
-        case Op::add: return a + b;
-        case Op::sub: return a - b;
-        case Op::mul: return a * b;
-        case Op::neg: return -a;
-        case Op::recip: return S(1) / a;
-        case Op::sqrt: return sqrt(a);
-        case Op::rsqrt: return S(1) / sqrt(a);
-        case Op::exp: return exp(a);
-        case Op::log: return log(a);
-        case Op::sin: return sin(a);
-        case Op::cos: return cos(a);
-        case Op::tan: return tan(a);
-        case Op::tanh: return tanh(a);
-        case Op::atan2: return atan2(a, b);
-        case Op::min: return a < b ? a : b;
-        case Op::max: return a < b ? b : a;
-        default: return S(0);
-    }
-}
+/// An operation on numbers while the program runs (program.h).
+inline double value_of(Op op, double a, double b);
 
 class Tape {
 public:
@@ -122,7 +100,7 @@ public:
     constexpr int sqrt(int s) { return uniform(s) ? unary(Op::sqrt, s) : mul(s, unary(Op::rsqrt, s)); }
     /// Functions of numbers are numbers, where the standard library can tell them: while the program runs.
     constexpr int unary(Op op, int a) {
-        if (!std::is_constant_evaluated() && nodes[a].op == Op::constant) return constant(value_of(op, nodes[a].value, 0.0));
+        if (!std::is_constant_evaluated() && nodes[a].op == Op::constant) return constant(value_of(op, nodes[a].value, 0));
         return append({op, a, -1, -1, 0, uniform(a)});
     }
     constexpr int binary(Op op, int a, int b) {

@@ -25,9 +25,9 @@ constexpr unsigned char glyphs[][glyph_height] = {
     {0, 0, 0, 31, 0, 0, 0},       {0, 4, 4, 31, 4, 4, 0}};
 
 /// Values to [0, 1] and back.
-class Range {
+class ColorScale {
 public:
-    Range(const float* values, std::size_t count, bool logarithmic) : logarithmic_(logarithmic) {
+    ColorScale(const float* values, std::size_t count, bool logarithmic) : logarithmic_(logarithmic) {
         for (std::size_t i = 0; i < count; ++i) {
             if (!std::isfinite(values[i])) continue;
             greatest_ = std::max(greatest_, double(values[i]));
@@ -69,7 +69,7 @@ void write_number(Canvas& canvas, int x, int y, double value) {
 }
 
 /// Shares of the range, of the picture and of the bar beside it, as one plane; below zero where there is no value.
-std::vector<float> shares(const Film& film, const float* values, const Range& range, int width) {
+std::vector<float> shares(const Film& film, const float* values, const ColorScale& range, int width) {
     const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height());
     std::vector<float> plane(std::size_t(width) * h, 0);
     for (int y = 0; y < h; ++y) {
@@ -92,7 +92,7 @@ std::string map_path(const std::string& picture, const LayerInfo& layer) {
 void write_map(const Film& film, const LayerInfo& layer, const std::string& path) {
     const float* const values = film.plane(layer.name);
     const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height()), mapped = w + gap + bar;
-    const Range range(values, std::size_t(w) * h, layer.scale == LayerInfo::Scale::logarithmic);
+    const ColorScale range(values, std::size_t(w) * h, layer.scale == LayerInfo::Scale::logarithmic);
     const std::vector<unsigned char> colored = false_colored(shares(film, values, range, mapped));
 
     Canvas canvas{mapped + gap / 2 + label_width, h};

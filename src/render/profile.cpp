@@ -12,8 +12,8 @@
 namespace kagero {
 namespace {
 
-constexpr unsigned least_rounds = 3, most_rounds = 50;
-constexpr double enough_seconds = 20;
+constexpr unsigned least_profiled = 3, most_profiled = 50;  // rounds
+constexpr double enough_profiled = 20;  // seconds
 
 /// One way of rendering the same picture, its runs' times, and the quickest of them.
 struct Way {
@@ -176,7 +176,7 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
 
     Profile result;
     const auto passed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
-    unsigned rounds = repeats ? repeats : least_rounds;
+    unsigned rounds = repeats ? repeats : least_profiled;
     // Interleaved, so that a slow minute of the machine is nobody's alone.
     for (unsigned r = 0; r < rounds; ++r) {
         for (std::size_t i = 0; i < ways.size() && !result.interrupted; ++i) {
@@ -186,7 +186,7 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
         if (result.interrupted) break;
         for (Roof& roof : roofs) roof.rates.push_back(peak.operations_per_second(roof.threads));
         if (r == 0 && !repeats)
-            rounds = unsigned(std::clamp(enough_seconds / passed(), double(least_rounds), double(most_rounds)));
+            rounds = unsigned(std::clamp(enough_profiled / passed(), double(least_profiled), double(most_profiled)));
     }
     plan.threads = threads;
     plan.options.schedule = asked;

@@ -14,7 +14,7 @@ namespace kagero {
 namespace {
 
 /// Rays whose paths are kept at a time: a few packets.
-constexpr std::size_t chunk = 64;
+constexpr std::size_t paths_together = 64;
 
 Double3 of(const double (&x)[3]) {
     return {x[0], x[1], x[2]};
@@ -120,7 +120,7 @@ std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const Ra
     for (std::size_t i = 0; i < starts.size(); ++i) {
         bounds.push_back(ends[i].status == Status::captured ? 0 : std::numeric_limits<double>::quiet_NaN());
         if (has_end(ends[i])) few.starts.push_back(starts[i]), places.push_back(i);
-        if (places.empty() || (places.size() < chunk && i + 1 < starts.size())) continue;
+        if (places.empty() || (places.size() < paths_together && i + 1 < starts.size())) continue;
         bound_few(plan, few, places, ends, bounds.data());
         few.starts.clear(), places.clear();
     }

@@ -38,25 +38,27 @@ std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
     return steps;
 }
 
-struct Way {
+struct LadderKind {
     Strategy strategy;
     Precision precision;
     bool loose = false;
 };
-constexpr Way ways[] = {{Strategy::packet, Precision::float64},
-                        {Strategy::packet, Precision::float64, true},
-                        {Strategy::packet, Precision::float32},
-                        {Strategy::scalar, Precision::float64},
-                        {Strategy::scalar, Precision::float32}};
+constexpr LadderKind ladder_kinds[] = {
+    {Strategy::packet, Precision::float64},
+    {Strategy::packet, Precision::float64, true},
+    {Strategy::packet, Precision::float32},
+    {Strategy::scalar, Precision::float64},
+    {Strategy::scalar, Precision::float32},
+};
 
-bool worth_it(const Plan& plan, const IntegratorInfo& info, const Way& way, const LadderChoice& choice, bool own) {
-    if (choice.strategy != "auto" && choice.strategy != name_of(way.strategy)) return false;
-    if (choice.precision != "auto" && choice.precision != name_of(way.precision)) return false;
+bool worth_it(const Plan& plan, const IntegratorInfo& info, const LadderKind& kind, const LadderChoice& choice, bool own) {
+    if (choice.strategy != "auto" && choice.strategy != name_of(kind.strategy)) return false;
+    if (choice.precision != "auto" && choice.precision != name_of(kind.precision)) return false;
     if (info.angular && plan.scene.integrator.symmetry == "none") return false;
-    if (way.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
-    if (way.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
-    if (way.precision == Precision::float32 && choice.quick && !own) return false;
-    return way.strategy == Strategy::packet || own || choice.full || choice.strategy != "auto";
+    if (kind.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
+    if (kind.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
+    if (kind.precision == Precision::float32 && choice.quick && !own) return false;
+    return kind.strategy == Strategy::packet || own || choice.full || choice.strategy != "auto";
 }
 
 }  // namespace
@@ -68,21 +70,21 @@ std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice,
         return !choice.quick || name == own || std::count(std::begin(quick_methods), std::end(quick_methods), name) > 0;
     };
     std::vector<Ladder> ladders;
-    for (const Way& way : ways)
+    for (const LadderKind& kind : ladder_kinds)
         for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i) {
             const IntegratorInfo& info = plan.module->integrators[i];
-            if (!wanted(info.name) || !worth_it(plan, info, way, choice, info.name == own)) continue;
-            const auto variant = find_variant(plan, info.name, way.strategy, way.precision, 0);
+            if (!wanted(info.name) || !worth_it(plan, info, kind, choice, info.name == own)) continue;
+            const auto variant = find_variant(plan, info.name, kind.strategy, kind.precision, 0);
             if (!variant) {
                 if (std::count(refused.begin(), refused.end(), info.name) == 0) refused.push_back(info.name);
                 continue;
             }
             Ladder& ladder = ladders.emplace_back();
-            ladder.variant = *variant, ladder.own = info.name == own, ladder.loose = way.loose;
+            ladder.variant = *variant, ladder.own = info.name == own, ladder.loose = kind.loose;
             ladder.steps = steps_of(plan, *variant);
-            if (choice.quick && way.loose) ladder.least = quick_loose_steps;
+            if (choice.quick && kind.loose) ladder.least = quick_loose_steps;
             // One ray at a time nothing but the time is new, and there is much of it.
-            if (choice.quick && way.strategy == Strategy::scalar && ladder.steps.size() > quick_scalar_steps) ladder.steps.resize(quick_scalar_steps);
+            if (choice.quick && kind.strategy == Strategy::scalar && ladder.steps.size() > quick_scalar_steps) ladder.steps.resize(quick_scalar_steps);
         }
     return ladders;
 }

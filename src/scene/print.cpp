@@ -26,7 +26,7 @@ std::string text_of(const std::string& text) {
 }
 
 /// Writes "key = value" lines.
-struct Line {
+struct KeyLine {
     std::ostringstream& out;
     template <class T>
     void operator()(const std::string& key, const T& value) const {
@@ -61,7 +61,7 @@ void print_faces(std::ostringstream& out, const ObjectDescription& object) {
     }
 }
 
-void print_shape(const Line& line, const ObjectDescription& object) {
+void print_shape(const KeyLine& line, const ObjectDescription& object) {
     switch (object.shape) {
         case Shape::rectangle:
             line("origin", object.origin);
@@ -94,7 +94,7 @@ void print_shape(const Line& line, const ObjectDescription& object) {
 
 void print_object(std::ostringstream& out, const ObjectDescription& object) {
     static const char* const shapes[] = {"rectangle", "box", "room", "sphere", "mesh", "disk"};
-    const Line line{out};
+    const KeyLine line{out};
     out << "\n[[object]]\n";
     line("name", object.name);
     line("shape", std::string(shapes[static_cast<int>(object.shape)]));
@@ -109,7 +109,7 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
 
 /// The keys of a formula, and its tables.
 void print_formula(std::ostringstream& out, const FormulaDescription& formula, const Double3& center) {
-    const Line line{out};
+    const KeyLine line{out};
     line("H", formula.energy);
     line("H0", formula.level);
     if (!formula.parts.empty()) out << "parts = [" << written(formula.parts[0]) << ", " << written(formula.parts[1]) << "]\n";
@@ -125,7 +125,7 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
 }
 
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
-    const Line line{out};
+    const KeyLine line{out};
     out << "\n[integrator]\n";
     // A method that is stated binds the pilot, and is refused where it needs a rescaling that is not wanted; a step, or any of what follows
     // it here, leads out of the plane of the orbit.
@@ -152,7 +152,7 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
 }
 
 void print_camera(std::ostringstream& out, const CameraDescription& camera) {
-    const Line line{out};
+    const KeyLine line{out};
     out << "\n[camera]\n";
     line("type", camera.type);
     line("position", camera.position);
@@ -166,14 +166,14 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera) {
 void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {
     out << "\n[" << name << "]\n";
     for (const std::string& pair : paint_pairs(sky.paint, true)) out << pair << '\n';
-    Line{out}("pole", sky.pole);
+    KeyLine{out}("pole", sky.pole);
 }
 
 }  // namespace
 
 std::string print_scene(const SceneDescription& scene) {
     std::ostringstream out;
-    const Line line{out};
+    const KeyLine line{out};
     out << "[space]\n";
     line("hamiltonian", scene.space.hamiltonian);
     for (const auto& [name, value] : scene.space.parameters) line(name, value);

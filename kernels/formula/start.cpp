@@ -12,27 +12,33 @@ using Vector = std::array<double, 3>;
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double size(const Vector& a) { return std::sqrt(dot(a, a)); }
 
-/// H − H0 at (q, p), with its first and second derivatives by p.
+/// H − H0 at (q, p), with its first and second derivatives by p: by three, or with p_t by four.
+template <std::size_t n>
 struct Expansion {
     double value;
-    Vector gradient;
-    std::array<Vector, 3> hessian;
+    std::array<double, n> gradient;
+    Matrix<n> hessian;
     bool finite() const {
         double sum = value;
-        for (int i = 0; i < 3; ++i) sum += gradient[i] + hessian[i][0] + hessian[i][1] + hessian[i][2];
+        for (std::size_t i = 0; i < n; ++i) {
+            sum += gradient[i];
+            for (std::size_t k = 0; k < n; ++k) sum += hessian[i][k];
+        }
         return std::isfinite(sum);
     }
 };
 
-Expansion expand(const Programs& programs, const double (&q)[3], const Vector& p) {
-    using First = Dual<double, 3>;
-    using Second = Dual<First, 3>;
+template <std::size_t n>
+Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::array<double, n>& p) {
+    using First = Dual<double, n>;
+    using Second = Dual<First, n>;
     Second in[7], out[1];
-    for (int i = 0; i < 3; ++i) in[i] = Second(q[i]), in[3 + i] = Second::variable(First::variable(p[i], i), i);
+    for (int i = 0; i < 3; ++i) in[i] = Second(q[i]);
     in[6] = Second(programs.pt);
+    for (std::size_t a = 0; a < n; ++a) in[3 + a] = Second::variable(First::variable(p[a], int(a)), int(a));
     evaluate(programs.value, in, out);
-    Expansion e{out[0].value.value, out[0].value.derivative, {}};
-    for (int i = 0; i < 3; ++i) e.hessian[i] = out[0].derivative[i].derivative;
+    Expansion<n> e{out[0].value.value, out[0].value.derivative, {}};
+    for (std::size_t a = 0; a < n; ++a) e.hessian[a] = out[0].derivative[a].derivative;
     return e;
 }
 
@@ -68,7 +74,7 @@ void solve(std::array<std::array<double, n>, n>& a, std::array<double, n>& b) {
 }
 
 /// H's expansion to second order taken for H itself: p + G⁻¹(μ d − g), where H = H0 gives μ. Exact, from anywhere, for H quadratic in p.
-bool quadratic_step(const Expansion& e, const Vector& d, Vector& p, double& mu) {
+bool quadratic_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<Vector, 3> a = e.hessian, b = e.hessian;
     Vector along = d, against = e.gradient;
     solve<3>(a, along), solve<3>(b, against);  // G⁻¹ d, G⁻¹ g
@@ -80,7 +86,7 @@ bool quadratic_step(const Expansion& e, const Vector& d, Vector& p, double& mu) 
 }
 
 /// Newton's method for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0).
-void newton_step(const Expansion& e, const Vector& d, Vector& p, double& mu) {
+void newton_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<std::array<double, 4>, 4> a{};
     std::array<double, 4> b{};
     for (int i = 0; i < 3; ++i) {
@@ -113,7 +119,7 @@ bool converge(const Programs& programs, const double (&q)[3], const Vector& d, V
     double last = std::numeric_limits<double>::infinity();
     Vector best = p;
     for (int i = 0; i < most; ++i) {
-        const Expansion e = expand(programs, q, p);
+        const Expansion<3> e = expand<3>(programs, q, p);
         if (!e.finite()) break;
         const double now = residual(e.value, e.gradient, d, p, programs.level);
         if (now >= last && last < enough) break;
@@ -125,21 +131,8 @@ bool converge(const Programs& programs, const double (&q)[3], const Vector& d, V
     return last < enough;
 }
 
-/// H − H0 at (q, p, p_t), with its first and second derivatives by all four.
-MomentumExpansion expand_in_momentum(const Programs& programs, const double (&q)[3], const std::array<double, 4>& p) {
-    using First = Dual<double, 4>;
-    using Second = Dual<First, 4>;
-    Second in[7], out[1];
-    for (int i = 0; i < 3; ++i) in[i] = Second(q[i]);
-    for (int a = 0; a < 4; ++a) in[3 + a] = Second::variable(First::variable(p[a], a), a);
-    evaluate(programs.value, in, out);
-    MomentumExpansion e{out[0].value.value, out[0].value.derivative, {}};
-    for (int a = 0; a < 4; ++a) e.hessian[a] = out[0].derivative[a].derivative;
-    return e;
-}
-
 /// Whether e, at p, is what G says of a form without terms of lower degree.
-bool is_form(const MomentumExpansion& e, const Matrix<4>& g, const std::array<double, 4>& p) {
+bool is_form(const Expansion<4>& e, const Matrix<4>& g, const std::array<double, 4>& p) {
     constexpr double rounding = 1e-12;
     double value = 0, size = 0, off = 0;
     for (int a = 0; a < 4; ++a) {
@@ -159,10 +152,11 @@ bool is_form(const MomentumExpansion& e, const Matrix<4>& g, const std::array<do
 bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>& inverse_metric) {
     if (programs.level != 0 || !(programs.pt > 0)) return false;
     const std::array<double, 4> rest{0, 0, 0, 1}, moving{0.6, -0.3, 0.7, 0.8};
-    inverse_metric = expand_in_momentum(programs, q, rest).hessian;
+    const Expansion<4> at_rest = expand<4>(programs, q, rest);
+    inverse_metric = at_rest.hessian;
     // Of H without p_t there is no metric.
-    return inverse_metric[3][3] < 0 && is_form(expand_in_momentum(programs, q, rest), inverse_metric, rest) &&
-           is_form(expand_in_momentum(programs, q, moving), inverse_metric, moving);
+    return inverse_metric[3][3] < 0 && is_form(at_rest, inverse_metric, rest) &&
+           is_form(expand<4>(programs, q, moving), inverse_metric, moving);
 }
 
 /// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians have; then both
@@ -178,7 +172,7 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
     bool defined = false;
     for (const double guess : guesses) {
         const Vector start{guess * unit[0], guess * unit[1], guess * unit[2]};
-        const Expansion e = expand(programs, q, start);
+        const Expansion<3> e = expand<3>(programs, q, start);
         if (!e.finite()) continue;
         defined = true;
         for (const bool quadratic : {true, false}) {

@@ -8,7 +8,7 @@ namespace kagero {
 namespace {
 
 const std::vector<std::string> red_green_blue{"R", "G", "B"};
-const std::vector<std::string> one{"V"};
+const std::vector<std::string> number_channel{"V"};
 
 std::vector<std::string> layer_names() {
     std::vector<std::string> names;
@@ -32,22 +32,22 @@ const std::vector<LayerInfo>& all_layers() {
     using Scale = LayerInfo::Scale;
     static const std::vector<LayerInfo> layers{
         {"color", red_green_blue, Scale::colors, "what the rays meet, linear RGB; the mean of the pixel's rays"},
-        {"status", one, Scale::linear, "how the pixel's first ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
-        {"steps", one, Scale::linear, "integration steps taken; mean"},
-        {"gradients", one, Scale::linear, "evaluations of the derivatives of H; mean"},
-        {"energy_error", one, Scale::logarithmic, "greatest |H - H0| / (|p . dH/dp| + |H0|) along any of the pixel's rays"},
-        {"position_error", one, Scale::logarithmic,
+        {"status", number_channel, Scale::linear, "how the pixel's first ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
+        {"steps", number_channel, Scale::linear, "integration steps taken; mean"},
+        {"gradients", number_channel, Scale::linear, "evaluations of the derivatives of H; mean"},
+        {"energy_error", number_channel, Scale::logarithmic, "greatest |H - H0| / (|p . dH/dp| + |H0|) along any of the pixel's rays"},
+        {"position_error", number_channel, Scale::logarithmic,
          "estimated error of the ends of the pixel's rays, pixels, the greatest: against half the step, or another method; nan where that ends otherwise"},
-        {"rounding_error", one, Scale::logarithmic,
+        {"rounding_error", number_channel, Scale::logarithmic,
          "the most that rounding can have done to these ends, pixels, the greatest: the sum of |adjoint * ulp| by a reverse sweep along the ray"},
-        {"newton", one, Scale::linear, "iterations of implicit solves; mean"},
-        {"occupancy", one, Scale::linear, "share of active lanes over the steps of the packet that traced the first ray; packets change with --schedule and --crop"},
-        {"depth", one, Scale::linear, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
-        {"redshift", one, Scale::linear,
+        {"newton", number_channel, Scale::linear, "iterations of implicit solves; mean"},
+        {"occupancy", number_channel, Scale::linear, "share of active lanes over the steps of the packet that traced the first ray; packets change with --schedule and --crop"},
+        {"depth", number_channel, Scale::linear, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
+        {"redshift", number_channel, Scale::linear,
          "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},
-        {"footprint", one, Scale::logarithmic, "longest extent of the piece of sky that the pixel shows, radians; 0 where its first ray does not escape"},
-        {"magnification", one, Scale::logarithmic, "solid angle of the pixel over that of the sky it shows; 0 where its first ray does not escape"},
-        {"object", one, Scale::linear, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
+        {"footprint", number_channel, Scale::logarithmic, "longest extent of the piece of sky that the pixel shows, radians; 0 where its first ray does not escape"},
+        {"magnification", number_channel, Scale::logarithmic, "solid angle of the pixel over that of the sky it shows; 0 where its first ray does not escape"},
+        {"object", number_channel, Scale::linear, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
     };
     return layers;
 }

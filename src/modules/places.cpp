@@ -11,7 +11,7 @@ namespace kagero {
 namespace {
 
 /// Where modules lie, seen from the directory of the program or of the library: in a build tree, and installed.
-constexpr const char* places[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero", "kagero"};
+constexpr const char* module_places[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero", "kagero"};
 
 /// The directories of the program, and of the shared library where these lines are in one.
 std::vector<std::filesystem::path> homes() {
@@ -26,7 +26,7 @@ std::vector<std::filesystem::path> homes() {
 
 std::string module_file(const std::string& name) {
     for (const auto& home : homes())
-        for (const char* place : places) {
+        for (const char* place : module_places) {
             const auto path = (home / place / name).lexically_normal();
             if (std::filesystem::exists(path)) return path.string();
         }

@@ -44,7 +44,7 @@ void aim(Plan& plan) {
 }
 
 /// Longitude over the width, latitude over the height; the viewing direction is in the middle.
-Double3 on_sphere(const Plan& plan, double u, double v) {
+Double3 sphere_direction(const Plan& plan, double u, double v) {
     const double longitude = (u / plan.scene.film.width - 0.5) * 2 * std::numbers::pi;
     const double latitude = (0.5 - v / plan.scene.film.height) * std::numbers::pi;
     const View& view = plan.view;
@@ -151,7 +151,7 @@ CameraRay camera_ray(const Plan& plan, double u, double v) {
     if (plan.scene.camera.type == "orthographic") return parallel_ray(plan, u, v);
     Double3 d;
     for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];
-    if (plan.scene.camera.type == "equirectangular") d = on_sphere(plan, u, v);
+    if (plan.scene.camera.type == "equirectangular") d = sphere_direction(plan, u, v);
     if (plan.each_direction) return {formula_ray(plan, c.position, d), 1};
     return ray_in_frame(c.start, c.position, d);
 }

@@ -1,9 +1,6 @@
-#include "render/error_study.h"
-
-#include "render/step_ladder.h"
+#include "render/study.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -20,27 +17,12 @@ constexpr double most_work_quick = 2e7;
 /// The same before a method has shown as many steps as others, but enough for its order.
 constexpr double hopeless_work_quick = 4e8;
 constexpr std::size_t steps_for_order = 3;
-/// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
-constexpr double enough_seconds = 0.15;
-/// The same of a quick study.
-constexpr double quick_seconds = 0.25;
 /// A quick study measures errors on all rays and threads, but times one block of neighbours in so many.
 constexpr std::size_t rays_in_a_block = 64, blocks_per_one = 4;
 /// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
 /// this.
 constexpr double far_beyond = 30;
 constexpr std::uint32_t least_steps = 1000;
-constexpr std::uint32_t picture_width = 128;
-
-/// One point of the study with what is needed to time it again.
-struct Timed {
-    Variant variant;
-    std::size_t curve, point;
-    double estimate = 0;  ///< seconds of one run with and one without surfaces
-    unsigned repeats = 0;
-    std::uint32_t most_steps = 0;  ///< without surfaces
-    std::vector<double> with, without;  ///< ns per ray
-};
 
 /// As many steps as 99 % of the rays take: what a ray may go on for where nothing stops it. In a space where light runs in circles it would
 /// else go round for as long as the scene allows.
@@ -50,74 +32,30 @@ std::uint32_t enough_steps(const std::vector<RayEnd>& ends) {
     return static_cast<std::uint32_t>(spread_of(std::move(steps)).p99) + 1;
 }
 
-class Study {
-public:
-    Study(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop)
-        : plan_(plan), progress_(progress), stop_(stop) {
-        study_.options = options;
-    }
+}  // namespace
 
-    ErrorStudy run() {
-        study_.sample = sample_rays(plan_, study_.options.width, study_.options.height);
-        bound_steps();
-        reference_ = trace_reference(plan_, study_.sample, study_.reference);
-        keep_decided();
-        for (std::size_t i = 0; i < reference_.ends.size(); ++i)
-            study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
-        choose_drift_rays();
-        choose_timed_rays();
-        climb_all();
-        choose_shown();
-        if (!study_.options.errors_only) {
-            take_times();
-            choose_cheapest();
-            study_.strategies = strategy_times(plan_, study_.sample.starts, study_.options.threads, stop_);
-            follow_energy();
-            compare_pictures();
-        }
-        study_.interrupted = stopped();
-        study_.seconds = seconds();
-        return std::move(study_);
+ErrorStudy Study::run() {
+    study_.sample = sample_rays(plan_, study_.options.width, study_.options.height);
+    bound_steps();
+    reference_ = trace_reference(plan_, study_.sample, study_.reference);
+    keep_decided();
+    for (std::size_t i = 0; i < reference_.ends.size(); ++i)
+        study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
+    choose_drift_rays();
+    choose_timed_rays();
+    climb_all();
+    choose_shown();
+    if (!study_.options.errors_only) {
+        take_times();
+        choose_cheapest();
+        study_.strategies = strategy_times(plan_, study_.sample.starts, study_.options.threads, stop_);
+        follow_energy();
+        compare_pictures();
     }
-
-private:
-    bool stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
-    /// The share of the time that passes before any run is repeated.
-    double climbing() const { return study_.options.quick ? 0.6 : 0.3; }
-    void tell(double done) const {
-        if (progress_) progress_(done, seconds());
-    }
-    void bound_steps();
-    void keep_decided();
-    void choose_drift_rays();
-    void choose_timed_rays();
-    void climb_all();
-    void climb(const Ladder& ladder);
-    void choose_shown();
-    bool set_loose_tolerance(Variant& variant) const;
-    StudyPoint measure(Timed& timed);
-    void take_times();
-    void keep_times();
-    void choose_cheapest();
-    Cheapest cheapest(double error, const char* measure, Spread RayErrors::*spread) const;
-    void follow_energy();
-    void compare_pictures();
-    double gradients_of(const Timed& timed) const { return study_.curves[timed.curve].points[timed.point].gradients; }
-    const Timed* nearest_in_work(const std::string& method, double gradients) const;
-    std::vector<const Timed*> rivals() const;
-
-    Plan& plan_;
-    const Progress& progress_;
-    const std::atomic<bool>* stop_;
-    const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-    ErrorStudy study_;
-    ReferenceRays reference_;
-    std::vector<RayStart> drift_rays_, timed_rays_;
-    std::size_t most_bent_ = 0;  ///< of the calm rays of the sample: the one whose energy is drawn
-    std::vector<Timed> timed_;
-    double least_work_ = std::numeric_limits<double>::infinity();
-};
+    study_.interrupted = stopped();
+    study_.seconds = seconds();
+    return std::move(study_);
+}
 
 /// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end far beyond
 /// what the middle one of those needs that end by themselves.
@@ -285,117 +223,6 @@ StudyPoint Study::measure(Timed& timed) {
     point.drift = energy_drift(plan_, variant, drift_rays_);
     return point;
 }
-
-/// The repetitions are interleaved: what disturbs the machine for a while disturbs every method.
-void Study::take_times() {
-    double total = 0, done = 0;
-    unsigned most = 0;
-    for (Timed& timed : timed_) {
-        // Short runs are disturbed more easily, and cost little to repeat.
-        const double wanted = std::min(4.0, std::ceil(enough_seconds / (timed.estimate * study_.options.repeats)));
-        timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, wanted));
-        if (study_.options.quick)
-            timed.repeats = static_cast<unsigned>(std::clamp(quick_seconds / timed.estimate, 1.0, double(timed.repeats)));
-        total += timed.estimate * timed.repeats, done += timed.estimate * double(timed.with.size());
-        most = std::max(most, timed.repeats);
-    }
-    if (study_.options.quick) study_.options.repeats = 1;
-    const double rays = double(timed_rays_.size());
-    for (unsigned repeat = 0; repeat < most; ++repeat)
-        for (Timed& timed : timed_) {
-            if (stopped()) return keep_times();
-            if (repeat >= timed.repeats || repeat < timed.with.size()) continue;
-            PlanAs as(plan_, timed.variant);
-            as.on_threads(study_.options.threads);
-            std::vector<RayEnd> ends;
-            timed.with.push_back(1e9 * trace(plan_, timed_rays_, ends).seconds / rays);
-            as.without_surfaces(timed.most_steps);
-            timed.without.push_back(1e9 * trace(plan_, timed_rays_, ends).seconds / rays);
-            done += timed.estimate;
-            tell(climbing() + (0.95 - climbing()) * done / total);
-        }
-    keep_times();
-}
-
-void Study::keep_times() {
-    for (const Timed& timed : timed_) {
-        StudyPoint& point = study_.curves[timed.curve].points[timed.point];
-        point.time = timing_of(timed.with), point.time_without = timing_of(timed.without);
-    }
-}
-
-Cheapest Study::cheapest(double error, const char* measure, Spread RayErrors::*spread) const {
-    Cheapest best{error, measure, 0, 0, false};
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t c = 0; c < study_.curves.size(); ++c)
-        for (std::size_t p = 0; p < study_.curves[c].points.size(); ++p) {
-            const StudyPoint& point = study_.curves[c].points[p];
-            if (!is_within(point, error, spread, study_.reference) || !(point.time.median < least)) continue;
-            least = point.time.median;
-            best.curve = c, best.point = p, best.found = true;
-        }
-    return best;
-}
-
-void Study::choose_cheapest() {
-    study_.cheapest = {cheapest(0.25, "pixels", &RayErrors::pixels), cheapest(1e-3, "pixels", &RayErrors::pixels),
-                       cheapest(1e-6, "direction", &RayErrors::direction)};
-}
-
-/// Of the points of a method that are shown, the one whose gradient evaluations per ray are nearest to so many.
-const Timed* Study::nearest_in_work(const std::string& method, double gradients) const {
-    const Timed* nearest = nullptr;
-    double least = std::numeric_limits<double>::infinity();
-    for (const Timed& timed : timed_) {
-        const StudyCurve& curve = study_.curves[timed.curve];
-        if (curve.method != method || curve.loose || !study_.shows(curve)) continue;
-        const double off = std::abs(std::log(std::max(1.0, gradients_of(timed)) / gradients));
-        if (off < least) least = off, nearest = &timed;
-    }
-    return nearest;
-}
-
-/// The scene's own method at about the scene's step, and what others do with about as much work.
-std::vector<const Timed*> Study::rivals() const {
-    const std::string& own = plan_.scene.integrator.method;
-    const Timed* mine = nullptr;
-    double least = std::numeric_limits<double>::infinity();
-    for (const Timed& timed : timed_) {
-        const StudyCurve& curve = study_.curves[timed.curve];
-        if (!curve.own || curve.loose || !study_.shows(curve)) continue;
-        const double wanted = curve.info->adaptive ? plan_.job.tolerance : plan_.job.step;
-        const double off = std::abs(std::log(timed.variant.step / wanted));
-        if (off < least) least = off, mine = &timed;
-    }
-    if (!mine) return {};
-    std::vector<const Timed*> all{mine};
-    const double work = gradients_of(*mine);
-    for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "rk4"})
-        if (const Timed* rival = nearest_in_work(name, work); rival && own != name) all.push_back(rival);
-    return all;
-}
-
-void Study::follow_energy() {
-    if (drift_rays_.empty() || plan_.straight) return;
-    for (const Timed* timed : rivals()) {
-        if (stopped()) return;
-        study_.energy.push_back(energy_trace(plan_, timed->variant, study_.sample.starts[most_bent_]));
-        study_.energy.back().gradients = gradients_of(*timed);
-    }
-}
-
-void Study::compare_pictures() {
-    if (plan_.straight || stopped()) return;
-    const std::vector<const Timed*> all = rivals();
-    std::vector<Variant> variants;
-    for (const Timed* timed : all) variants.push_back(timed->variant);
-    study_.pictures = picture_errors(plan_, picture_width, study_.reference.variant, variants, stop_);
-    for (std::size_t i = 0; i < study_.pictures.size(); ++i) study_.pictures[i].gradients = gradients_of(*all[i]);
-    if (!stopped()) study_.map = error_map(plan_, picture_width, study_.reference.variant, stop_);
-    tell(1);
-}
-
-}  // namespace
 
 bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
     const RayErrors& e = point.errors;

@@ -26,7 +26,7 @@ private:
     Explanation& text_;
 };
 
-std::string number(double x) {
+std::string plain_number(double x) {
     std::ostringstream out;
     out << x;
     return out.str();
@@ -113,18 +113,18 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     const bool bent = !plan.straight;
     const std::string straight = "these parameters leave every ray straight";
     if (const auto& pilot = plan.pilot)
-        parts.add(pilot->met, "a pilot of " + std::to_string(pilot->rays) + " rays: 99 % of them within " + number(pilot->estimate) +
-                                  " pixels, of " + number(pilot->bound) + " allowed",
-                  "no method that it tried keeps 99 % of its " + std::to_string(pilot->rays) + " rays within " + number(pilot->bound) + " pixels");
+        parts.add(pilot->met, "a pilot of " + std::to_string(pilot->rays) + " rays: 99 % of them within " + plain_number(pilot->estimate) +
+                                  " pixels, of " + plain_number(pilot->bound) + " allowed",
+                  "no method that it tried keeps 99 % of its " + std::to_string(pilot->rays) + " rays within " + plain_number(pilot->bound) + " pixels");
     else
         parts.add(false, "a pilot that chooses method, step and precision", "the scene states them, or takes the space's (integrator.max_pixel_error)");
     if (const auto& trial = plan.float_trial) {
         const bool taken = trial->why_not.empty();
-        parts.add(taken, taken ? "float: 99 % of " + std::to_string(trial->rays) + " rays ended within " + number(trial->apart) +
+        parts.add(taken, taken ? "float: 99 % of " + std::to_string(trial->rays) + " rays ended within " + plain_number(trial->apart) +
                                      " pixels of where double ends them" : "float", trial->why_not);
     }
-    parts.add(bent, "integration by " + chosen.method + (method.adaptive ? ", tolerance " + number(chosen.tolerance)
-                                                                         : ", step " + number(chosen.step)), straight);
+    parts.add(bent, "integration by " + chosen.method + (method.adaptive ? ", tolerance " + plain_number(chosen.tolerance)
+                                                                         : ", step " + plain_number(chosen.step)), straight);
     parts.add(bent, "derivatives of H by reverse automatic differentiation, one-sided where the method needs one side", straight);
     parts.add(false, "the equation of motion of p_t", "p_t is a constant of the motion: H does not depend on time");
     parts.add(bent && method.angular, "the plane of the orbit: of six variables two are left, and the angle", why_no_orbit(plan, space));
@@ -174,7 +174,7 @@ void explain_picture(const Plan& plan, Parts& parts) {
         parts.add(wanted, std::string("layer ") + layer.name, "not in film.layers");
     }
     parts.add(false, "the parameter along rays", "no layer asks for it");
-    parts.add(plan.unit != 1, "lengths in units of " + number(plan.unit), "the scene is of ordinary size");
+    parts.add(plan.unit != 1, "lengths in units of " + plain_number(plan.unit), "the scene is of ordinary size");
 }
 
 }  // namespace

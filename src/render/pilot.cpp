@@ -8,7 +8,7 @@ namespace kagero {
 namespace {
 
 /// Rays along an edge of the grid.
-constexpr std::uint32_t grid = 32;
+constexpr std::uint32_t pilot_grid = 32;
 /// What a gradient costs in float, in units of one in double: lanes are twice as many.
 constexpr double float_cost = 0.5;
 
@@ -37,7 +37,7 @@ void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
 void fit_to_error(Plan& plan, const std::atomic<bool>* stop) {
     const double bound = plan.scene.integrator.max_pixel_error;
     StudyOptions options;
-    options.width = options.height = grid;
+    options.width = options.height = pilot_grid;
     options.quick = options.errors_only = true;
     options.threads = plan.threads;
     const ErrorStudy study = study_error(plan, options, {}, stop);

@@ -10,7 +10,7 @@ namespace kagero {
 namespace {
 
 /// Small beside every structure of a picture, large beside the error of a reference ray (1e-13).
-constexpr double turn = 1e-7;
+constexpr double neighbour_turn = 1e-7;
 
 /// Place on a Z-shaped curve: any run of 2^n places is a compact block of the grid.
 std::uint64_t z_order(std::uint32_t x, std::uint32_t y) {
@@ -39,9 +39,9 @@ SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t heig
     SampleRays sample;
     sample.width = std::min(width, film.width), sample.height = std::min(height, film.height);
     sample.pixel_angle = pixel_size(plan.scene, 1);
-    sample.turn = turn;
+    sample.turn = neighbour_turn;
     sample.pixels = sample_pixels(film, width, height);
-    const double aside = turn / sample.pixel_angle;
+    const double aside = neighbour_turn / sample.pixel_angle;
     for (const auto& [x, y] : sample.pixels) {
         sample.starts.push_back(film_ray(plan, x, y));
         sample.right.push_back(film_ray(plan, x + aside, y));

@@ -12,7 +12,7 @@ constexpr unsigned least_rounds = 3, most_rounds = 25;
 /// More rounds than the least are run until this time has been spent on each instruction set.
 constexpr double enough_seconds = 1;
 
-struct Runner {
+struct TimedKernel {
     StrategyTime result;
     Plan* plan;
     Variant variant;
@@ -24,13 +24,13 @@ bool alike(const KernelInfo& a, const KernelInfo& b) {
 }
 
 /// The first kernel of each strategy, form and precision that serves the scene, as `render` would take it.
-void add_runners(std::vector<Runner>& runners, Plan& plan, const Plan& like) {
+void add_runners(std::vector<TimedKernel>& runners, Plan& plan, const Plan& like) {
     const std::size_t before = runners.size();
     for (std::uint32_t i = 0; i < plan.module->kernel_count; ++i) {
         const KernelInfo& kernel = plan.module->kernels[i];
         if (kernel.form == Form::gang) continue;
         const bool taken = std::any_of(runners.begin() + std::ptrdiff_t(before), runners.end(),
-                                       [&](const Runner& runner) { return alike(*runner.result.kernel, kernel); });
+                                       [&](const TimedKernel& runner) { return alike(*runner.result.kernel, kernel); });
         if (taken) continue;
         auto variant = find_variant(plan, like.scene.integrator.method, kernel, 0);
         if (!variant) continue;
@@ -44,7 +44,7 @@ void add_runners(std::vector<Runner>& runners, Plan& plan, const Plan& like) {
 std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<RayStart>& rays, unsigned threads,
                                          const std::atomic<bool>* stop) {
     std::vector<std::unique_ptr<Plan>> plans;
-    std::vector<Runner> runners;
+    std::vector<TimedKernel> runners;
     for (const std::string& isa : isas_for(plan.options.isa == "auto" ? "all" : plan.options.isa)) {
         Options options = plan.options;
         options.isa = isa, options.threads = threads;
@@ -57,7 +57,7 @@ std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<Ray
     double spent = 0;
     for (unsigned round = 0; round < most_rounds; ++round) {
         if (round >= least_rounds && spent > enough_seconds * double(plans.size())) break;
-        for (Runner& runner : runners) {
+        for (TimedKernel& runner : runners) {
             if (stopped()) break;
             const PlanAs as(*runner.plan, runner.variant);
             const double seconds = trace(*runner.plan, rays, ends).seconds;
@@ -66,7 +66,7 @@ std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<Ray
         }
     }
     std::vector<StrategyTime> results;
-    for (Runner& runner : runners) {
+    for (TimedKernel& runner : runners) {
         runner.result.time = timing_of(std::move(runner.times));
         results.push_back(std::move(runner.result));
     }

@@ -34,7 +34,7 @@ Json row_json(const CompareRow& row, unsigned threads) {
 using Cells = std::vector<std::string>;
 
 /// Nothing where an interruption left nothing to measure.
-std::string number(double value) {
+std::string number_or_dash(double value) {
     return std::isfinite(value) ? rounded(value) : "-";
 }
 
@@ -50,9 +50,9 @@ Cells cells_of(const CompareRow& row) {
             std::to_string(kernel.lanes),
             std::to_string(kernel.registers),
             row.shape,
-            number(1e3 * row.seconds.median),
-            number(row.rays_per_second),
-            number(row.speedup),
+            number_or_dash(1e3 * row.seconds.median),
+            number_or_dash(row.rays_per_second),
+            number_or_dash(row.speedup),
             row.drawn ? rounded(row.occupancy) : "-",
             row.drawn ? rounded(row.max_difference) : "-",
             row.drawn ? std::to_string(row.flips) : "-"};

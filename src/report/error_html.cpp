@@ -17,7 +17,7 @@ namespace {
 using Cells = std::vector<std::string>;
 using Rows = std::vector<Cells>;
 
-std::string percent(double share) {
+std::string percent_or_dash(double share) {
     return std::isfinite(share) ? html_number(100 * share) + " %" : "–";
 }
 
@@ -25,7 +25,7 @@ std::string step_text(bool adaptive, double step) {
     return (adaptive ? "tolerance " : "step ") + html_number(step);
 }
 
-std::string time_text(double nanoseconds) {
+std::string nanoseconds_text(double nanoseconds) {
     if (nanoseconds >= 1e6) return html_number(nanoseconds / 1e6) + " ms";
     return nanoseconds >= 1e4 ? html_number(nanoseconds / 1e3) + " µs" : html_number(nanoseconds) + " ns";
 }
@@ -64,7 +64,7 @@ std::string cheapest_section(const ErrorStudy& study) {
         rows.push_back(
             {bound_text(best),
              "<b>" + html_text(curve.method) + "</b>" + (curve.loose ? ", solved to " + html_number(point.solver_tolerance) : ""),
-             name_of(curve.precision), step_text(curve.info->adaptive, point.step), time_text(point.time.median), html_number(point.gradients)});
+             name_of(curve.precision), step_text(curve.info->adaptive, point.step), nanoseconds_text(point.time.median), html_number(point.gradients)});
     }
     return "<section class=\"keep\"><h2>Cheapest method for an error</h2>\n" +
            html_table({"99 % of the rays within", "method", "precision", "step", "per ray", "gradients"}, rows, 4) +
@@ -119,7 +119,7 @@ std::string pictures_section(const ErrorStudy& study) {
     if (study.pictures.empty()) return "";
     Rows rows;
     for (const PictureError& picture : study.pictures)
-        rows.push_back({html_text(picture.method), step_text(picture.adaptive, picture.step), html_number(picture.gradients), percent(picture.wrong_pixels),
+        rows.push_back({html_text(picture.method), step_text(picture.adaptive, picture.step), html_number(picture.gradients), percent_or_dash(picture.wrong_pixels),
                         html_number(picture.rms), picture.psnr ? fixed(*picture.psnr, 1) + " dB" : "∞",
                         html_number(1000 * picture.seconds) + " ms"});
     return "<section class=\"keep\"><h2>What it does to the picture</h2>\n" +
@@ -142,7 +142,7 @@ Cells point_cells(const StudyPoint& point) {
             html_number(e.position.max),
             html_number(e.direction.p99),
             html_number(e.pixels.p99),
-            percent(e.above_quarter_pixel),
+            percent_or_dash(e.above_quarter_pixel),
             e.flips ? "<span class=\"bad\">" + std::to_string(e.flips) + "</span>" : "0",
             e.ill ? html_number(e.ill_pixels.max) : "–",
             html_number(point.drift.max)};

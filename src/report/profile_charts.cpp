@@ -21,7 +21,7 @@ std::string rectangle(double x, double y, double w, double h, const std::string&
            "\" style=\"" + css + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
 }
 
-std::string words(double x, double y, const std::string& anchor, const std::string& text) {
+std::string anchored_text(double x, double y, const std::string& anchor, const std::string& text) {
     return "<text x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" text-anchor=\"" + anchor + "\">" + text + "</text>\n";
 }
 
@@ -30,7 +30,7 @@ std::string svg(double width, double height, const std::string& title, const std
            "\" xmlns=\"http://www.w3.org/2000/svg\">\n" + body + "</svg>\n";
 }
 
-std::string time_text(double seconds) {
+std::string seconds_text(double seconds) {
     return seconds >= 1 ? rounded(seconds) + " s" : rounded(1e3 * seconds) + " ms";
 }
 
@@ -46,7 +46,7 @@ std::string film_of_tiles(const Profile& profile, double left, double top, doubl
         body += rectangle(
             left + scale * (t.tile.x0 - x0), top + scale * (t.tile.y0 - y0), scale * (t.tile.x1 - t.tile.x0),
             scale * (t.tile.y1 - t.tile.y0), "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
-            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + time_text(t.processor));
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + seconds_text(t.processor));
     return body;
 }
 
@@ -59,7 +59,7 @@ std::string stages_chart(const Profile& profile, double write_seconds) {
     BarChart chart{"Seconds of all threads, stage by stage", {}};
     for (const auto& [name, seconds] : stages)
         chart.bars.push_back({name, name == "integrate" ? blue : grey,
-                              time_text(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
+                              seconds_text(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
     return svg_of(chart);
 }
 
@@ -69,7 +69,7 @@ std::string threads_chart(const Profile& profile) {
     const double scale = width / report.seconds, shift = report.predict_seconds;
     std::string body;
     for (std::size_t i = 0; i < report.threads.size(); ++i) {
-        body += words(left - 8, row * double(i) + 18, "end", "thread " + std::to_string(i));
+        body += anchored_text(left - 8, row * double(i) + 18, "end", "thread " + std::to_string(i));
         body += rectangle(left, row * double(i) + 3, width, row - 6, "fill:var(--panel);stroke:var(--line)");
         if (shift > 0)
             body += rectangle(left, row * double(i) + 3, scale * shift, row - 6, "fill:" + std::string(orange), "predict");
@@ -77,14 +77,14 @@ std::string threads_chart(const Profile& profile) {
     for (const TileRecord& t : profile.recording.tiles) {
         const double y = row * t.thread + 3, x = left + scale * (shift + t.begin);
         const std::string tip =
-            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " + time_text(t.end - t.begin);
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " + seconds_text(t.end - t.begin);
         body += rectangle(x, y, scale * (t.traced - t.begin), row - 6,
                           "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tip);
         body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6, "fill:" + std::string(green),
                           tip);
     }
     const double below = row * double(report.threads.size());
-    body += words(left, below + 16, "start", "0") + words(left + width, below + 16, "end", time_text(report.seconds));
+    body += anchored_text(left, below + 16, "start", "0") + anchored_text(left + width, below + 16, "end", seconds_text(report.seconds));
     return svg(940, below + 24, "What every thread did when", body);
 }
 
@@ -100,8 +100,8 @@ std::string tiles_map(const Profile& profile) {
         x0 = std::min(x0, t.tile.x0), y0 = std::min(y0, t.tile.y0), x1 = std::max(x1, t.tile.x1), y1 = std::max(y1, t.tile.y1);
     }
     const auto area = [](const TileRecord& t) { return double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0); };
-    std::string body = words(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
-                       words(485 + width / 2, 14, "middle", "measured");
+    std::string body = anchored_text(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
+                       anchored_text(485 + width / 2, 14, "middle", "measured");
     body += film_of_tiles(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
     body += film_of_tiles(profile, 485, 22, width, [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
     return svg(940, 24 + width * double(y1 - y0) / double(x1 - x0), "Predicted and measured cost of tiles", body);
@@ -134,7 +134,7 @@ std::string scaling_chart(const Profile& profile) {
         machine.points.push_back({double(time.threads), time.machine});
         machine.tips.push_back(std::to_string(time.threads) + " threads: " + fixed(time.machine, 2));
         measured.points.push_back({double(time.threads), time.speedup});
-        measured.tips.push_back(std::to_string(time.threads) + " threads: " + time_text(time.seconds));
+        measured.tips.push_back(std::to_string(time.threads) + " threads: " + seconds_text(time.seconds));
     }
     const double most = double(profile.scaling.back().threads);
     const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {most, most}}, {}};

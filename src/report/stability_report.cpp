@@ -1,43 +1,13 @@
 #include "report/stability_report.h"
 
 #include "report/json.h"
+#include "report/page.h"
 
 #include <algorithm>
 
 namespace kagero {
 
 namespace {
-
-constexpr const char* page_head = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>kagero: stiff and extreme cases</title>
-<style>
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #222; background: #fff }
-table { border-collapse: collapse; width: 100% }
-th, td { text-align: left; vertical-align: top; padding: .4rem .6rem; border-bottom: 1px solid #ddd }
-td:first-child { font-family: ui-monospace, monospace; white-space: nowrap }
-.pass { color: #17662b } .fail { color: #b00020; font-weight: 600 }
-@media (prefers-color-scheme: dark) {
-  body { color: #ddd; background: #181818 } th, td { border-color: #444 } .pass { color: #7fd393 } .fail { color: #ff8a8a }
-}
-</style></head><body>
-<h1>Stiff and extreme cases</h1>
-)";
-
-std::string escaped(const std::string& text) {
-    std::string html;
-    for (const char c : text) {
-        if (c == '<')
-            html += "&lt;";
-        else if (c == '>')
-            html += "&gt;";
-        else if (c == '&')
-            html += "&amp;";
-        else
-            html += c;
-    }
-    return html;
-}
 
 std::string verdict(bool pass) {
     return pass ? "pass" : "FAIL";
@@ -76,19 +46,16 @@ std::string stability_json(const std::vector<StabilityRow>& rows) {
 }
 
 std::string stability_page(const std::vector<StabilityRow>& rows) {
-    std::string page = page_head + ("<p>" + stability_summary(rows)) + "</p>\n<table><tr><th>case</th><th>what</th><th>expected</th>";
+    std::vector<std::string> head{"case", "what", "expected"};
     if (!rows.empty())
-        for (const StabilityOutcome& outcome : rows[0].outcomes) page += "<th colspan=\"2\">" + escaped(outcome.isa) + "</th>";
-    page += "</tr>\n";
+        for (const StabilityOutcome& outcome : rows[0].outcomes) head.insert(head.end(), {html_text(outcome.isa), "got"});
+    std::vector<std::vector<std::string>> cells;
     for (const StabilityRow& row : rows) {
-        page += "<tr><td>" + escaped(row.name) + "</td><td>" + escaped(row.what) + "</td><td>" + escaped(row.expected) + "</td>";
-        for (const StabilityOutcome& outcome : row.outcomes) {
-            const std::string kind = outcome.pass ? "pass" : "fail";
-            page += "<td class=\"" + kind + "\">" + kind + "</td><td>" + escaped(outcome.got) + "</td>";
-        }
-        page += "</tr>\n";
+        cells.push_back({html_text(row.name), html_text(row.what), html_text(row.expected)});
+        for (const StabilityOutcome& outcome : row.outcomes)
+            cells.back().insert(cells.back().end(), {outcome.pass ? "pass" : "<span class=\"bad\">FAIL</span>", html_text(outcome.got)});
     }
-    return page + "</table>\n</body></html>\n";
+    return html_page("Stiff and extreme cases", stability_summary(rows), html_table(head, cells, head.size()));
 }
 
 }  // namespace kagero

@@ -24,11 +24,11 @@ struct Element {
     std::vector<Property> properties;
 };
 
-enum class Format { ascii, little, big };
+enum class PlyFormat { ascii, little, big };
 
 struct Ply {
     std::string path;
-    Format format = Format::ascii;
+    PlyFormat format = PlyFormat::ascii;
     std::vector<Element> elements;
     int lines = 0;  ///< read so far
 };
@@ -79,7 +79,7 @@ void read_header(std::istream& file, Ply& ply) {
         if (word == "end_header") return;
         if (word == "format") {
             words >> word;
-            ply.format = word == "ascii" ? Format::ascii : word == "binary_big_endian" ? Format::big : Format::little;
+            ply.format = word == "ascii" ? PlyFormat::ascii : word == "binary_big_endian" ? PlyFormat::big : PlyFormat::little;
         } else if (word == "element") {
             Element element;
             if (!(words >> element.name >> element.count)) refuse(ply, "PLY: expected: element NAME COUNT");
@@ -164,7 +164,7 @@ void check_binary(std::istream& file, Ply& ply) {
     std::size_t at = 0;
     for (const Element& element : ply.elements) {
         for (std::uint64_t i = 0; i < element.count; ++i) {
-            const std::size_t size = binary_size(element, body.data() + at, body.size() - at, ply.format == Format::big);
+            const std::size_t size = binary_size(element, body.data() + at, body.size() - at, ply.format == PlyFormat::big);
             if (size > body.size() - at) refuse_short(ply, element, i);
             if (size == 0) break;
             at += size;
@@ -187,7 +187,7 @@ void check_ply(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     Ply ply{path, {}, {}, 0};
     read_header(file, ply);
-    if (ply.format == Format::ascii)
+    if (ply.format == PlyFormat::ascii)
         check_text(file, ply);
     else
         check_binary(file, ply);

@@ -45,6 +45,7 @@ table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabu
 th, td { padding: .28rem .6rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th { font-weight: 600; color: var(--soft); border-bottom: 1.5px solid var(--ink); vertical-align: bottom; }
 th.word, td.word { text-align: left; white-space: normal; }
+td.word { vertical-align: top; }
 td.word:first-child { white-space: nowrap; }
 .key { white-space: nowrap; margin-right: 1.2em; }
 tr:hover td { background: var(--panel); }

@@ -33,7 +33,8 @@ enum class Failure : std::uint8_t {
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
     not_converged,       ///< an implicit step found no solution, even after halving the step
     not_landed,          ///< the end of its last step leads on to no place on what it meets
-    not_finite,          ///< the state left the range of the number type
+    not_finite,          ///< the state left the range of the number type, or Ω is not greater than 0
+    no_pace,             ///< Ω is not greater than 0 at the start
     energy_lost,         ///< a step loses H, even after halving it: what it leads to is no ray
     needs_double,        ///< the momentum is so large here that float would lose H at once
 };

@@ -291,7 +291,7 @@ TEST(FormulaSpace, RefusesWhatItCannotUse) {
         {index + "[space.constants]\nsin = 1\n", "is a function"},
         {index + "[space.let]\na = \"b\"\nb = \"1\"\n", "space.let.a, position 1: unknown name b"},
         {index + "[space.let]\na = \"1\"\n[space.constants]\na = 1\n", "has a meaning in formulas already"},
-        {index + "[integrator]\nrescale = \"px\"\n", "it may depend on x y z alone"},
+        {index + "[integrator]\nrescale = \"px\"\n", "it may depend on x y z and r alone"},
         {index + "[integrator]\nrescale = \"q\"\n", "integrator.rescale, position 1: unknown name q"},
     };
     for (const auto& [text, says] : table) EXPECT_NE(refusal(text).find(says), std::string::npos) << text << refusal(text);

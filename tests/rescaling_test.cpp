@@ -121,9 +121,25 @@ TEST(Rescaling, LeavesThePictureAsItIs) {
     EXPECT_GE(shifted, 50u);
 }
 
+// What is rescaled by a number below 0 runs backward: such rays fail, at the start or where they come there, and end nowhere.
+TEST(Rescaling, IsOfPositivePaceAlone) {
+    const std::string built_in = "\"kerr\"\nmass = 0.25\nspin = 0.6\n", formula = "\"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
+    for (const std::string& space : {built_in, formula})
+        for (const char* strategy : {"packet", "scalar"}) {
+            const std::vector<RayInput> inward{{{5, -3, 0.1}, {-1, 0, 0}}, {{5, -2, 0.1}, {-1, 0.1, 0}}}, outward{{{5, -3, 0.1}, {1, 0, 0}}};
+            for (const RayEnd& end : traced(space, {"integrator.rescale=-r"}, strategy, inward)) EXPECT_EQ(end.failure, Failure::no_pace);
+            for (const RayEnd& end : traced(space, {"integrator.rescale=x"}, strategy, inward)) {
+                EXPECT_EQ(end.status, Status::failed);
+                EXPECT_LT(end.steps, 5000u);
+            }
+            for (const RayEnd& end : traced(space, {"integrator.rescale=x"}, strategy, outward)) EXPECT_EQ(end.status, Status::escaped);
+        }
+    EXPECT_NE(refusal(built_in, {"integrator.rescale=-r"}).find("camera.position: integrator.rescale is not greater than 0"), std::string::npos);
+}
+
 TEST(Rescaling, SaysWhatItCannotDo) {
     EXPECT_NE(refusal("\"luneburg\"\n", {"integrator.rescale=r"}).find("integrator.rescale: the slope of its H jumps"), std::string::npos);
-    EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=px"}).find("it may depend on x y z alone"), std::string::npos);
+    EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=px"}).find("it may depend on x y z and r alone"), std::string::npos);
     EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=spin"}).find("unknown name spin"), std::string::npos);
     EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=1-3"}).find("greater than 0"), std::string::npos);
     EXPECT_NE(refusal("\"mirage\"\n", {"integrator.rescale=1+z^2", "integrator.method=srkn6"}).find("not of the form"), std::string::npos);

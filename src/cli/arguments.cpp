@@ -67,7 +67,9 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
 
 void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type,
                 const std::string& variable) {
-    verb.add_option(names, value, what)->type_name(type)->envname(variable);
+    // As scripts give it whose variable is not set.
+    const CLI::Validator not_empty([](std::string& text) { return text.empty() ? "an empty value" : ""; }, "");
+    verb.add_option(names, value, what)->type_name(type)->envname(variable)->check(not_empty);
 }
 
 void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what, const std::string& type) {
@@ -104,7 +106,9 @@ void add_scene(CLI::App& verb, Arguments& arguments) {
     add_option(verb, "--spp", arguments.spp, "film.spp: rays per pixel", "N");
     add_option(verb, "--seed", arguments.seed, "film.seed: another choice of where in the pixel they lie", "N");
     add_option(verb, "--layers", arguments.layers, "film.layers; see `kagero list layers`", "A,B");
-    add_option(verb, "--isa", arguments.isa, "Instruction set; see `kagero list isas`", "NAME", "KAGERO_ISA");
+    const bool several = verb.get_name() == "compare";
+    add_option(verb, "--isa", arguments.isa, std::string(several ? "Instruction sets, or all that this processor has" : "Instruction set") + "; see `kagero list isas`",
+               several ? "A,B" : "NAME", "KAGERO_ISA");
 }
 
 void add_lanes(CLI::App& verb, Arguments& arguments) {

@@ -20,7 +20,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_option(app, "--rays", arguments.rays, "CSV with the columns x,y,z,dx,dy,dz; '-', the default, is stdin", "FILE");
     add_option(app, "-o,--output", arguments.output, "Where the CSV goes; '-', the default, is stdout", "FILE");
     add_flag(app, "--path", arguments.path, "Every step of every ray instead of its end");
-    add_option(app, "--observer", arguments.observer, "Read directions in the rest frame of: static, zamo, falling", "NAME");
+    add_option(app, "--observer", arguments.observer, "Read directions in the rest frame of: static, zamo, falling, coordinate; default: as dq/dλ in the scene's coordinates", "NAME");
     add_option(app, "--parameter", arguments.parameter, "End every ray where its parameter has this value", "L");
     add_option(app, "--repeat", arguments.repeat, "With --json: how many runs to time", "N");
     add_json(app, arguments);
@@ -93,7 +93,7 @@ void write_timing(const Request& request, std::uint32_t repetitions) {
 }
 
 void check_combination(const Arguments& arguments) {
-    if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, {"static", "zamo", "falling"});
+    if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, {"static", "zamo", "falling", "coordinate"});
     if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))
         throw InputError("--parameter: " + arguments.parameter + " is not greater than 0, where rays start");
     if (arguments.path && !arguments.json.empty())

@@ -121,6 +121,8 @@ void place_camera(Plan& plan) {
     for (std::size_t k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
     const Failure failure = place_observer(plan, plan.camera.start);
     if (failure != Failure::none) refuse_observer(plan, failure);
+    if (lacks_pace(plan, plan.camera.position))
+        throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::no_pace));
     if (camera_needs_double(plan))
         throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
     check_camera_off_surfaces(plan);

@@ -134,7 +134,7 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
                                                    : "stratified space: coordinates that do not occur in H", why_all);
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
     if (plan.scene.space.formula) explain_formula(plan, parts);
-    else parts.add(!plan.programs.empty(), "programs that are interpreted: H is compiled, its rescaling " + plan.scene.integrator.rescale + " is not",
+    else parts.add(!plan.programs.empty(), "an interpreter: H times " + plan.scene.integrator.rescale + " is compiled for no space",
                    "H and its rescaling are compiled");
     const bool implicit = bent && method.implicit && !is_separable(plan);
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight

@@ -151,6 +151,14 @@ bool states_rescaling(const Plan& plan) {
     return formula ? formula->parsed.rescale >= 0 : !plan.programs.empty();
 }
 
+bool lacks_pace(const Plan& plan, const double (&q)[3]) {
+    if (!states_rescaling(plan)) return false;
+    const auto& formula = plan.scene.space.formula;
+    const auto& rescaling = plan.scene.integrator.rescaling;
+    const std::array<double, 7> at{q[0], q[1], q[2]};
+    return !((formula ? evaluate(formula->scope, formula->parsed.rescale, at) : evaluate(rescaling->scope, rescaling->node, at)) > 0);
+}
+
 bool needs_double(const Plan& plan, double momentum) {
     if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.hamiltonian].spacetime) return false;
     return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
@@ -192,7 +200,8 @@ const char* describe(Failure failure) {
         case Failure::no_momentum: return "no momentum with this direction exists here";
         case Failure::not_converged: return "an implicit step has no solution, however short it is";
         case Failure::not_landed: return "no place on the surface that its last step leads to";
-        case Failure::not_finite: return "the state left the range of the number type";
+        case Failure::not_finite: return "the state left the range of the number type, or integrator.rescale is not greater than 0 on the way";
+        case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";
         case Failure::energy_lost: return "a step loses the Hamiltonian's value, however short it is";
         case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }

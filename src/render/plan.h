@@ -85,6 +85,9 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
 /// Whether the scene says by which expression H is rescaled: then its programs are of the rescaled H, whoever asks.
 bool states_rescaling(const Plan& plan);
 
+/// Whether Ω, where the scene states it, is not greater than 0 at q, relative to the centre: there is no ray there.
+bool lacks_pace(const Plan& plan, const double (&q)[3]);
+
 /// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
 bool needs_double(const Plan& plan, double momentum);
 /// Whether the step of the plan's method is a length, and not an angle or a share of a distance.

@@ -170,7 +170,8 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
         starts.push_back(frame ? observed(plan, *frame, q, ray.direction) : directed(plan, q, ray.direction));
     }
     for (RayStart& start : starts)
-        if (start.failure == Failure::none && !start.captured && observer != "falling" && start.pt > 0 &&  // which may vanish
+        if (start.failure == Failure::none && lacks_pace(plan, start.q)) start.failure = Failure::no_pace;
+        else if (start.failure == Failure::none && !start.captured && observer != "falling" && start.pt > 0 &&  // which may vanish
             needs_double(plan, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;
     return starts;

@@ -111,6 +111,7 @@ std::string order_section(const ErrorStudy& study) {
            "steps above rounding. "
            "Halving the step of a method of order p divides its error by 2<sup>p</sup>. Least error: the smallest reached, in "
            "scene units. "
+           "Where rays begin and end in what hardly bends them leading errors may cancel, and a method does better than its order. "
            "Rescaled time: the method follows Ω·H, by which a fixed step is short where light bends and long where it does "
            "not.</p></section>\n";
 }

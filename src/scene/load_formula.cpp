@@ -21,7 +21,7 @@ std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& n
     const unsigned others = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
     for (std::size_t i = 0; i < formula_variables.size(); ++i) {
         if (!((others >> i) & 1)) continue;
-        const std::string legal = allowed == position_bits ? "x y z" : "x y z pt";
+        const std::string legal = allowed == position_bits ? "x y z and r" : "x y z pt";
         throw InputError(value.place, name + " = " + written(value.string) + " depends on " + formula_variables[i] +
                                           ": it may depend on " + legal + " alone");
     }

@@ -80,6 +80,7 @@ Value parse_toml(const std::string& text, const std::string& file) {
 
 Value parse_toml_value(const std::string& text, const Place& place) {
     Value value;
+    if (text.empty()) throw InputError(place, "expected a value after '='");
     try {
         const Value document = convert(toml::parse("value = " + text), "");
         if (document.items.size() != 1) throw InputError(place, "expected one value after '='");

@@ -85,7 +85,7 @@ def culling(program, _):
         claim.measured.append(ratio.median)
         claim.spread += f"{ratio.least:.2f} to {ratio.greatest:.2f}; "
         same = same and len(hashes) == 1
-    claim.spread += "images identical, chords within a fiftieth of a pixel of the curve" if same else "IMAGES DIFFER"
+    claim.spread += "images identical, chords within a fiftieth of a pixel of the curve and 1e-5 of the room" if same else "IMAGES DIFFER"
     if not same:
         claim.measured = []
     return [claim]

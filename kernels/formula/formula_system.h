@@ -181,8 +181,8 @@ public:
         V out[surveyed] = {};
         formula::evaluate(p_.survey, s.y, out);
         if (!p_.scaled) out[survey_scale] = V(std::numeric_limits<S>::max());
-        if (rescaled) {  // backward, or nowhere, goes what is rescaled by Ω ≤ 0: no ray
-            const MaskOf<V> forward = pace(s) > V(S(0));
+        if (rescaled) {  // backward, or nowhere, goes what is rescaled by Ω ≤ 0 within the medium: no ray
+            const MaskOf<V> forward = (pace(s) > V(S(0))) | (out[survey_domain] <= V(S(0)));
             for (int k = survey_velocity; k < survey_excess; ++k) out[k] = pick(forward, out[k], V(std::numeric_limits<S>::quiet_NaN()));
         }
         return survey_of(out);

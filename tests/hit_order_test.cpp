@@ -117,7 +117,7 @@ TEST(Hits, AreTheRightOnesInAFisheye) {
     const std::string scene = KAGERO_SCENES "/fisheye.toml";
     for (const char* size : {"film.size=[18,12]", "film.size=[60,40]"}) {
         const auto ends = [&](const Overrides& more) {
-            Overrides all{size, "integrator.symmetry=none", "integrator.method=dp54", "integrator.tolerance=1e-10"};
+            Overrides all{size, "integrator.symmetry=none", "integrator.method=dp54"};
             all.insert(all.end(), more.begin(), more.end());
             const auto plan = plan_of_file(scene, all, with_strategy("packet"));
             std::vector<RayStart> starts;

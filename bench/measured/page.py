@@ -64,12 +64,16 @@ def comparison_table(report):
     return lines
 
 
-def machine():
-    text = pathlib.Path("/proc/cpuinfo").read_text()
+def processor():
+    lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
     def field(name):
-        return next((line.split(":", 1)[1].strip() for line in text.splitlines() if line.startswith(name)), "?")
-    family = f"family {field('cpu family')}, model {field('model')}"
-    return f"{field('model name')} ({family}), {text.count('processor')} threads, {platform.system()} {platform.release()}"
+        return next((line.split(":", 1)[1].strip() for line in lines if line.split("\t", 1)[0] == name), "?")
+    return f"{field('model name')} (family {field('cpu family')}, model {field('model')})"
+
+
+def machine():
+    threads = pathlib.Path("/proc/cpuinfo").read_text().count("processor\t")
+    return f"{processor()}, {threads} threads, {platform.system()} {platform.release()}"
 
 
 def commit():

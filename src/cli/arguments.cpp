@@ -93,7 +93,12 @@ void add_json(CLI::App& verb, Arguments& arguments) {
         ->type_name("[FILE]");
 }
 
-void add_scene(CLI::App& verb, Arguments& arguments) {
+void add_isa(CLI::App& verb, Arguments& arguments, bool several) {
+    const char* what = several ? "Instruction sets, or all that this processor has; see `kagero list isas`" : "Instruction set; see `kagero list isas`";
+    add_option(verb, "--isa", arguments.isa, what, several ? "A,B" : "NAME", "KAGERO_ISA");
+}
+
+void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
     add_option(verb, "SCENE", arguments.scene, "The scene, a TOML file", "");
     verb.add_option("-D", arguments.overrides, "Set any key of the scene: -D space.rg=0.1; may be repeated")
         ->type_name("KEY=VALUE")
@@ -106,9 +111,7 @@ void add_scene(CLI::App& verb, Arguments& arguments) {
     add_option(verb, "--spp", arguments.spp, "film.spp: rays per pixel", "N");
     add_option(verb, "--seed", arguments.seed, "film.seed: another choice of where in the pixel they lie", "N");
     add_option(verb, "--layers", arguments.layers, "film.layers; see `kagero list layers`", "A,B");
-    const bool several = verb.get_name() == "compare";
-    add_option(verb, "--isa", arguments.isa, std::string(several ? "Instruction sets, or all that this processor has" : "Instruction set") + "; see `kagero list isas`",
-               several ? "A,B" : "NAME", "KAGERO_ISA");
+    add_isa(verb, arguments, several_isas);
 }
 
 void add_lanes(CLI::App& verb, Arguments& arguments) {

@@ -35,7 +35,8 @@ void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::
 // Declare options that several verbs share. `add_scene` also takes those that are short for a key of the scene.
 void add_messages(CLI::App& verb, Arguments& arguments);
 void add_json(CLI::App& verb, Arguments& arguments);
-void add_scene(CLI::App& verb, Arguments& arguments);
+void add_isa(CLI::App& verb, Arguments& arguments, bool several);
+void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas = false);
 void add_lanes(CLI::App& verb, Arguments& arguments);
 void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads = "all");
 void add_schedule(CLI::App& verb, Arguments& arguments);

@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t most_rounds = 1000, most_lanes = 1024;
 
 void declare(CLI::App& app, Arguments& arguments) {
-    add_scene(app, arguments);
+    add_scene(app, arguments, true);
     add_option(app, "--methods", arguments.methods, "Integrators to compare by; default: the scene's, or what it would be without the plane of the orbit", "A,B");
     add_option(app, "--equal-error", arguments.equal_error,
                    "Each strategy by its own cheapest method that brings 99 % of the rays within E pixels", "E");

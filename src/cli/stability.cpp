@@ -17,7 +17,7 @@ namespace {
 void declare(CLI::App& app, Arguments& arguments) {
     add_option(app, "CASE", arguments.cases, "The cases to run; default: all", "");
     add_option(app, "-o,--output", arguments.output, "A directory for stability.html and stability.json", "DIR");
-    add_option(app, "--isa", arguments.isa, "Instruction sets, or all that this processor has; see `kagero list isas`", "A,B", "KAGERO_ISA");
+    add_isa(app, arguments, true);
     add_json(app, arguments);
     add_machine(app, arguments);
     add_messages(app, arguments);

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 14;
+inline constexpr std::uint32_t abi_version = 15;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -22,7 +22,7 @@ enum class Form : std::uint8_t { none, gradient, stages, auto_vectorized, gang }
 enum class Status : std::uint8_t { hit, escaped, captured, step_limit, failed };
 inline constexpr std::uint32_t status_count = 5;
 
-/// Why a ray `failed` (or, for `step_limit` and `captured`, `none`).
+/// Why a ray `failed`; `none` of all others.
 enum class Failure : std::uint8_t {
     none,
     zero_direction,      ///< the direction has length zero
@@ -31,10 +31,11 @@ enum class Failure : std::uint8_t {
     no_observer,         ///< the space has no such observer, or none can be here
     no_rest_frame,       ///< H is no light in a spacetime: its rays start along directions in coordinates
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
-    not_converged,       ///< an implicit step found no solution, even after halving the step
-    not_landed,          ///< the end of its last step leads on to no place on what it meets
+    not_converged,       ///< a step found no solution, or none within its tolerance, however often it was shortened
+    not_landed,          ///< the end of its last step leads to no place on what it meets, however often that was halved
     not_finite,          ///< the state left the range of the number type, or Ω is not greater than 0
     no_pace,             ///< Ω is not greater than 0 at the start
+    untraced,            ///< the run was interrupted before
     energy_lost,         ///< a step loses H, even after halving it: what it leads to is no ray
     needs_double,        ///< the momentum is so large here that float would lose H at once
 };
@@ -66,7 +67,8 @@ struct HamiltonianInfo {
     bool rescales;           ///< declares a time transformation, used by `rescale = "auto"`
     double level;            ///< H0, the level set rays are started on
     const char* method;      ///< default integrator
-    double step;             ///< its default step
+    double step;             ///< its default step …
+    const char* step_parameter = nullptr;  ///< … for the default value of this parameter, a length or its inverse: it goes with that length
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
     bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
     bool far_sided = false;  ///< there is another universe, with a sky of its own
@@ -234,6 +236,8 @@ struct Job {
     void (*path_sink)(void* user, const PathPoint*);  ///< null: no paths
     void* path_user;
     bool timed;  ///< fill Counters::query_ticks and landing_ticks
+    bool (*halted)(void* user);  ///< asked every few dozen steps; true: the call returns at once, its tile half done. Null: never asked
+    void* halted_user;
 };
 
 /// The rays one call traces: the half-open pixel rectangle of a camera, or [x0, x1) of a list (y0 = 0, y1 = 1).

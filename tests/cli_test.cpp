@@ -63,6 +63,13 @@ TEST_F(Cli, CheckAndPrintAgreeWithThemselves) {
     EXPECT_NE(once.out.find("0.25"), std::string::npos);
     write("again.toml", once.out);
     EXPECT_EQ(run("print again.toml").out, once.out);
+    // The method of a space may not serve H as another expression rescales it.
+    write("eye.toml", "[space]\nhamiltonian = \"fisheye\"\n[integrator]\nrescale = \"1 + r^2\"\n[camera]\nposition = [0, -2, 0]\nlook_at = [0, 0, 0]\n"
+                      "[film]\nsize = [4, 4]\n");
+    const Outcome rescaled = run("print eye.toml -o eye-again.toml");
+    ASSERT_EQ(rescaled.status, 0) << rescaled.err;
+    const Outcome loaded = run("check eye-again.toml");
+    EXPECT_EQ(loaded.status, 0) << loaded.err;
 }
 
 TEST_F(Cli, RenderReportsAndWritesBesideTheWorkingDirectory) {

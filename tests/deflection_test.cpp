@@ -1,5 +1,6 @@
 // Rays around a Schwarzschild hole against elliptic integrals: angles swept, captured or escaped, what is conserved, and the
 // shadow a static observer sees. All through the library as the program uses it.
+#include "greatest.h"
 #include "plan_fixture.h"
 #include "schwarzschild_orbit.h"
 
@@ -67,7 +68,7 @@ double worst_angle(const Plan& plan, const Bundle& bundle) {
         EXPECT_EQ(ends[i].status, Status::escaped) << "b = " << bundle.impact[i];
         const double angle = bundle.planes[i].angle_of(relative(plan, ends[i].q));
         const double expected = Orbit(bundle.impact[i]).swept_around(start_radius);
-        worst = std::max(worst, std::abs(std::remainder(angle - expected, 2 * std::numbers::pi)));
+        worst = greatest(worst, std::abs(std::remainder(angle - expected, 2 * std::numbers::pi)));
     }
     return worst;
 }

@@ -152,7 +152,7 @@ void expect_estimates(const char* scene, const Way& way, const Exact& exact, con
 
 TEST(PositionError, IsTheTrueErrorAroundAHole) {
     for (const Way& way :
-         {Way{"verlet", 0.05}, {"suzuki4-nine", 0.1}, {"rk4", 0.05}, {"gauss4", 0.1}, {"gauss8", 0.3}, {"dp54", 1e-6}})
+         {Way{"verlet", 0.05}, {"suzuki4-nine", 0.1}, {"rk4", 0.05}, {"gauss4", 0.1}, {"gauss8", 0.3}, {"dp54", 1e-6}, {"dp54", 0.1}})
         expect_estimates(hole_scene, way, exact_escape, "double");
     expect_estimates(hole_scene, {"gauss8", 0.1}, exact_escape, "float");
 }

@@ -205,14 +205,14 @@ TEST_F(FilmOnDisk, NothingButTheFinishedFileIsThere) {
 }
 
 TEST_F(FilmOnDisk, CheckWritableRefusesWhatCannotBeWritten) {
-    EXPECT_NO_THROW(check_writable(path("a.exr")));
+    EXPECT_NO_THROW(check_writable(path("a.exr"), {"color"}));
     EXPECT_NO_THROW(check_writable(path("a.exr"), {"steps"}));
     EXPECT_THROW(check_writable(path("a.png"), {"steps"}), InputError);
-    EXPECT_THROW(check_writable(path("a.xyz")), InputError);
-    EXPECT_THROW(check_writable(path("a")), InputError);
-    EXPECT_THROW(check_writable(path("missing/a.exr")), InputError);
+    EXPECT_THROW(check_writable(path("a.xyz"), {"color"}), InputError);
+    EXPECT_THROW(check_writable(path("a"), {"color"}), InputError);
+    EXPECT_THROW(check_writable(path("missing/a.exr"), {"color"}), InputError);
     fs::create_directory(path("folder.exr"));
-    EXPECT_THROW(check_writable(path("folder.exr")), InputError);
+    EXPECT_THROW(check_writable(path("folder.exr"), {"color"}), InputError);
 }
 
 }  // namespace

@@ -28,6 +28,16 @@ TEST(Magnification, IsOneWhereRaysAreStraight) {
     }
 }
 
+// … where pixels are wide too, out to the corners of the picture.
+TEST(Magnification, IsOneForWidePixels) {
+    for (const char* camera : {"fov = 60\n", "fov = 120\n", "type = \"equirectangular\"\n"}) {
+        const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {"film.size=[64,48]"});
+        Film film = rendered(*plan);
+        for (std::uint32_t y = 8; y < 40; ++y)
+            for (std::uint32_t x = 0; x < 64; ++x) ASSERT_NEAR(*film.pixel("magnification", x, y), 1, 0.02) << camera << x << "," << y;
+    }
+}
+
 // Beside the edge of an object a quad of pixels has but two or three that see the sky; at the end of an odd film, two.
 TEST(Magnification, IsOneBesideObjectsAndEdgesToo) {
     const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", "fov = 20\n") +

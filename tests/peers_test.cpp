@@ -1,5 +1,6 @@
 // The ray list on which this program is compared with others: 2048 null rays, from 20 to 40 Schwarzschild radii past the hole, and how far
 // their directions are from what elliptic integrals say. `kagero trace --json` on the same rays says what they cost.
+#include "greatest.h"
 #include "plan_fixture.h"
 #include "schwarzschild_orbit.h"
 
@@ -33,7 +34,7 @@ double worst_direction(const char* method, double step, double least, double spa
         const RayEnd& end = ends[static_cast<std::size_t>(k)];
         EXPECT_EQ(end.status, Status::escaped);
         const double angle = plane.angle_of({end.v[0], end.v[1], end.v[2]});
-        worst = std::max(worst, std::abs(std::remainder(angle - direction_angle(least + spacing * (k + 0.5)), 2 * std::numbers::pi)));
+        worst = greatest(worst, std::abs(std::remainder(angle - direction_angle(least + spacing * (k + 0.5)), 2 * std::numbers::pi)));
     }
     return worst;
 }

@@ -11,6 +11,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -43,13 +44,13 @@ void aim(Flow<V>& f, double pt) {
         const double y[7] = {-1, 0.3 + 0.002 * (i % 4), 0.1 + 0.002 * (i / 4), 0.98, 0.1, 0.02, pt};
         for (int k = 0; k < 7; ++k) set_lane(f.start.y[k], i, S(y[k]));
     }
-    f.start_parameter = f.end_parameter = f.gradients = f.energy = f.energy_error = V(S(0));
+    f.start.parameter = f.end.parameter = f.gradients = f.energy = f.energy_error = V(S(0));
 }
 
 template <class V>
 KAGERO_INLINE void commit(Flow<V>& f) {
     for (int k = 0; k < 6; ++k) f.start.y[k] = f.end.y[k];
-    f.start_velocity = f.end_velocity;
+    f.start.velocity = f.end.velocity;
 }
 
 template <class V>
@@ -112,8 +113,11 @@ void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& 
     start->tolerance = ScalarOf<V>(1e-6);  // adaptive methods estimate their error, but every step counts here
     kernel.begin[kind](*system, *start, method.coefficients);
     const int count = static_cast<int>(way / step_of(method));
+    const int stages = method.coefficients.gauss ? method.coefficients.gauss->stages : 2;  // whose derivatives a step begins with
+    *flow = *start;
     for (auto _ : state) {
-        *flow = *start;
+        flow->start = start->start;
+        for (int stage = 0; stage < stages; ++stage) std::copy(start->stage[stage], start->stage[stage] + 6, flow->stage[stage]);
         for (int i = 0; i < count; ++i) {
             kernel.step[kind](*system, *flow, method.coefficients);
             commit(*flow);

@@ -96,6 +96,21 @@ def threads(program, _):
     return [Claim("threads", "1 → 2 threads, room 512²", [1.9], [1.98], [ratio.median], f"{ratio.least:.2f} to {ratio.greatest:.2f}")]
 
 
+CRITICAL = ("critical.csv", 2.599, 0.021)
+
+
+def cheapest_claim(program, key, what, must, aim, bundle, bound, doubt_allowed, methods=None, unit="µs"):
+    """What rays cost by the cheapest method and step of a list that ends them within the bound."""
+    name, *impact = bundle
+    found, doubt = rays.cheapest(program, rays.peers(program.directory / name, *impact), (bound,), doubt_allowed, *([methods] if methods else []))
+    if not found[0]:
+        return Claim(key, what, must, aim, [], f"no method and step of the list comes so near (reference agrees to {doubt:.0e})", False)
+    time, error, how = found[0]
+    scale, digits = (1, 0) if unit == "ns" else (1e-3, 2)
+    spread = f"{how}: error {error:.1e}, {scale * time['min']:.{digits}f} to {scale * time['max']:.{digits}f} {unit}; reference agrees to {doubt:.0e}"
+    return Claim(key, what, must, aim, [scale * time["median"]], spread, False, *(["{:.0f}"] if unit == "ns" else []))
+
+
 def peers(program, _):
     """Boost.Odeint's best and heyoka's on this kind of machine, from shared measurements; only our side is measured here."""
     odeint, bounds = (4090, 7450, 17970), (1.6e-5, 1e-8, 8e-12)
@@ -103,27 +118,14 @@ def peers(program, _):
     spread = "; ".join(f"{how}: {t['median']:.0f} ns ({t['min']:.0f} to {t['max']:.0f}), error {e:.1e}" for t, e, how in filter(None, found))
     claims = [Claim("peers", "peers' 2048 rays, Boost.Odeint's best (4090, 7450, 17970 ns, on another machine) ÷ ours at ≤ 1.6e-5 / 1e-8 / 8e-12", [6, 7, 8], [13, 15, 18],
                     [o / f[0]["median"] if f else 0 for o, f in zip(odeint, found)], spread + f"; reference agrees to {doubt:.0e}")]
-    found, doubt = rays.cheapest(program, rays.peers(program.directory / "critical.csv", 2.599, 0.021), (2e-9,), 1e-6)
-    if found[0]:
-        time, error, how = found[0]
-        claims.append(Claim("critical", "near-critical rays (b = 2.599 … 2.62 rg), ≤ 2e-9, µs per ray", [8.9], [3], [1e-3 * time["median"]],
-                            f"{how}: error {error:.1e}, {1e-3 * time['min']:.2f} to {1e-3 * time['max']:.2f} µs; reference agrees to {doubt:.0e}", False))
-    else:
-        claims.append(Claim("critical", "near-critical rays, ≤ 2e-9, µs per ray", [8.9], [3], [],
-                            f"no method and step of the list comes so near (reference agrees to {doubt:.0e})", False))
+    claims.append(cheapest_claim(program, "critical", "near-critical rays (b = 2.599 … 2.62 rg), ≤ 2e-9, µs per ray", [8.9], [3], CRITICAL, 2e-9, 1e-6))
     return claims
 
 
 def orbits(program, _):
     """The same rays, and the room, through the plane of the orbit."""
-    found, doubt = rays.cheapest(program, rays.peers(program.directory / "peers.csv"), (1e-6,), 1e-2, rays.ORBITS)
-    time, error, how = found[0]
-    claims = [Claim("orbit", "peers' rays through the orbit plane, ≤ 1e-6, ns per ray", [60], [15], [time["median"]],
-                    f"{how}: error {error:.1e}, {time['min']:.0f} to {time['max']:.0f} ns; reference agrees to {doubt:.0e}", False, "{:.0f}")]
-    found, _ = rays.cheapest(program, rays.peers(program.directory / "critical.csv", 2.599, 0.021), (2e-9,), 1e-6, rays.ORBITS)
-    time, error, how = found[0]
-    claims.append(Claim("orbit-critical", "near-critical rays through the orbit plane, ≤ 2e-9, µs per ray", [], [], [1e-3 * time["median"]],
-                        f"{how}: error {error:.1e}, {1e-3 * time['min']:.2f} to {1e-3 * time['max']:.2f} µs", False))
+    claims = [cheapest_claim(program, "orbit", "peers' rays through the orbit plane, ≤ 1e-6, ns per ray", [60], [15], ("peers.csv",), 1e-6, 1e-2, rays.ORBITS, "ns"),
+              cheapest_claim(program, "orbit-critical", "near-critical rays through the orbit plane, ≤ 2e-9, µs per ray", [], [], CRITICAL, 2e-9, 1e-6, rays.ORBITS)]
     for scene in (ROOM, "galaxy.toml", "wormhole.toml"):
         ratio = program.ratio(*(lambda more=more: program.render(scene, "--threads", 1, *DOUBLE, *more)[0]["seconds"] for more in (GENERAL, ())))
         claims.append(Claim("orbit-picture", f"general path ÷ orbit plane, {scene}, each by the space's defaults", [], [], [ratio.median],

@@ -21,6 +21,7 @@ struct Fiber : IndexMedium<Fiber> {
         ParameterInfo{"alpha", 0.3, 0, unlimited, true, "1/length", "fall of the index across the fibre"},
     };
     static constexpr double step = 0.1;
+    static constexpr const char* step_parameter = "alpha";
 
     template <class V>
     struct Parameters {

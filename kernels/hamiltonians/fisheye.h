@@ -21,6 +21,7 @@ struct Fisheye : IndexMedium<Fisheye> {
         ParameterInfo{"radius", 1.0, 0, unlimited, true, "scene lengths", "R, where N = n0/2"},
     };
     static constexpr double step = 0.05;
+    static constexpr const char* step_parameter = "radius";
 
     template <class V>
     struct Parameters {

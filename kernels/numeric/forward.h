@@ -98,7 +98,7 @@ KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
         const S inverse = recip(mul_add(a, a, b * b));
         return combined<A, B>(b * inverse, ta, -(a * inverse), tb);
     } else if constexpr (op == Op::min || op == Op::max) {
-        const bool first = op == Op::min ? a < b : a > b;
+        const bool first = op == Op::min ? b >= a : a >= b;  // as the tape has it, where both are the same
         return combined<A, B>(S(first), ta, S(!first), tb);
     } else {
         return L(slope<op>(a, f)) * ta;

@@ -29,7 +29,7 @@ public:
     }
 
 private:
-    static constexpr int most_bases = 24, most_terms = 48, most_squares = 4, greatest_power = 126;  // in halves
+    static constexpr int most_bases = 24, most_terms = 48, most_squares = 4, greatest_power = 126 /* in halves */, greatest_depth = 200;
 
     struct Term {
         double coefficient = 0;
@@ -73,8 +73,14 @@ private:
         return all;
     }
     constexpr Terms expand(int i) {
+        if (failed_ = failed_ || depth_ >= greatest_depth; failed_) return {};
+        ++depth_;
+        const Terms all = expanded(i);
+        --depth_;
+        return all;
+    }
+    constexpr Terms expanded(int i) {
         const Node n = t_.nodes[i];
-        if (failed_) return {};
         if (n.op == Op::constant) {
             Terms one;
             one.count = 1, one.term[0].coefficient = n.value;
@@ -236,6 +242,7 @@ private:
     int bases_count_ = 0;
     Terms terms_{};
     bool failed_ = false;
+    int depth_ = 0;  ///< of sums and products that are being expanded
     std::array<int, most_terms> group_{};   ///< of each term: the square that it is part of, or −1
     std::array<bool, most_terms> root_{};   ///< … as a², not as 2ab
     std::array<int, most_terms> sign_{};    ///< … of a

@@ -32,7 +32,7 @@ struct Composition {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         Vec3<V> force{f.stage[0][0], f.stage[0][1], f.stage[0][2]}, velocity{f.stage[1][0], f.stage[1][1], f.stage[1][2]};
-        V parameter = f.start_parameter;
+        V parameter = f.start.parameter;
         f.solved = always<V>();
         for (std::size_t i = 0; i < coefficients.fractions.size(); ++i) {
             const V tau = f.h * V(S(coefficients.fractions[i]));
@@ -50,23 +50,18 @@ struct Composition {
             f.gradients += V(S(1));
         }
         f.end.set(q, p);
-        f.end_parameter = system.rescaled ? parameter : f.start_parameter + f.h;
+        f.end.parameter = system.rescaled ? parameter : f.start.parameter + f.h;
         f.stage[0][0] = force.x, f.stage[0][1] = force.y, f.stage[0][2] = force.z;
         f.stage[1][0] = velocity.x, f.stage[1][1] = velocity.y, f.stage[1][2] = velocity.z;
     }
 
 private:
-    /// p' = p − τ ∂K/∂q(q, p'); `force` is the first guess of the gradient. A system that is interpreted prepares what does not change.
+    /// p' = p − τ ∂K/∂q(q, p'); `force` is the first guess of the gradient.
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> kick(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                       const Vec3<V>& force) {
-        if constexpr (requires { system.prepared_force(f.start); }) {
-            auto force_here = system.prepared_force(joined(f, q, p));
-            const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, force_here(guess)); };
-            if constexpr (!System::force_needs_p) return evaluated(f, next(p));
-            else return solve<Side::kick>(system, f, q, p, tau, retreat(p, tau, force), next);
-        }
-        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, system.dq(joined(f, q, guess))); };
+        auto force_here = force_at(system, f, q, p);
+        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, force_here(guess)); };
         if constexpr (!System::force_needs_p) return evaluated(f, next(p));
         else return solve<Side::kick>(system, f, q, p, tau, retreat(p, tau, force), next);
     }
@@ -74,15 +69,21 @@ private:
     template <class System, class V>
     KAGERO_INLINE static Vec3<V> drift(const System& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
                                        const Vec3<V>& velocity) {
-        if constexpr (requires { system.prepared_velocity(f.start); }) {
-            auto velocity_here = system.prepared_velocity(joined(f, q, p));
-            const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, velocity_here(guess)); };
-            if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
-            else return solve<Side::drift>(system, f, q, p, tau, advance(q, tau, velocity), next);
-        }
-        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, system.dp(joined(f, guess, p))); };
+        auto velocity_here = velocity_at(system, f, q, p);
+        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, velocity_here(guess)); };
         if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
         else return solve<Side::drift>(system, f, q, p, tau, advance(q, tau, velocity), next);
+    }
+    /// ∂K/∂q at q as a function of p, and ∂K/∂p with p as one of q. A system that is interpreted prepares what does not change.
+    template <class System, class V>
+    KAGERO_INLINE static auto force_at(const System& system, const Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p) {
+        if constexpr (requires { system.prepared_force(f.start); }) return system.prepared_force(joined(f, q, p));
+        else return [&system, &f, &q](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dq(joined(f, q, guess)); };
+    }
+    template <class System, class V>
+    KAGERO_INLINE static auto velocity_at(const System& system, const Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p) {
+        if constexpr (requires { system.prepared_velocity(f.start); }) return system.prepared_velocity(joined(f, q, p));
+        else return [&system, &f, &p](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dp(joined(f, guess, p)); };
     }
     template <class V>
     KAGERO_INLINE static Vec3<V> evaluated(Flow<V>& f, const Vec3<V>& x) {

@@ -31,8 +31,8 @@ public:
         const V third = f.h * V(S(1) / S(3));
         Curve c;
         c.degree = 3;
-        c.point[0] = f.start.q(), c.point[1] = advance(f.start.q(), third, f.start_velocity);
-        c.point[2] = retreat(f.end.q(), third, f.end_velocity), c.point[3] = f.end.q();
+        c.point[0] = f.start.q(), c.point[1] = advance(f.start.q(), third, f.start.velocity);
+        c.point[2] = retreat(f.end.q(), third, f.end.velocity), c.point[3] = f.end.q();
         return c;
     }
     /// The polynomial of degree s that collocation with s stages is, with an error O(h^{s+1}) (Hairer, Lubich & Wanner 2006,

@@ -6,30 +6,63 @@
 
 namespace kagero {
 
+/// Where a ray is between two steps, and all that the next one has to know.
+template <class V>
+struct Waypoint : State<V> {
+    Vec3<V> velocity;    ///< dq/dτ
+    V parameter;         ///< λ of H
+    V energy_terms;      ///< Survey::terms
+    V domain;            ///< ≤ 0 where the ray has left the medium
+    V captured;          ///< ≤ 0 where the ray is captured
+    V side;              ///< changes sign where H is not smooth
+    V scale;             ///< no step from here may be longer
+    V carry[6] = {0, 0, 0, 0, 0, 0};  ///< from step to step by the stepper: what rounding has cut off the state (Gauss), or L (Orbit)
+
+    /// Calls a function with every number of two waypoints; `each_of_motion` with those that tell where a ray is and where it goes.
+    template <class Function>
+    KAGERO_INLINE static void each(Waypoint& a, const Waypoint& b, const Function& function) {
+        each_of_motion(a, b, function);
+        function(a.energy_terms, b.energy_terms), function(a.domain, b.domain), function(a.captured, b.captured);
+        function(a.side, b.side), function(a.scale, b.scale);
+        for (int k = 0; k < 6; ++k) function(a.carry[k], b.carry[k]);
+    }
+    template <class Function>
+    KAGERO_INLINE static void each_of_motion(Waypoint& a, const Waypoint& b, const Function& function) {
+        for (int k = 0; k < 7; ++k) function(a.y[k], b.y[k]);
+        function(a.velocity.x, b.velocity.x), function(a.velocity.y, b.velocity.y), function(a.velocity.z, b.velocity.z);
+        function(a.parameter, b.parameter);
+    }
+};
+
+/// Copies the lanes of `lanes`.
+template <class V>
+struct CopyLanes {
+    const MaskOf<V>& lanes;
+    KAGERO_INLINE void operator()(V& to, const V& from) const { to = pick(lanes, from, to); }
+};
+
 /// What a ray takes along from a step.
 template <class V>
 struct Arrival {
-    State<V> end;
-    Vec3<V> end_velocity;
-    V end_parameter;
+    Waypoint<V> end;
     V energy_error;  ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;        ///< H at the end
     V gradients;     ///< derivative evaluations of each ray, accumulated
+
+    /// The lanes of `from` that `lanes` selects.
+    void take(const Arrival& from, const MaskOf<V>& lanes) {
+        const CopyLanes<V> copy{lanes};
+        Waypoint<V>::each_of_motion(end, from.end, copy);
+        copy(energy_error, from.energy_error), copy(energy, from.energy), copy(gradients, from.gradients);
+    }
 };
 
 /// A step, from where it begins to where it ends.
 template <class V>
 struct Leg : Arrival<V> {
     // Set by the tracing loop.
-    State<V> start;            ///< where the step begins
-    Vec3<V> start_velocity;    ///< dq/dτ there
+    Waypoint<V> start;
     V h;                       ///< step length in the integration parameter τ; 0 in finished lanes, which makes a step the identity
-    V start_parameter;         ///< λ of H
-    V start_domain;            ///< `domain` at the start
-    V start_captured;          ///< `captured` at the start
-    V start_side;              ///< `side` at the start
-    V start_scale;             ///< `scale` at the start
-    V start_energy_terms;      ///< `energy_terms` at the start
     bool want_parameter = false;
     bool want_energy = false;  ///< `energy_error` is wanted
     bool want_path = false;    ///< `energy` is wanted
@@ -39,23 +72,21 @@ struct Leg : Arrival<V> {
     ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
 
     // Set by the stepper, beside the arrival.
-    V energy_terms;            ///< Survey::terms at the end
     MaskOf<V> energy_holds;    ///< the step has not lost H
-    V domain;                  ///< ≤ 0 where the ray has left the medium at the end
-    V side;                    ///< changes sign where H is not smooth
-    V scale;                   ///< no step from the end may be longer
-    V captured;                ///< ≤ 0 where the ray is captured at the end
     MaskOf<V> solved;          ///< the implicit equations were solved
     MaskOf<V> accepted;        ///< adaptive methods: the local error is within the tolerance
     V suggested;               ///< adaptive methods: the length of the next step, or of this one if it is to be taken again
 
-    // Carried from step to step by the stepper.
-    V carry[6] = {0, 0, 0, 0, 0, 0};       ///< at the start: what rounding has cut off the state (Gauss), or L (Orbit)
-    V next_carry[6] = {0, 0, 0, 0, 0, 0};  ///< … and at the end
-
     // Iterations of implicit solves, accumulated: those that each ray needed, and those that the packet ran.
     V open_iterations;
     std::uint64_t issued_iterations = 0;
+
+    /// The lanes of `from` that `lanes` selects.
+    void take(const Leg& from, const MaskOf<V>& lanes) {
+        const CopyLanes<V> copy{lanes};
+        Waypoint<V>::each(this->end, from.end, copy), Waypoint<V>::each(start, from.start, copy);
+        copy(h, from.h), copy(this->energy_error, from.energy_error), copy(this->energy, from.energy), copy(this->gradients, from.gradients);
+    }
 };
 
 /// … and what the stepper remembers beside it, which `begin` makes anew.
@@ -75,29 +106,5 @@ struct Passage {
     V steps;                   ///< that each ray has taken
     std::uint64_t issued_steps = 0, active_lane_steps = 0;
 };
-
-/// The lanes of `from` that `lanes` selects, to `to`.
-template <class V>
-void copy_lanes(Arrival<V>& to, const Arrival<V>& from, const MaskOf<V>& lanes) {
-    for (int k = 0; k < 7; ++k) to.end.y[k] = pick(lanes, from.end.y[k], to.end.y[k]);
-    to.end_velocity = pick<V>(lanes, from.end_velocity, to.end_velocity);
-    to.end_parameter = pick(lanes, from.end_parameter, to.end_parameter);
-    to.energy_error = pick(lanes, from.energy_error, to.energy_error);
-    to.energy = pick(lanes, from.energy, to.energy);
-    to.gradients = pick(lanes, from.gradients, to.gradients);
-}
-template <class V>
-void copy_lanes(Leg<V>& to, const Leg<V>& from, const MaskOf<V>& lanes) {
-    copy_lanes(static_cast<Arrival<V>&>(to), static_cast<const Arrival<V>&>(from), lanes);
-    const auto copy = [&](V& a, const V& b) __attribute__((always_inline)) { a = pick(lanes, b, a); };
-    for (int k = 0; k < 7; ++k) copy(to.start.y[k], from.start.y[k]);
-    for (int k = 0; k < 6; ++k) copy(to.carry[k], from.carry[k]), copy(to.next_carry[k], from.next_carry[k]);
-    to.start_velocity = pick<V>(lanes, from.start_velocity, to.start_velocity);
-    copy(to.h, from.h), copy(to.start_parameter, from.start_parameter);
-    copy(to.start_domain, from.start_domain), copy(to.start_captured, from.start_captured);
-    copy(to.start_side, from.start_side), copy(to.start_scale, from.start_scale);
-    copy(to.start_energy_terms, from.start_energy_terms), copy(to.energy_terms, from.energy_terms);
-    copy(to.domain, from.domain), copy(to.side, from.side), copy(to.scale, from.scale), copy(to.captured, from.captured);
-}
 
 }  // namespace kagero

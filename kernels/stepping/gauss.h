@@ -137,16 +137,16 @@ private:
         f.end.y[6] = f.start.y[6];
         for (int k = 0; k < 6; ++k) {
             const int from = k < 3 ? k + 3 : k - 3;
-            const V change = k < 3 ? mul_add(f.h, total[from], f.carry[k]) : neg_mul_add(f.h, total[from], f.carry[k]);
+            const V change = k < 3 ? mul_add(f.h, total[from], f.start.carry[k]) : neg_mul_add(f.h, total[from], f.start.carry[k]);
             f.end.y[k] = f.start.y[k] + change;
-            f.next_carry[k] = change - (f.end.y[k] - f.start.y[k]);
+            f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }
     }
 
     template <class System, class V, class S>
     KAGERO_INLINE static void finish(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, const V (&g)[room][6]) {
         finish_state(f, g, w, s);
-        f.end_parameter = f.start_parameter + f.h;
+        f.end.parameter = f.start.parameter + f.h;
         if (system.rescaled && f.want_parameter) {
             V pace(S(0));
             for (int i = 0; i < s; ++i) {
@@ -154,7 +154,7 @@ private:
                 move(f, g, w.a[i], s, y);
                 pace = mul_add(V(w.b[i]), system.pace(y), pace);
             }
-            f.end_parameter = mul_add(f.h, pace, f.start_parameter);
+            f.end.parameter = mul_add(f.h, pace, f.start.parameter);
         }
         for (int i = 0; i < s; ++i)
             for (int k = 0; k < 6; ++k) f.stage[i][k] = g[i][k];

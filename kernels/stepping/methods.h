@@ -4,12 +4,12 @@
 /// A kind of step is a struct of static functions and constants,
 ///   refusal<System>()                     null where it serves a system, else why not
 ///   begin(system, flow, coefficients)     fills flow.stage at the start of rays
-///   step(system, flow, coefficients)      from flow.start by flow.h: sets end, end_parameter and solved, counts gradients; adaptive
+///   step(system, flow, coefficients)      from flow.start by flow.h: sets end, end.parameter and solved, counts gradients; adaptive
 ///                                         methods set accepted and suggested as well
 /// and, where there is something to say,
 ///   curve<V>                              its own dense output; without it that is the cubic Hermite one
 ///   resumes                               a step from another place or of another length needs no `begin` before it
-///   carries                               Flow::carry goes from step to step
+///   carries                               Waypoint::carry goes from step to step
 ///   stages_inside                         no derivative is taken at a step's ends, where the slope of H may jump
 ///   shareable<System>()                   it may be compiled once for all systems that are called instead of inlined
 ///   pass(system, flow, coefficients, way) goes the whole way past nothing by itself

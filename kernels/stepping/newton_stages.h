@@ -125,7 +125,7 @@ void Shared<V>::newton_stages(const CalledSystem<V>& system, Flow<V>& f, const G
         const auto of = [lane](const V& v) { return get_lane(v, lane); };
         State<S> start;
         for (int k = 0; k < 7; ++k) start.y[k] = of(f.start.y[k]);
-        const Vec3<S> velocity{of(f.start_velocity.x), of(f.start_velocity.y), of(f.start_velocity.z)};
+        const Vec3<S> velocity{of(f.start.velocity.x), of(f.start.velocity.y), of(f.start.velocity.z)};
         StageNewton<V> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.solver_tolerance});
         const bool done = newton.solve();
         set_lane(f.gradients, lane, of(f.gradients) + S(2 * s * newton.iterations()));

@@ -30,17 +30,17 @@ struct Orbit {
 
     template <class System, class V>
     static void begin(const System& system, Flow<V>& f, const Coefficients&) {
-        const Plane<V> plane(f.start, f.start_velocity);
-        f.carry[0] = f.next_carry[0] = plane.across * mul_add(plane.u, delay(system, plane.u), recip(plane.u));
-        f.start_velocity = plane.velocity();
-        f.start_scale = f.scale = no_bound<V>();
+        const Plane<V> plane(f.start, f.start.velocity);
+        f.start.carry[0] = f.end.carry[0] = plane.across * mul_add(plane.u, delay(system, plane.u), recip(plane.u));
+        f.start.velocity = plane.velocity();
+        f.start.scale = no_bound<V>();
     }
 
     template <class System, class V>
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
-        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
+        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start.velocity);
         Motion<V> m(system, f, plane);
-        f.h = longest<V>(m, f.h, outward, inward);
+        f.h = longest<V>(m, f.h, in_steps<System>);
         turn(system, coefficients, f.h, m);
         f.gradients += kicks<V>(coefficients);
         leave(system, f, plane, m, f.h);
@@ -52,13 +52,13 @@ struct Orbit {
     static void pass(const System& system, Flow<V>& f, const Coefficients& coefficients, Passage<V>& way) {
         using S = ScalarOf<V>;
         const V zero(S(0)), rim(S(1 / way.radius));
-        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start_velocity);
+        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start.velocity);
         Motion<V> m(system, f, plane);
         V angle(zero), steps(zero);
         MaskOf<V> open = way.h > zero, arriving = never<V>();
         for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
             Motion<V> next = m;
-            const V h = pick(open, longest<V>(m, way.h, outward_alone, inward_alone), zero);
+            const V h = pick(open, longest<V>(m, way.h, alone<System>), zero);
             turn(system, coefficients, h, next);
             way.issued_steps += 1, way.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(open)));
             open = open & (next.u > zero) & (next.u < V(S(std::numeric_limits<float>::max())));
@@ -95,13 +95,21 @@ struct Orbit {
     /// After the end has been surveyed: its velocity is that along the orbit, by the angle.
     template <class V>
     KAGERO_INLINE static void arrived(Flow<V>& f) {
-        f.end_velocity = {f.stage[0][0], f.stage[0][1], f.stage[0][2]};
-        f.scale = no_bound<V>();
+        f.end.velocity = {f.stage[0][0], f.stage[0][1], f.stage[0][2]};
+        f.end.scale = no_bound<V>();
     }
 
 private:
-    /// Greatest share by which u may change in a step; and in one that no point of space is asked of, so that its stages keep off u = 0.
-    static constexpr double outward = 0.6, inward = 1.5, outward_alone = 0.8, inward_alone = 4;
+    /// Greatest share by which u may change in a step of `full` radians, in proportion in a shorter one, so that its stages keep off u = 0; and
+    /// in one that no point of space is asked of. Inward it may be much, where what falls so steeply is captured, and does not come out again.
+    struct Change {
+        double outward, inward;
+    };
+    template <class System>
+    static constexpr Change in_steps = FarSided<typename System::Hamiltonian> ? Change{0.6, 0.5} : Change{0.6, 1.5};
+    template <class System>
+    static constexpr Change alone = FarSided<typename System::Hamiltonian> ? Change{0.6, 0.5} : Change{0.8, 4};
+    static constexpr double full = 0.3;
     static constexpr int max_corrections = 20;
 
     template <class V>
@@ -161,7 +169,7 @@ private:
 
         template <class System>
         KAGERO_INLINE Motion(const System& system, const Flow<V>& f, const Plane<V>& plane)
-            : u(plane.u), w(plane.w), momentum(f.carry[0]), pt(f.start.y[6]), parameter(f.start_parameter), far(u < V(ScalarOf<V>(0))),
+            : u(plane.u), w(plane.w), momentum(f.start.carry[0]), pt(f.start.y[6]), parameter(f.start.parameter), far(u < V(ScalarOf<V>(0))),
               want_parameter(f.want_parameter) {
             g = recip(momentum * momentum);
             if constexpr (System::Hamiltonian::spacetime) g = g * (pt * pt);
@@ -205,9 +213,10 @@ private:
 
     /// A step is cut where r would change by too much: beyond it the curve in space would no longer be a smooth function of the angle.
     template <class V>
-    KAGERO_INLINE static V longest(const Motion<V>& m, const V& h, double out, double in) {
+    KAGERO_INLINE static V longest(const Motion<V>& m, const V& h, const Change& change) {
         using S = ScalarOf<V>;
-        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * pick(m.w > V(S(0)), V(S(in)), V(S(out)));
+        const V share = min(abs(h) * V(S(1 / full)), V(S(1))), change_here = share * pick(m.w > V(S(0)), V(S(change.inward)), V(S(change.outward)));
+        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * change_here;
         return max(min(h, most), -most);
     }
 
@@ -288,9 +297,9 @@ private:
         plane.turn(angle);
         f.end.set(pick<V>(still, f.start.q(), here.y[0] * plane.out),
                   pick<V>(still, f.start.p(), advance(here.y[3] * plane.out, here.y[4], plane.around)));
-        f.end_parameter = m.parameter;
-        f.next_carry[0] = m.momentum;
-        const Vec3<V> velocity = pick<V>(still, f.start_velocity, plane.velocity());
+        f.end.parameter = m.parameter;
+        f.end.carry[0] = m.momentum;
+        const Vec3<V> velocity = pick<V>(still, f.start.velocity, plane.velocity());
         f.stage[0][0] = velocity.x, f.stage[0][1] = velocity.y, f.stage[0][2] = velocity.z;
         f.solved = always<V>();
     }

@@ -31,7 +31,7 @@ struct Recipe {
             euler(system.part_a(), f, q, p, f.h * V(S(weight / 2)));
         }
         f.end.set(q, p);
-        f.end_parameter = f.start_parameter + f.h;
+        f.end.parameter = f.start.parameter + f.h;
     }
 
 private:

@@ -31,7 +31,7 @@ struct RungeKutta {
             if (system.rescaled && f.want_parameter) pace = mul_add(V(S(table.b[i])), system.pace(y), pace);
         }
         move(f, g, table.b, table.stages, f.end);
-        f.end_parameter = system.rescaled ? mul_add(f.h, pace, f.start_parameter) : f.start_parameter + f.h;
+        f.end.parameter = system.rescaled ? mul_add(f.h, pace, f.start.parameter) : f.start.parameter + f.h;
         f.gradients += V(S(table.stages));
         f.solved = always<V>();
         if (table.estimate_order) control(f, g, table);

@@ -29,7 +29,7 @@ private:
     KAGERO_INLINE static void step_along(const System& system, Flow<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
-        V parameter = f.start_parameter;
+        V parameter = f.start.parameter;
         bool kick = coefficients.kick_first;
         for (const double fraction : coefficients.fractions) {
             const V t = f.h * V(S(fraction));
@@ -52,7 +52,7 @@ private:
         if constexpr (cyclic.y) q.y = mul_add(f.h, p.y, q.y);
         if constexpr (cyclic.z) q.z = mul_add(f.h, p.z, q.z);
         f.end.set(q, p);
-        f.end_parameter = system.rescaled ? parameter : f.start_parameter + f.h;
+        f.end.parameter = system.rescaled ? parameter : f.start.parameter + f.h;
         f.solved = always<V>();
     }
 };
@@ -85,7 +85,7 @@ struct ExactSplit {
             drift = !drift;
         }
         f.end.set(q, p);
-        f.end_parameter = f.start_parameter + f.h;
+        f.end.parameter = f.start.parameter + f.h;
         f.solved = always<V>();
     }
 };

@@ -172,18 +172,18 @@ private:
             const S* from = g + (k < 3 ? k + 3 : k - 3) * max_stages;
             S total = w.b[0] * from[0];
             for (int j = 1; j < s; ++j) total = mul_add(w.b[j], from[j], total);
-            const S change = k < 3 ? mul_add(f.h, total, f.carry[k]) : neg_mul_add(f.h, total, f.carry[k]);
+            const S change = k < 3 ? mul_add(f.h, total, f.start.carry[k]) : neg_mul_add(f.h, total, f.start.carry[k]);
             f.end.y[k] = f.start.y[k] + change;
-            f.next_carry[k] = change - (f.end.y[k] - f.start.y[k]);
+            f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }
-        f.end_parameter = f.start_parameter + f.h;
+        f.end.parameter = f.start.parameter + f.h;
         if (system.rescaled && f.want_parameter) {
             State<L> y;
             move(f, g, columns, s, y);
             const L paces = system.pace(y);
             S pace(0);
             for (int i = 0; i < s; ++i) pace = mul_add(w.b[i], get_lane(paces, i), pace);
-            f.end_parameter = mul_add(f.h, pace, f.start_parameter);
+            f.end.parameter = mul_add(f.h, pace, f.start.parameter);
         }
         detail::each_component([&](int k) __attribute__((always_inline)) {
             std::memcpy(memory(f) + k * max_stages, g + k * max_stages, max_stages * sizeof(S));

@@ -11,9 +11,8 @@ struct Straight {
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
     template <class System, class V>
     static void step(const System&, Flow<V>& f, const Coefficients&) {
-        f.end = f.start;
-        f.end.set(advance(f.start.q(), f.h, f.start_velocity), f.start.p());
-        f.end_parameter = f.start_parameter + f.h;
+        f.end.set(advance(f.start.q(), f.h, f.start.velocity), f.start.p());
+        f.end.parameter = f.start.parameter + f.h;
         f.solved = always<V>();
     }
 };
@@ -30,10 +29,10 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     using S = ScalarOf<V>;
     f.end.y[6] = f.start.y[6];
     const Survey<V> here = system.survey(f.end);
-    f.end_velocity = here.velocity, f.energy_terms = here.terms;
-    f.domain = here.domain, f.captured = here.captured, f.side = here.side, f.scale = here.scale;
+    f.end.velocity = here.velocity, f.end.energy_terms = here.terms;
+    f.end.domain = here.domain, f.end.captured = here.captured, f.end.side = here.side, f.end.scale = here.scale;
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
-    f.energy_holds = here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * max(here.terms, f.start_energy_terms);
+    f.energy_holds = here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * max(here.terms, f.start.energy_terms);
     if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
     if (f.want_path) f.energy = system.energy(f.end) + V(S(system.level()));
 }
@@ -41,10 +40,10 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
 /// … and of the start of a ray, which is the end of no step.
 template <class System, class V>
 __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
-    f.end = f.start, f.start_energy_terms = V(ScalarOf<V>(0));
+    f.start.energy_terms = V(ScalarOf<V>(0));
+    f.end = f.start;
     arrive(system, f);
-    f.start_velocity = f.end_velocity, f.start_energy_terms = f.energy_terms;
-    f.start_domain = f.domain, f.start_captured = f.captured, f.start_side = f.side, f.start_scale = f.scale;
+    f.start = f.end;
 }
 
 /// Whether this step is compiled for all called systems together.

@@ -68,6 +68,14 @@ public:
         return hits;
     }
 
+    /// Where on their step lanes hit something, about: as fractions.
+    V place() const {
+        const V begin = lanes_of<V>(from);
+        return mul_add(lanes_of<V>(t), lanes_of<V>(to) - begin, begin);
+    }
+    /// Lanes go back to where their step began, of which nothing is known any more.
+    void go_back(std::uint64_t lanes) { budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_); }
+
     /// What the lanes of `hits` met.
     Level<V> levels(std::uint64_t hits) const { return levels_of<V>(geometry_.surfaces, surface, primitive, hits); }
     /// The same for the straight way of the step in `flow`, however long: one query, as no clearance is of use to it.
@@ -102,8 +110,8 @@ private:
         if (task_.own_curve) return root(task_.curve(f).reach2(f.start.q(), stretch_));
         // Hermite's control points, relative to the first.
         const V third = f.h * V(S(1.0 / 3));
-        const Vec3<V> way = stretched(f.end.q() - f.start.q()), last = retreat(way, third, stretched(f.end_velocity));
-        const Vec3<V> velocity = stretched(f.start_velocity);
+        const Vec3<V> way = stretched(f.end.q() - f.start.q()), last = retreat(way, third, stretched(f.end.velocity));
+        const Vec3<V> velocity = stretched(f.start.velocity);
         const V first = third * third * dot(velocity, velocity);
         return root(max(max(first, dot(last, last)), dot(way, way)));
     }
@@ -152,6 +160,7 @@ private:
             to_floats(pick(from_bits<V>(fresh_), min(V(S(0.5)), least / length), V(S(0))), segments.near);
         }
         fresh_ &= ~now;
+        skip_what_lies_beyond(a, b, segments);
         double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
         std::fill_n(begin, W, 0.0), std::fill_n(length, W, 1.0);
         for (const int i : lanes_in(now & ~to_bits(size < V(S(far_away))))) {
@@ -167,6 +176,17 @@ private:
         return hits;
     }
 
+    /// Of a segment that comes from beyond the escape sphere nothing counts before it enters that.
+    void skip_what_lies_beyond(const Vec3<V>& a, const Vec3<V>& b, Segments<W>& segments) const {
+        const S radius = S(task_.job.escape_radius);
+        const MaskOf<V> beyond = dot(a, a) > V(radius * radius);
+        if (!any(beyond)) return;
+        const V entry = chord_fraction(sphere_level(V(radius)), a, b, V(S(0)));
+        float entries[W];
+        to_floats(pick(beyond & (entry > V(S(0))) & (entry < V(S(1))), entry, V(S(0))), entries);
+        for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);
+    }
+
     /// Cuts a segment down, in double, to the cube ±far_away/2 around the scene; false when it misses it.
     bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, double& begin, double& length) const {
         const double head[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
@@ -180,6 +200,7 @@ private:
         }
         if (!(enter < leave)) return false;
         begin = enter, length = leave - enter;
+        segments.near[i] = float(std::clamp((double(segments.near[i]) - begin) / length, 0.0, 1.0));
         for (int k = 0; k < 3; ++k) segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(length * dir[k]);
         return true;
     }

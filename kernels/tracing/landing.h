@@ -26,18 +26,19 @@ public:
     std::uint64_t waiting = 0;
     std::uint64_t unrefined = 0;
     std::uint64_t captured = 0;
-    std::uint64_t lost = 0;    ///< lanes whose partial step has no solution, or never arrives: the step was far too long
+    std::uint64_t lost = 0;    ///< lanes whose partial step has no solution, loses H, or never arrives: the step was far too long
+    Leg<V> whole;              ///< after `land` the waiting lanes' last steps, all of them
 
     explicit Landing(const Task<V>& task) : task_(task) {}
 
     /// Nobody waits any more.
-    void clear() { waiting = unrefined = lost = captured = edge_ = 0; }
+    void clear() { waiting = unrefined = lost = captured = edge_ = lossy_ = 0; }
 
     /// The step of `from` for the lanes that have been told to wait since the last call.
     void take(const Flow<V>& from, std::uint64_t lanes) {
         Leg<V>& leg = flow;
         if (waiting == lanes) leg = from;  // every other lane holds something harmless
-        else copy_lanes<V>(leg, static_cast<const Leg<V>&>(from), from_bits<V>(lanes));
+        else leg.take(from, from_bits<V>(lanes));
         if (task_.own_curve) take_curve(task_.curve(from), from_bits<V>(lanes));
     }
     /// Lanes that meet `level` within fractions [lo, hi] of their step, probably at s.
@@ -51,7 +52,8 @@ public:
     /// zero.
     void wait_for_edge(const Flow<V>& from, std::uint64_t lanes, Edge edge) {
         const bool capture = edge == Edge::capture;
-        const V inside = capture ? from.start_captured : from.start_domain, outside = capture ? from.captured : from.domain;
+        const auto height = [&](const Waypoint<V>& at) { return capture ? at.captured : at.domain; };
+        const V inside = height(from.start), outside = height(from.end);
         wait(lanes, Level<V>::none(), V(S(0)), V(S(1)), inside / (inside - outside));
         take(from, lanes);
         edge_ |= lanes;
@@ -64,16 +66,16 @@ public:
         s_ = pick(mask, s_, V(S(0)));
         const V full = pick(mask, flow.h, V(S(0)));
         flow.h = full;
-        if (task_.job.hit == HitModel::chord) return interpolate(mask, flow);
-        const Leg<V> whole = flow;
+        whole = flow;
+        if (task_.job.hit == HitModel::chord) return interpolate(mask);
         if (!task_.own_curve) curve_ = Curve<V>::hermite(flow);
         const Vec3<V> begin = curve_.at(lo_), piece = curve_.at(hi_) - begin, on_chord = advance(begin, (s_ - lo_) / (hi_ - lo_), piece);
         go_beside(mask, on_chord, piece);
         const V beside = s_;
         refine_on_curve(mask);
-        if (edge_) deliver_to_edge(full, whole);
+        if (edge_) deliver_to_edge(full);
         deliver(mask, full);
-        keep_grazing_hits(whole, beside, on_chord);
+        keep_grazing_hits(beside, on_chord);
     }
 
 private:
@@ -93,16 +95,26 @@ private:
         s_ = pick(mask & !from_bits<V>(edge_), s, s_);
     }
 
-    /// Newton on the dense output, kept inside the piece that was hit.
+    /// Newton on the dense output, kept inside the piece that was hit; where the ends of that lie on both sides of the surface, between places
+    /// that do.
     void refine_on_curve(const MaskOf<V>& mask) {
-        const V margin = V(S(0.25)) * (hi_ - lo_), least = lo_ - margin, greatest = hi_ + margin;
-        V s = s_;
-        for (int i = 0; i < 3; ++i) {
+        const V length = hi_ - lo_, margin = V(S(0.25)) * length, least = max(lo_ - margin, V(least_fraction)), greatest = hi_ + margin, half(S(0.5));
+        const V side = level_.value(curve_.at(lo_)), close = V(S(1.0 / 16)) * length;
+        const MaskOf<V> smooth = mask & !from_bits<V>(edge_), crossing = smooth & (side * level_.value(curve_.at(hi_)) < V(S(0)));
+        V s = s_, before = lo_, behind = hi_;
+        MaskOf<V> far = crossing;  // those that three steps do not bring close; the others stay, however long these take
+        for (int i = 0; i < 3 || (i < max_corrections && any(far)); ++i) {
+            const MaskOf<V> moving = i < 3 ? always<V>() : far;
             const Vec3<V> q = curve_.at(s);
-            const V next = s - level_.value(q) / level_.slope(q, curve_.slope(s));
-            s = pick(is_finite(next), min(max(next, least), greatest), s);
+            const V value = level_.value(q), next = s - value / level_.slope(q, curve_.slope(s));
+            const MaskOf<V> short_of = side * value > V(S(0));
+            before = pick(short_of, s, before), behind = pick(short_of, behind, s);
+            const V middle = half * (before + behind), between = pick((next >= before) & (next <= behind), next, middle);
+            const V free = pick(is_finite(next), min(max(next, least), greatest), s), last = s;
+            s = pick(moving, pick(crossing, between, free), s);
+            far = crossing & moving & (abs(s - last) > close);
         }
-        const MaskOf<V> inside = (s > least) & (s < greatest), smooth = mask & !from_bits<V>(edge_);
+        const MaskOf<V> inside = (s > least) & (s < greatest);
         unrefined = to_bits(smooth & !inside);
         s_ = pick(smooth & inside, s, s_);
     }
@@ -126,12 +138,13 @@ private:
         if (!task_.resumes) task_.begin(flow);
         for (int i = 0; i < max_corrections; ++i) {
             task_.step(flow);
-            copy_lanes<V>(arrived, static_cast<Arrival<V>&>(flow), moving);
-            const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end_velocity);
-            const V s = max(min(s_ - rest / full, V(S(1.25))), V(S(-0.25)));
+            arrived.take(flow, moving);
+            const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end.velocity);
+            const V s = max(min(s_ - rest / full, V(greatest_fraction)), V(least_fraction));
             const MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
-            lost |= to_bits(open & !usable);
-            open = open & usable;
+            if (flow.test_energy) lossy_ |= to_bits(open & usable & !flow.energy_holds);
+            lost |= to_bits(open & !usable) | lossy_;
+            open = open & usable & !from_bits<V>(lossy_);
             const MaskOf<V> there = open & (abs(s - s_) <= (i > 0 ? close : close_at_once));
             if (any(there)) go_straight(arrived, (s - s_) * full, there);
             s_ = pick(there, s, s_), open = open & !there;
@@ -142,7 +155,7 @@ private:
             s_ = pick(open, s, s_);
         }
         lost |= to_bits(open);
-        copy_lanes<V>(static_cast<Arrival<V>&>(flow), arrived, mask);
+        static_cast<Arrival<V>&>(flow).take(arrived, mask);
     }
 
     /// From the end of the step just taken a little further, everything at the rate that it had in that step; no further than that
@@ -150,30 +163,30 @@ private:
     void go_straight(Arrival<V>& arrived, const V& length, const MaskOf<V>& lanes) {
         const V one(S(1)), zero(S(0)), left = pick(lanes, length, zero);
         const V share = pick(lanes & (abs(flow.h) > zero), max(min(left / flow.h, one), -one), zero);
-        const Vec3<V> q = advance(arrived.end.q(), left, flow.end_velocity);
-        const V beside = level_.value(q) / level_.slope(q, flow.end_velocity), way = pick(lanes & is_finite(beside), left - beside, left);
+        const Vec3<V> q = advance(arrived.end.q(), left, flow.end.velocity);
+        const V beside = level_.value(q) / level_.slope(q, flow.end.velocity), way = pick(lanes & is_finite(beside), left - beside, left);
         const auto further = [&](const V& from, const V& to, V& end) { end = mul_add(share, to - from, end); };
-        arrived.end.set(advance(arrived.end.q(), way, flow.end_velocity), arrived.end.p());
+        arrived.end.set(advance(arrived.end.q(), way, flow.end.velocity), arrived.end.p());
         for (int k = 3; k < 6; ++k) further(flow.start.y[k], flow.end.y[k], arrived.end.y[k]);
-        further(flow.start_velocity.x, flow.end_velocity.x, arrived.end_velocity.x);
-        further(flow.start_velocity.y, flow.end_velocity.y, arrived.end_velocity.y);
-        further(flow.start_velocity.z, flow.end_velocity.z, arrived.end_velocity.z);
-        further(flow.start_parameter, flow.end_parameter, arrived.end_parameter);
+        further(flow.start.velocity.x, flow.end.velocity.x, arrived.end.velocity.x);
+        further(flow.start.velocity.y, flow.end.velocity.y, arrived.end.velocity.y);
+        further(flow.start.velocity.z, flow.end.velocity.z, arrived.end.velocity.z);
+        further(flow.start.parameter, flow.end.parameter, arrived.end.parameter);
     }
 
     /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.
-    void deliver_to_edge(const V& full, const Leg<V>& whole) {
+    void deliver_to_edge(const V& full) {
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_), capture = from_bits<V>(captured);
         MaskOf<V> open = edge;
-        V last_s(zero), last_height = pick(capture, flow.start_captured, flow.start_domain), inside(zero), outside(S(1));
+        V last_s(zero), last_height = pick(capture, flow.start.captured, flow.start.domain), inside(zero), outside(S(1));
         for (int i = 0; i < max_corrections; ++i) {
             if (!task_.resumes) task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = pick(edge, s_ * full, zero);
             const V before = flow.gradients;
             task_.step(flow);
             flow.gradients = pick(open, flow.gradients, before);
-            const V height = pick(capture, flow.captured, flow.domain);
+            const V height = pick(capture, flow.end.captured, flow.end.domain);
             const V guess = s_ - height * (s_ - last_s) / (height - last_height);
             inside = pick(height > zero, s_, inside), outside = pick(height > zero, outside, s_);
             const V next = pick((guess > inside) & (guess <= outside), guess, V(S(0.5)) * (inside + outside));
@@ -187,40 +200,42 @@ private:
         }
         if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));
         // Captured it is all the same.
-        copy_lanes<V>(static_cast<Arrival<V>&>(flow), static_cast<const Arrival<V>&>(whole), from_bits<V>(lost & captured));
+        static_cast<Arrival<V>&>(flow).take(whole, from_bits<V>(lost & captured));
         lost &= ~captured;
         task_.go_on(flow, edge);
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.
-    void keep_grazing_hits(const Leg<V>& whole, const V& beside, const Vec3<V>& on_chord) {
-        const std::uint64_t smooth = lost & ~edge_;
+    void keep_grazing_hits(const V& beside, const Vec3<V>& on_chord) {
+        const std::uint64_t smooth = lost & ~edge_ & ~lossy_;
         if (!smooth) return;
         const Vec3<V> way = whole.end.q() - whole.start.q();
         const V away = level_.value(curve_.at(beside)), near(S(0.01));
         const std::uint64_t grazing = smooth & to_bits(away * away <= near * near * dot(way, way));
         const MaskOf<V> here = from_bits<V>(grazing);
         s_ = pick(here, beside, s_);
-        interpolate(here, whole);
+        interpolate(here);
         flow.end.set(pick<V>(here, on_chord, flow.end.q()), flow.end.p());
         unrefined |= grazing;
         lost &= ~grazing;
     }
 
     /// On the chord itself: straight-line interpolation between the ends of the whole step.
-    void interpolate(const MaskOf<V>& mask, const Leg<V>& whole) {
+    void interpolate(const MaskOf<V>& mask) {
         const Vec3<V> way = whole.end.q() - whole.start.q();
         for (int k = 0; k < 6; ++k)
             flow.end.y[k] = pick(mask, mul_add(s_, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), flow.end.y[k]);
-        flow.end_parameter = pick(mask, mul_add(s_, whole.end_parameter - whole.start_parameter, whole.start_parameter), flow.end_parameter);
-        flow.end_velocity = pick<V>(mask, way, flow.end_velocity);
+        flow.end.parameter = pick(mask, mul_add(s_, whole.end.parameter - whole.start.parameter, whole.start.parameter), flow.end.parameter);
+        flow.end.velocity = pick<V>(mask, way, flow.end.velocity);
     }
 
     static constexpr int max_corrections = 30;
+    /// Of a step, beyond which nothing is sought: what lies before its start was met by the step before.
+    static constexpr S least_fraction = S(-1e-3), greatest_fraction = S(1.25);
 
     const Task<V>& task_;
     Curve<V> curve_;  ///< of the waiting lanes' last steps
-    std::uint64_t edge_ = 0;
+    std::uint64_t edge_ = 0, lossy_ = 0;
     Level<V> level_ = Level<V>::none();
     V lo_ = S(0), hi_ = S(0), s_ = S(0);
 };

@@ -46,8 +46,11 @@ public:
         if (task_.passes() && active_) pass();
         if (active_) landing_.emplace(task_);
     }
-    /// Whether any ray goes on.
-    bool goes_on() const { return active_ != 0; }
+    /// Whether any ray goes on. When none does those that wait are landed, and what cannot land goes on from where its last step began.
+    bool goes_on() {
+        if (!active_ && landing_) land();
+        return active_ != 0;
+    }
     /// One step; into lanes that are done new rays come, where the job wants them.
     void step(RayQueue<W>& queue) {
         constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
@@ -56,10 +59,9 @@ public:
     }
     /// Counts a step that others take while all rays here are done.
     void idle() { counters_.issued_lane_steps += W; }
-    /// Lands the rays that wait, and tells what can be told only now.
+    /// Tells what can be told only when no ray goes on.
     void finish() {
         if (!filled_) return;
-        if (landing_) land();
         tell_occupancy(filled_);
         if (encounter_) counters_.query_ticks += encounter_->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
@@ -87,8 +89,10 @@ private:
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
     std::uint64_t wait_for_surface(std::uint64_t hits);
+    std::uint64_t excursions(std::uint64_t lanes, V& exit, V& farthest) const;
     void leave_sphere(std::uint64_t lanes);
     void land();
+    std::uint64_t go_back(std::uint64_t lanes);
     void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
     void tell_iterations(int lane, const V& now);
     void tell_occupancy(std::uint64_t lanes);
@@ -108,6 +112,7 @@ private:
     V tried_h_, tried_side_;        ///< of lanes that search for the crease: their last try
     std::uint64_t active_ = 0;
     std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
+    std::uint64_t outward_ = 0;     ///< lanes whose rays move away from the origin where their step starts
     V steps_;                       ///< whole numbers up to `most_counted`, exactly
     V iterations_before_, iterations_after_;  ///< Flow::open_iterations when the lane's ray entered, and left to wait: idle lanes count on
     std::uint64_t active_before_ = 0, issued_before_ = 0;  ///< lane-steps, when the packet began
@@ -144,11 +149,11 @@ void PacketTracer<V>::advance_once() {
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(active_));
     task_.step(flow_);
-    const std::uint64_t finite = to_bits(is_finite(sum_of_all(flow_.end, flow_.end_velocity))), solved = to_bits(flow_.solved);
+    const std::uint64_t finite = to_bits(is_finite(sum_of_all(flow_.end, flow_.end.velocity))), solved = to_bits(flow_.solved);
     const bool adaptive = task_.method.info.adaptive && !task_.straight;
     const std::uint64_t accepted = adaptive ? to_bits(flow_.accepted) : active_;
     // Beyond the medium's edge H means nothing.
-    const std::uint64_t lossy = flow_.test_energy ? accepted & ~to_bits(flow_.energy_holds | (flow_.domain <= V(S(0)))) : 0;
+    const std::uint64_t lossy = flow_.test_energy ? accepted & ~to_bits(flow_.energy_holds | (flow_.end.domain <= V(S(0)))) : 0;
     std::uint64_t moving = active_ & finite & solved & ~lossy;
     if (moving != active_) retry(active_ & ~moving, active_ & ~solved, lossy & finite & solved);
     if (adaptive) {
@@ -159,7 +164,10 @@ void PacketTracer<V>::advance_once() {
     if (task_.kernel.creased) moving &= ~repeat_to_crease(moving);
     const MaskOf<V> moved = from_bits<V>(moving);
     steps_ = pick(moved, steps_ + V(S(1)), steps_);
-    if (flow_.want_energy) worst_energy_ = pick(moved, max(worst_energy_, flow_.energy_error), worst_energy_);
+    if (flow_.want_energy) {
+        const MaskOf<V> meant = moved & (flow_.end.domain > V(S(0)));
+        worst_energy_ = pick(meant, max(worst_energy_, flow_.energy_error), worst_energy_);
+    }
     const std::uint64_t staying = moving & ~leave(moving);
     report_path(flow_, staying, false);
     commit(moving, staying);
@@ -169,25 +177,42 @@ void PacketTracer<V>::advance_once() {
 template <class V>
 std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
     std::uint64_t staying = moving;
-    if (encounter_) staying &= ~wait_for_surface(encounter_->meet(flow_, moving));
-    const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.domain <= V(S(0))) : 0;
+    const Vec3<V> q = flow_.end.q();
+    const std::uint64_t outward = to_bits(dot(q, flow_.end.velocity) > V(S(0)));
+    V exit, farthest;
+    std::uint64_t away = moving & outward_ & ~outward;
+    if (away) away = excursions(away, exit, farthest);
+    if (encounter_) {
+        std::uint64_t hits = encounter_->meet(flow_, moving);
+        if (away & hits) hits &= ~(away & to_bits(exit < encounter_->place()));
+        staying &= ~wait_for_surface(hits);
+    }
+    if (away &= staying) {
+        landing_->wait(away, sphere_level(V(S(job_.escape_radius))), V(S(0)), farthest, exit);
+        landing_->take(flow_, away);
+    }
+    staying &= ~away;
+    const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.end.domain <= V(S(0))) : 0;
     if (beyond) landing_->wait_for_edge(flow_, beyond, Edge::domain);
     staying &= ~beyond;
-    const std::uint64_t outside = staying & to_bits(leaves_space(flow_.end.q(), flow_.end_velocity));
+    std::uint64_t outside = staying & to_bits(is_beyond(q));
+    if (outside) outside &= to_bits(leaves_space(q, flow_.end.velocity) | !is_beyond(flow_.start.q()));
     if (outside) leave_sphere(outside);
     staying &= ~outside;
-    const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.captured <= V(S(0))) : 0;
+    const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.end.captured <= V(S(0))) : 0;
     if (captured) landing_->wait_for_edge(flow_, captured, Edge::capture);
     staying &= ~captured;
     std::uint64_t limited = 0;
     if (std::isfinite(job_.parameter_limit)) {
         const S limit = S(job_.parameter_limit);
-        limited = staying & to_bits(flow_.end_parameter >= V(limit * (1 - 4 * machine_epsilon<S>)));
-        flow_.end_parameter = pick(from_bits<V>(limited), V(limit), flow_.end_parameter);
+        limited = staying & to_bits(flow_.end.parameter >= V(limit * (1 - 4 * machine_epsilon<S>)));
+        flow_.end.parameter = pick(from_bits<V>(limited), V(limit), flow_.end.parameter);
     }
     limited |= staying & to_bits(steps_ >= V(std::min(S(job_.max_steps), most_counted)));
     retire(flow_, limited, Status::step_limit);
-    return moving & ~(staying & ~limited);
+    staying &= ~limited;
+    outward_ = (outward_ & ~staying) | (outward & staying);
+    return moving & ~staying;
 }
 
 /// The step of `lanes` becomes the start of the next for those that stay.

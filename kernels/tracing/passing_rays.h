@@ -11,7 +11,7 @@ void PacketTracer<V>::pass() {
     Passage<V> way;
     way.h = nominal_, way.radius = job_.escape_radius, way.max_steps = job_.max_steps;
     task_.pass(flow_, way);
-    const std::uint64_t usable = active_ & to_bits(is_finite(sum_of_all(flow_.end, flow_.end_velocity)) & flow_.energy_holds);
+    const std::uint64_t usable = active_ & to_bits(is_finite(sum_of_all(flow_.end, flow_.end.velocity)) & flow_.energy_holds);
     const MaskOf<V> here = from_bits<V>(usable);
     steps_ = pick(here, way.steps, steps_);
     worst_energy_ = pick(here, flow_.energy_error, worst_energy_);

@@ -32,6 +32,32 @@ MaskOf<V> PacketTracer<V>::is_beyond(const Vec3<V>& q) const {
     return (square > V(S(job_.escape_radius) * S(job_.escape_radius))) | (square < V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
 }
 
+/// Those of `lanes`, which turn back inward during their step, that leave the escape sphere before; `exit` is where, and `farthest` where they
+/// are farthest out, as fractions of the step.
+template <class V>
+std::uint64_t PacketTracer<V>::excursions(std::uint64_t lanes, V& exit, V& farthest) const {
+    const V radius2(S(job_.escape_radius) * S(job_.escape_radius)), zero(S(0)), one(S(1)), half(S(0.5));
+    const Vec3<V> a = flow_.start.q(), b = flow_.end.q();
+    lanes &= to_bits((dot(a, a) < radius2) & (dot(b, b) < radius2));
+    if (!lanes) return 0;
+    const Curve<V> curve = task_.curve(flow_);
+    lanes &= to_bits(curve.reach2({zero, zero, zero}, {one, one, one}) > radius2);
+    if (!lanes) return 0;
+    const auto bisect = [&](const V& until, const auto& is_before) {
+        V before = zero, behind = until;
+        for (int i = 0; i < 12; ++i) {
+            const V middle = half * (before + behind);
+            const MaskOf<V> still = is_before(middle);
+            before = pick(still, middle, before), behind = pick(still, behind, middle);
+        }
+        return behind;
+    };
+    const auto square = [&](const V& s) { const Vec3<V> q = curve.at(s); return dot(q, q); };
+    farthest = bisect(one, [&](const V& s) { return dot(curve.at(s), curve.slope(s)) > zero; });
+    exit = bisect(farthest, [&](const V& s) { return square(s) < radius2; });
+    return lanes & to_bits(square(farthest) > radius2);
+}
+
 /// Lanes whose step leads out of the escape sphere wait for it, except those that come from beyond it and pass it by.
 template <class V>
 void PacketTracer<V>::leave_sphere(std::uint64_t lanes) {
@@ -53,17 +79,44 @@ void PacketTracer<V>::land() {
     if (!landing.waiting) return;
     const Stopwatch watch(job_.timed, counters_.landing_ticks);
     landing.land();
-    if (flow_.want_energy) worst_energy_ = max(worst_energy_, landing.flow.energy_error);
-    const std::uint64_t there = landing.waiting & ~landing.lost, hits = there & fell_on_surface_, captured = there & landing.captured;
-    retire(landing.flow, landing.waiting & landing.lost, Status::failed, Failure::not_landed);
+    const std::uint64_t lost = landing.waiting & landing.lost, again = lost ? go_back(lost) : 0, ended = landing.waiting & ~again;
+    if (flow_.want_energy) worst_energy_ = pick(from_bits<V>(ended), max(worst_energy_, landing.flow.energy_error), worst_energy_);
+    const std::uint64_t there = landing.waiting & ~lost, hits = there & fell_on_surface_, captured = there & landing.captured;
+    retire(landing.flow, lost & ~again, Status::failed, Failure::not_landed);
     retire(landing.flow, hits, Status::hit);
     retire(landing.flow, captured, Status::captured);
     retire(landing.flow, there & ~(hits | captured), Status::escaped);
-    for (const int i : lanes_in(landing.waiting)) tell_iterations(i, iterations_after_);
+    for (const int i : lanes_in(ended)) tell_iterations(i, iterations_after_);
     for (const int i : lanes_in(there)) ends_[i]->unrefined = (landing.unrefined >> i) & 1;
     for (const int i : lanes_in(hits)) {
         ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
     }
+    fell_on_surface_ &= ~again;
+    landing.clear();
+}
+
+/// Lanes whose step cannot be ended where it should be: it was too long. They take half of it from where it began; returned are those that
+/// have not been halved too often.
+template <class V>
+std::uint64_t PacketTracer<V>::go_back(std::uint64_t lanes) {
+    constexpr std::uint16_t worth = 16;  // halvings elsewhere cost a step, not a landing
+    std::uint64_t again = 0;
+    for (const int i : lanes_in(lanes)) {
+        all_halvings_[i] = static_cast<std::uint16_t>(all_halvings_[i] + worth);
+        if (halvings_[i]++ < max_halvings && all_halvings_[i] < most_halvings) again |= std::uint64_t(1) << i;
+    }
+    if (!again) return 0;
+    const Leg<V>& whole = landing_->whole;
+    const MaskOf<V> here = from_bits<V>(again);
+    flow_.take(whole, here);
+    nominal_ = pick(here, task_.method.info.adaptive ? whole.h : V(S(job_.step)), nominal_);
+    steps_ = pick(here, steps_ - V(S(1)), steps_);
+    const std::uint64_t outward = to_bits(dot(flow_.start.q(), flow_.start.velocity) > V(S(0)));
+    outward_ = (outward_ & ~again) | (outward & again);
+    if (encounter_) encounter_->go_back(again);
+    active_ |= again, repeated_ |= again;
+    restart(again, whole.h * V(S(0.5)));
+    return again;
 }
 
 /// Ends a ray that starts so far out that its numbers may not fit the packet's.
@@ -77,13 +130,19 @@ void PacketTracer<V>::retire_far_out(const RayStarts<W>& starts, int lane) {
     e.pt = y(6), e.parameter = e.energy_error = 0;
 }
 
-/// Writes the ends of the rays of `lanes` from the end of the step in `f`.
+/// Writes the ends of the rays of `lanes` from the end of the step in `f`. Those that have left the numbers have none, but where they are
+/// captured all the same.
 template <class V>
 void PacketTracer<V>::retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure) {
+    if (status != Status::failed && status != Status::captured) {
+        const std::uint64_t finite = lanes & to_bits(is_finite(sum_of_all(f.end, f.end.velocity)));
+        if (finite != lanes) retire(f, lanes & ~finite, Status::failed, Failure::not_finite);
+        lanes = finite;
+    }
     if (!lanes) return;
-    const V square = dot(f.end_velocity, f.end_velocity), inverse = V(S(1)) / sqrt(square);
+    const V square = dot(f.end.velocity, f.end.velocity), inverse = V(S(1)) / sqrt(square);
     const V usable = pick(is_finite(inverse), inverse, V(S(0)));
-    const Vec3<V> along = usable * f.end_velocity;
+    const Vec3<V> along = usable * f.end.velocity;
     for (; lanes; lanes &= lanes - 1) {
         const int i = __builtin_ctzll(lanes);
         RayEnd& e = *ends_[i];
@@ -91,7 +150,7 @@ void PacketTracer<V>::retire(const Flow<V>& f, std::uint64_t lanes, Status statu
         for (int k = 0; k < 3; ++k) e.q[k] = double(get_lane(f.end.y[k], i)), e.p[k] = double(get_lane(f.end.y[3 + k], i));
         e.v[0] = v.x, e.v[1] = v.y, e.v[2] = v.z;
         e.pt = double(get_lane(f.start.y[6], i));
-        e.parameter = double(get_lane(f.end_parameter, i));
+        e.parameter = double(get_lane(f.end.parameter, i));
         e.energy_error = double(get_lane(worst_energy_, i));
         e.steps = static_cast<std::uint32_t>(get_lane(steps_, i));
         e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, i));
@@ -127,11 +186,11 @@ template <class V>
 void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start) {
     if (!job_.path_sink) return;
     const State<V>& state = at_start ? f.start : f.end;
-    const Vec3<V>& velocity = at_start ? f.start_velocity : f.end_velocity;
+    const Vec3<V>& velocity = at_start ? f.start.velocity : f.end.velocity;
     for (const int i : lanes_in(lanes)) {
         PathPoint point{};
         point.ray = numbers_[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(steps_, i));
-        point.parameter = double(get_lane(at_start ? f.start_parameter : f.end_parameter, i));
+        point.parameter = double(get_lane(at_start ? f.start.parameter : f.end.parameter, i));
         for (int k = 0; k < 3; ++k) point.q[k] = double(get_lane(state.y[k], i)), point.p[k] = double(get_lane(state.y[3 + k], i));
         const Vec3<double> v = lane_of(velocity, i);
         const double inverse = 1 / norm(v);

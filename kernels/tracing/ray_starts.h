@@ -23,7 +23,7 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     tried_h_ = tried_side_ = V(S(0));
     put(starts, lanes, flow_);
     task_.begin(flow_);
-    flow_.end = flow_.start, flow_.end_velocity = flow_.start_velocity;
+    flow_.end = flow_.start;
     worst_energy_ = flow_.energy_error;
     enter(starts, lanes);
     return true;
@@ -33,7 +33,6 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
 template <class V>
 void PacketTracer<V>::refill(RayQueue<W>& queue) {
     land();
-    landing_->clear();
     tell_occupancy(~active_ & filled_);
     RayStarts<W> starts;
     const std::uint64_t lanes = queue.take(~active_ & all_lanes<W>, starts, ends_, numbers_);
@@ -42,9 +41,9 @@ void PacketTracer<V>::refill(RayQueue<W>& queue) {
     Flow<V> fresh = flow_;
     put(starts, lanes, fresh);
     task_.begin(fresh);
-    fresh.end = fresh.start, fresh.end_velocity = fresh.start_velocity;
+    fresh.end = fresh.start;
     const MaskOf<V> here = from_bits<V>(lanes);
-    copy_lanes<V>(static_cast<Leg<V>&>(flow_), static_cast<const Leg<V>&>(fresh), here);
+    flow_.take(fresh, here);
     for (int i = 0; i < max_stages; ++i)
         for (int k = 0; k < 6; ++k) flow_.stage[i][k] = pick(here, fresh.stage[i][k], flow_.stage[i][k]);
     filled_ |= lanes;
@@ -64,27 +63,30 @@ void PacketTracer<V>::put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& fl
     const V zero(S(0));
     starts.fill_up(lanes);
     for (int k = 0; k < 7; ++k) flow.start.y[k] = lanes_of<V>(starts.y[k]);
-    for (int k = 0; k < 6; ++k) flow.carry[k] = flow.next_carry[k] = zero;
-    flow.start_parameter = flow.end_parameter = flow.gradients = flow.energy_error = flow.energy = zero;
+    for (V& c : flow.start.carry) c = zero;
+    flow.start.parameter = flow.end.parameter = flow.gradients = flow.energy_error = flow.energy = zero;
 }
 
 /// New rays of `lanes` become active, except those that end where they start: unusable and captured ones, and those that start outside
 /// the medium, or beyond the escape sphere moving outward.
 template <class V>
 void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
-    std::uint64_t usable = lanes & to_bits(is_finite(sum_of_all(flow_.start, flow_.start_velocity)));
+    std::uint64_t usable = lanes & to_bits(is_finite(sum_of_all(flow_.start, flow_.start.velocity)));
     for (int i = 0; i < W; ++i) usable &= ~(std::uint64_t(starts.failure[i] != Failure::none) << i);
     usable &= ~(starts.captured | starts.escaped);
     const std::uint64_t away =
-        usable & to_bits(leaves_space(flow_.start.q(), flow_.start_velocity) | (flow_.start_domain <= V(S(0))));
-    const std::uint64_t captured = usable & ~away & to_bits(flow_.captured <= V(S(0)));
+        usable & to_bits(leaves_space(flow_.start.q(), flow_.start.velocity) | (flow_.start.domain <= V(S(0))));
+    const std::uint64_t captured = usable & ~away & to_bits(flow_.start.captured <= V(S(0)));
     report_path(flow_, away | captured, true);
     for (const int i : lanes_in(lanes & ~usable)) {
         const std::uint64_t lane = std::uint64_t(1) << i;
         const Failure failure = starts.failure[i];
         if (starts.captured & lane) retire(flow_, lane, Status::captured);
         else if (starts.escaped & lane) retire_far_out(starts, i);
-        else retire(flow_, lane, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
+        else {
+            retire(flow_, lane, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
+            ends_[i]->energy_error = std::numeric_limits<double>::quiet_NaN();  // of no ray
+        }
     }
     retire(flow_, away, Status::escaped);
     retire(flow_, captured, Status::captured);
@@ -92,6 +94,8 @@ void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     const MaskOf<V> here = from_bits<V>(lanes);
     nominal_ = pick(here, pick(from_bits<V>(entered), V(S(job_.step)), V(S(0))), nominal_);
     active_ |= entered;
+    const std::uint64_t outward = to_bits(dot(flow_.start.q(), flow_.start.velocity) > V(S(0)));
+    outward_ = (outward_ & ~lanes) | (outward & lanes);
     make_harmless(all_lanes<W> & ~active_ & ~usable);
     flow_.h = pick(here, step_length(), flow_.h);
     report_path(flow_, entered, true);
@@ -104,13 +108,10 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
     const int donor = __builtin_ctzll(active_);
     for (int i = 0; i < W; ++i) {
         if (!((lanes >> i) & 1)) continue;
-        const auto copy = [&](V& v) { set_lane(v, i, get_lane(v, donor)); };
-        for (V& y : flow_.start.y) copy(y);
-        for (V& c : flow_.carry) copy(c);
-        copy(flow_.start_velocity.x), copy(flow_.start_velocity.y), copy(flow_.start_velocity.z), copy(flow_.start_domain);
-        copy(flow_.start_captured), copy(flow_.start_side), copy(flow_.start_scale), copy(flow_.start_energy_terms);
+        const auto copy = [&](V& v, const V& from) { set_lane(v, i, get_lane(from, donor)); };
+        Waypoint<V>::each(flow_.start, flow_.start, copy);
         for (auto& stage : flow_.stage)
-            for (V& g : stage) copy(g);
+            for (V& g : stage) copy(g, g);
     }
 }
 
@@ -119,20 +120,20 @@ template <class V>
 V PacketTracer<V>::bounded_step_length() const {
     V h = nominal_;
     if (task_.straight) {
-        const Vec3<V> q = flow_.start.q(), v = flow_.start_velocity;
+        const Vec3<V> q = flow_.start.q(), v = flow_.start.velocity;
         const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));
         // Twice the distance where a ray still comes in from outside; every straight ray ends within two such steps.
         const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
         h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
     }
     if (task_.kernel.scaled && !task_.straight) {
-        const V square = dot(flow_.start_velocity, flow_.start_velocity);
-        const MaskOf<V> longer = h * h * square > flow_.start_scale * flow_.start_scale;
-        if (any(longer)) h = pick(longer, flow_.start_scale / sqrt(square), h);
+        const V square = dot(flow_.start.velocity, flow_.start.velocity);
+        const MaskOf<V> longer = h * h * square > flow_.start.scale * flow_.start.scale;
+        if (any(longer)) h = pick(longer, flow_.start.scale / sqrt(square), h);
     }
     if (std::isfinite(job_.parameter_limit)) {
         // The last step ends at the limit, without a sliver of another one behind it.
-        const V left = V(S(job_.parameter_limit)) - flow_.start_parameter;
+        const V left = V(S(job_.parameter_limit)) - flow_.start.parameter;
         h = pick(left <= h * V(S(1 + 1e-6)), pick(h > V(S(0)), left, h), h);
     }
     return h;

@@ -14,14 +14,14 @@ namespace kagero {
 /// is by the secant through the last two tries.
 template <class V>
 std::uint64_t PacketTracer<V>::repeat_to_crease(std::uint64_t moving) {
-    const V on(S(16) * machine_epsilon<S>), zero(S(0)), one(S(1)), &a = flow_.start_side, &end = flow_.side;
+    const V on(S(16) * machine_epsilon<S>), zero(S(0)), one(S(1)), &a = flow_.start.side, &end = flow_.end.side;
     const MaskOf<V> starts_on = abs(a) <= on, leaves = abs(end) > on;
     const std::uint64_t across = moving & to_bits((a * end < zero) & (abs(a) > on) & leaves);
     const std::uint64_t back = moving & ~across & to_bits(leaves);
     if (!(across | back)) return 0;
     const auto side_at = [&](const V& length) {
         State<V> there = flow_.start;
-        there.set(advance(flow_.start.q(), length, flow_.start_velocity), flow_.start.p());
+        there.set(advance(flow_.start.q(), length, flow_.start.velocity), flow_.start.p());
         return task_.kernel.side(task_.system, there);
     };
     const V middle = side_at(V(S(0.5)) * flow_.h), beyond = side_at(flow_.h), c = V(S(2)) * (a + beyond - V(S(2)) * middle), b = beyond - a - c;
@@ -39,11 +39,11 @@ std::uint64_t PacketTracer<V>::repeat_to_crease(std::uint64_t moving) {
 template <class V>
 V PacketTracer<V>::length_to_crease(std::uint64_t lanes, const V& first) {
     const std::uint64_t fresh = not_yet_rejected(lanes);
-    const V secant = flow_.h - flow_.side * (flow_.h - tried_h_) / (flow_.side - tried_side_);
-    const V chord = flow_.h * flow_.start_side / (flow_.start_side - flow_.side);
+    const V secant = flow_.h - flow_.end.side * (flow_.h - tried_h_) / (flow_.end.side - tried_side_);
+    const V chord = flow_.h * flow_.start.side / (flow_.start.side - flow_.end.side);
     const V next = pick(from_bits<V>(fresh), first, pick((secant > V(S(0))) & (secant < flow_.h), secant, chord));
     const MaskOf<V> here = from_bits<V>(lanes);
-    tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.side, tried_side_);
+    tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.end.side, tried_side_);
     return min(next, V(S(0.98)) * flow_.h);
 }
 
@@ -96,7 +96,7 @@ void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved, std::uint
 template <class V>
 void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
     Flow<V> last = flow_;
-    last.end = last.start, last.end_velocity = last.start_velocity, last.end_parameter = last.start_parameter;
+    last.end = last.start;
     retire(last, lanes & unsolved, Status::failed, Failure::not_converged);
     retire(last, lanes & lossy & ~unsolved, Status::failed, Failure::energy_lost);
     retire(last, lanes & ~(unsolved | lossy), Status::failed, Failure::not_finite);

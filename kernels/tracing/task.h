@@ -15,7 +15,7 @@ struct Task {
     const Job& job;
     const Method& method;
     bool straight;
-    bool carries;  ///< from step to step, Leg::carry
+    bool carries;  ///< from step to step, Waypoint::carry
     bool resumes;  ///< a step starts from its Leg alone, wherever that comes from
     const SpaceKernel<V>& kernel;
     Curve<V> (*own_curve)(const Flow<V>&, const Coefficients&);  ///< null: cubic Hermite, where no other is of higher order
@@ -46,16 +46,17 @@ struct Task {
     void pass(Flow<V>& f, Passage<V>& way) const { kernel.pass[kind()](system, f, method.coefficients, way); }
     /// The end of a step becomes the start of the next.
     void go_on(Leg<V>& f, const MaskOf<V>& lanes) const {
-        for (int k = 0; k < 6; ++k) f.start.y[k] = pick(lanes, f.end.y[k], f.start.y[k]);
+        Waypoint<V>& here = f.start;
+        const Waypoint<V>& there = f.end;
+        const CopyLanes<V> go{lanes};
+        Waypoint<V>::each_of_motion(here, there, go);
+        go(here.energy_terms, there.energy_terms);
         if (carries)
-            for (int k = 0; k < 6; ++k) f.carry[k] = pick(lanes, f.next_carry[k], f.carry[k]);
-        f.start_velocity = pick<V>(lanes, f.end_velocity, f.start_velocity);
-        f.start_parameter = pick(lanes, f.end_parameter, f.start_parameter);
-        if (kernel.bounded) f.start_domain = pick(lanes, f.domain, f.start_domain);
-        if (kernel.capturing) f.start_captured = pick(lanes, f.captured, f.start_captured);
-        f.start_energy_terms = pick(lanes, f.energy_terms, f.start_energy_terms);
-        if (kernel.scaled) f.start_scale = pick(lanes, f.scale, f.start_scale);
-        if (kernel.creased) f.start_side = pick(lanes, f.side, f.start_side);
+            for (int k = 0; k < 6; ++k) go(here.carry[k], there.carry[k]);
+        if (kernel.bounded) go(here.domain, there.domain);
+        if (kernel.capturing) go(here.captured, there.captured);
+        if (kernel.scaled) go(here.scale, there.scale);
+        if (kernel.creased) go(here.side, there.side);
     }
     int kind() const { return static_cast<int>(method.kind); }
     /// Dense output of the step in `f`.

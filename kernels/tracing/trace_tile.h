@@ -9,24 +9,42 @@
 
 namespace kagero {
 
+/// Asks a job after every so many steps whether it is to be given up.
+class Halting {
+public:
+    explicit Halting(const Job& job) : job_(job) {}
+    bool operator()() { return job_.halted && ++steps_ % asked_every == 0 && job_.halted(job_.halted_user); }
+
+private:
+    static constexpr std::uint32_t asked_every = 64;
+    const Job& job_;
+    std::uint32_t steps_ = 0;
+};
+
 /// Traces a tile, packet by packet, or by gangs: packets that take their steps in turn, so that all wait for the longest ray of them. That
 /// is a vector of hundreds of lanes, done a few registers at a time.
 template <int packets = 1, class V>
 void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
+    Halting halted(task.job);
     if constexpr (packets == 1) {
         while (!queue.empty()) {
             PacketTracer<V> packet(task, counters);
             packet.start(queue);
-            while (packet.goes_on()) packet.step(queue);
+            while (packet.goes_on()) {
+                packet.step(queue);
+                if (halted()) return;
+            }
             packet.finish();
         }
     } else {
         std::optional<PacketTracer<V>> gang[packets];
         while (!queue.empty()) {
             for (auto& packet : gang) packet.emplace(task, counters), packet->start(queue);
-            while (std::any_of(gang, gang + packets, [](const auto& packet) { return packet->goes_on(); }))
+            while (std::any_of(gang, gang + packets, [](auto& packet) { return packet->goes_on(); })) {
                 for (auto& packet : gang) packet->goes_on() ? packet->step(queue) : packet->idle();
+                if (halted()) return;
+            }
             for (auto& packet : gang) packet->finish();
         }
     }

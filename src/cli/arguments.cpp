@@ -35,11 +35,14 @@ std::string whole(const std::string& option, const std::string& text) {
     return std::to_string(*number);
 }
 
-/// Who said so: an option, or the variable that stands for it.
-std::string said_by(const char* option, const char* variable, const std::string& text) {
-    const char* value = std::getenv(variable);
-    return value && value == text ? variable : option;
-}
+/// What an option says that a variable of the environment may stand for, and which of the two said it.
+struct Said {
+    std::string by, text;
+    Said(const char* option, const std::string& given, const char* variable) : by(option), text(given) {
+        const char* value = std::getenv(variable);
+        if (given.empty() && value && *value) by = variable, text = value;
+    }
+};
 
 /// The options that are short for a key of the scene, as overrides.
 std::vector<std::string> overrides_of(const Arguments& arguments) {
@@ -65,11 +68,10 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
 
 }  // namespace
 
-void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type,
-                const std::string& variable) {
+void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type) {
     // As scripts give it whose variable is not set.
     const CLI::Validator not_empty([](std::string& text) { return text.empty() ? "an empty value" : ""; }, "");
-    verb.add_option(names, value, what)->type_name(type)->envname(variable)->check(not_empty);
+    verb.add_option(names, value, what)->type_name(type)->check(not_empty);
 }
 
 void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what, const std::string& type) {
@@ -94,8 +96,9 @@ void add_json(CLI::App& verb, Arguments& arguments) {
 }
 
 void add_isa(CLI::App& verb, Arguments& arguments, bool several) {
-    const char* what = several ? "Instruction sets, or all that this processor has; see `kagero list isas`" : "Instruction set; see `kagero list isas`";
-    add_option(verb, "--isa", arguments.isa, what, several ? "A,B" : "NAME", "KAGERO_ISA");
+    const char* what = several ? "Instruction sets, or all that this processor has; see `kagero list isas`; else what KAGERO_ISA says"
+                               : "Instruction set; see `kagero list isas`; else what KAGERO_ISA says";
+    add_option(verb, "--isa", arguments.isa, what, several ? "A,B" : "NAME");
 }
 
 void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
@@ -119,7 +122,7 @@ void add_lanes(CLI::App& verb, Arguments& arguments) {
 }
 
 void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads) {
-    add_option(verb, "--threads", arguments.threads, "Threads; default: " + threads, "N", "KAGERO_THREADS");
+    add_option(verb, "--threads", arguments.threads, "Threads; else what KAGERO_THREADS says, or " + threads, "N");
     add_option(verb, "--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet", "NAME");
     add_option(verb, "--precision", arguments.precision, "Of the integration: double, float, or auto: double, but for pictures that float draws as well", "NAME");
 }
@@ -147,9 +150,11 @@ SceneDescription general_scene_of(Arguments arguments, const Options& options) {
 
 Options options_of(const Arguments& arguments) {
     Options options;
-    if (!arguments.isa.empty()) options.isa = arguments.isa;
-    for (const std::string& isa : split(options.isa, ','))
-        if (isa != "all") require_isa(said_by("--isa", "KAGERO_ISA", arguments.isa), isa);
+    if (const Said isa("--isa", arguments.isa, "KAGERO_ISA"); !isa.text.empty()) {
+        options.isa = isa.text;
+        for (const std::string& one : split(isa.text, ','))
+            if (one != "all") require_isa(isa.by, one);
+    }
     require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "per-ray", "packet"});
     options.strategy = arguments.strategy;
     require_one_of("--precision", arguments.precision, {"auto", "double", "float"});
@@ -158,8 +163,8 @@ Options options_of(const Arguments& arguments) {
     schedules.insert(schedules.begin(), "auto");
     require_one_of("--schedule", arguments.schedule, schedules);
     options.schedule = arguments.schedule;
-    if (!arguments.threads.empty())
-        options.threads = count_of(said_by("--threads", "KAGERO_THREADS", arguments.threads), arguments.threads, most_threads);
+    if (const Said threads("--threads", arguments.threads, "KAGERO_THREADS"); !threads.text.empty())
+        options.threads = count_of(threads.by, threads.text, most_threads);
     if (!arguments.crop.empty()) {
         const auto edges = whole_numbers("--crop", arguments.crop, ',', 4);
         if (edges[0] >= edges[2] || edges[1] >= edges[3])

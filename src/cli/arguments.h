@@ -18,17 +18,15 @@ struct Arguments {
     std::string scene, output, topic;
     std::string json;  ///< "-": stdout
     std::vector<std::string> overrides, cases;
-    std::string threads, isa = "auto", strategy = "auto", precision = "auto";
+    std::string threads, isa, strategy = "auto", precision = "auto";
     std::string integrator, step, size, spp, seed, layers, crop, pixel, lanes;
     std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
     std::string color = "auto";
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
 };
 
-// What CLI11 does, in one place: it takes the compiler longer than everything that a verb says. `variable`: of the environment, and means
-// the same.
-void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type,
-                const std::string& variable = "");
+// What CLI11 does, in one place: it takes the compiler longer than everything that a verb says.
+void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type);
 void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what, const std::string& type);
 void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& what);
 

@@ -18,7 +18,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     // Making the plan reads meshes and textures too, and refuses what cannot be integrated.
     const auto plan = make_plan(scene_of(arguments, options), options);
-    for (const std::string& remark : plan->geometry->remarks()) terminal.warning(remark);
+    for (const std::string& remark : plan->remarks) terminal.warning(remark);
     write_output("-", [&](std::ostream& out) {
         out << arguments.scene << ": valid (" << plan->scene.space.hamiltonian << ", " << plan->scene.integrator.method << ", "
             << plan->scene.objects.size() << " objects, " << plan->scene.film.width << "x" << plan->scene.film.height << ")\n";

@@ -61,7 +61,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     Arguments general = arguments;  // the strategies differ in how they integrate H, which an orbit plane leaves out
     general.lanes.clear();
     const SceneDescription scene = general_scene_of(general, options);
-    check_output(arguments.json);
+    check_outputs({{"--json", arguments.json}}, files_of(scene));
     const Comparison comparison = compare_watched(scene, compared, terminal);
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << compare_text(compared, comparison); });
     if (!arguments.json.empty())

@@ -19,10 +19,11 @@ void declare(CLI::App& app, Arguments& arguments) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
-    check_output(arguments.json);
-    const auto plan = make_plan(scene_of(arguments, options), options);
-    for (const std::string& remark : plan->geometry->remarks()) terminal.warning(remark);
+    SceneDescription scene = scene_of(arguments, options);
+    check_outputs({{"--json", arguments.json}}, files_of(scene));
+    const auto plan = make_plan(std::move(scene), options);
     settle(*plan);
+    for (const std::string& remark : plan->remarks) terminal.warning(remark);
     const bool json = !arguments.json.empty();
     const Explanation explanation = explain(*plan);
     const std::string text = json ? explanation_json(*plan, explanation) : explanation_text(*plan, explanation);

@@ -1,5 +1,6 @@
 // kagero list: what can be chosen.
 #include "cli/verb.h"
+#include "modules/modules.h"
 #include "report/listing.h"
 
 #include <ostream>
@@ -12,7 +13,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     std::string topics;
     for (const std::string& topic : list_topics()) topics += (topics.empty() ? "" : ", ") + topic;
     add_option(app, "TOPIC", arguments.topic, "One of: " + topics + "; default: all", "");
-    add_option(app, "--isa", arguments.isa, "Instruction set whose kernels are listed", "NAME", "KAGERO_ISA");
+    add_isa(app, arguments, false);
     add_json(app, arguments);
     add_messages(app, arguments);
 }
@@ -20,9 +21,10 @@ void declare(CLI::App& app, Arguments& arguments) {
 int run(const Arguments& arguments, const Terminal&) {
     if (!arguments.topic.empty()) require_one_of("list", arguments.topic, list_topics());
     const auto topics = arguments.topic.empty() ? list_topics() : std::vector<std::string>{arguments.topic};
-    const std::string isa = arguments.isa.empty() ? "auto" : arguments.isa;
+    const std::string isa = options_of(arguments).isa;
+    if (isa != "auto") require_isa("--isa", isa);
     const std::string scenes = find_scene_directory();
-    check_output(arguments.json);
+    check_outputs({{"--json", arguments.json}});
     const bool json = !arguments.json.empty();
     const std::string text = json ? listing_json(topics, isa, scenes) : listing_text(topics, isa, scenes);
     write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });

@@ -2,29 +2,57 @@
 #include "error.h"
 #include "film/partial_file.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
 namespace kagero {
 
 namespace fs = std::filesystem;
 
-void check_output(const std::string& path) {
-    if (!path.empty() && path != "-") check_file_writable(path);
+namespace {
+
+bool is_file(const NamedFile& file) {
+    return !file.second.empty() && file.second != "-";
 }
 
-void check_distinct(const std::vector<std::pair<std::string, std::string>>& files) {
-    const auto same = [](const std::string& a, const std::string& b) {
-        std::error_code ignored;
-        return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored) && (!fs::exists(a, ignored) || fs::is_regular_file(a, ignored));
-    };
-    for (auto a = files.begin(); a != files.end(); ++a)
-        for (auto b = a + 1; b != files.end(); ++b) {
-            if (a->second.empty() || b->second.empty() || a->second == "-" || b->second == "-" || !same(a->second, b->second)) continue;
-            throw InputError(a->first + " and " + b->first + " name the same file, '" + b->second + "'");
-        }
+/// Whether two names stand, or will stand, for one regular file.
+bool is_same(const std::string& a, const std::string& b) {
+    std::error_code ignored;
+    if (fs::exists(a, ignored) && fs::exists(b, ignored)) return fs::is_regular_file(a, ignored) && fs::equivalent(a, b, ignored);
+    return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored);
+}
+
+void add_texture(const Paint& paint, const std::string& name, std::vector<NamedFile>& files) {
+    if (!paint.texture.empty()) files.emplace_back("the texture of " + name, paint.texture);
+}
+
+}  // namespace
+
+std::vector<NamedFile> files_of(const SceneDescription& scene) {
+    std::vector<NamedFile> files{{"the scene", scene.path}};
+    add_texture(scene.sky.paint, "sky", files), add_texture(scene.far_sky.paint, "sky.far", files);
+    for (const ObjectDescription& object : scene.objects) {
+        const std::string name = "object." + object.name;
+        add_texture(object.paint, name, files);
+        for (const Paint& face : object.faces) add_texture(face, name, files);
+        files.emplace_back("the mesh of " + name, object.file);
+    }
+    return files;
+}
+
+void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
+    for (auto output = outputs.begin(); output != outputs.end(); ++output) {
+        if (!is_file(*output)) continue;
+        check_file_writable(output->second);
+        const auto refuse_same = [&](const NamedFile& other) {
+            if (is_file(other) && is_same(output->second, other.second))
+                throw InputError(output->first + " and " + other.first + " are the same file, '" + output->second + "'");
+        };
+        std::for_each(inputs.begin(), inputs.end(), refuse_same);
+        std::for_each(output + 1, outputs.end(), refuse_same);
+    }
 }
 
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write) {
@@ -33,12 +61,7 @@ void write_output(const std::string& path, const std::function<void(std::ostream
         if (!std::cout.flush()) throw RunError("cannot write all of the result to stdout");
         return;
     }
-    PartialFile file(path);
-    std::ofstream out(file.temporary(), std::ios::binary);
-    write(out);
-    out.close();
-    if (!out) throw RunError("cannot write '" + path + "': is the disk full?");
-    file.complete();
+    write_file(path, write);
 }
 
 double write_picture(const Film& film, const std::string& path, const Metadata& metadata) {
@@ -55,13 +78,16 @@ std::string report_directory(const Arguments& arguments, const std::string& kind
     return arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-" + kind : arguments.output;
 }
 
-void make_report_directory(const std::string& directory, const std::vector<std::string>& files) {
+void make_report_directory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
+                           const std::vector<NamedFile>& inputs) {
     std::error_code failure;
     fs::create_directories(directory, failure);
     if (failure || !fs::is_directory(directory))
         throw InputError("cannot make the directory '" + directory + "'" +
                          (failure ? ": " + failure.message() : "; a file bears its name"));
-    for (const std::string& file : files) check_output(path_in(directory, file));
+    std::vector<NamedFile> outputs{{"--json", json}};
+    for (const std::string& file : files) outputs.emplace_back(file + " of the report", path_in(directory, file));
+    check_outputs(outputs, inputs);
 }
 
 }  // namespace kagero

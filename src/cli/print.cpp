@@ -1,8 +1,6 @@
 // kagero print: the scene written back whole, with every default.
 #include "cli/verb.h"
-#include "error.h"
 
-#include <filesystem>
 #include <ostream>
 
 namespace kagero {
@@ -18,9 +16,7 @@ void declare(CLI::App& app, Arguments& arguments) {
 int run(const Arguments& arguments, const Terminal&) {
     const std::string output = arguments.output.empty() ? "-" : arguments.output;
     const SceneDescription scene = scene_of(arguments, options_of(arguments));
-    if (output != "-" && std::filesystem::exists(output) && std::filesystem::equivalent(output, arguments.scene))
-        throw InputError("-o " + output + ": that is the scene itself");
-    check_output(output);
+    check_outputs({{"-o", output}}, files_of(scene));
     write_output(output, [&](std::ostream& out) { out << print_scene(scene); });
     return exit_done;
 }

@@ -48,12 +48,12 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const unsigned repeats = repeats_of(arguments);
     const Options options = options_of(arguments);
     SceneDescription scene = scene_of(arguments, options);
-    check_output(arguments.json);
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
     const auto plan = make_plan(std::move(scene), options);
     settle(*plan);
+    for (const std::string& remark : plan->remarks) terminal.warning(remark);
     const std::string directory = report_directory(arguments, "profile");
-    make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture});
+    make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));
 
     prepare_to_write(picture);  // what loading takes is not writing
     Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
@@ -70,7 +70,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << json; });
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << profile_text(profile, write_seconds); });
     terminal.note((profile.interrupted ? "interrupted; what was done is in " : "the report is in ") + path_in(directory, "report.html"));
-    return profile.interrupted ? exit_interrupted : exit_done;
+    if (profile.interrupted) return exit_interrupted;
+    return plan->pilot && !plan->pilot->met ? exit_bound : exit_done;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "report/rays_csv.h"
 #include "report/run_json.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <future>
 #include <limits>
@@ -26,7 +27,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_option(app, "--crop", arguments.crop, "Render this part alone, half-open", "X0,Y0,X1,Y1");
     add_option(app, "--pixel", arguments.pixel,
                    "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing", "X,Y");
-    add_option(app, "--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written", "SECONDS");
+    add_option(app, "--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written. In double, unless --precision says else", "SECONDS");
     add_flag(app, "--maps", arguments.maps, "Beside the picture, PICTURE-LAYER.png of every layer of numbers, in false colours with a scale");
     add_schedule(app, arguments);
     add_json(app, arguments);
@@ -87,29 +88,28 @@ RunReport render_watched(const Plan& plan, Film& film, const std::string& output
     return render(plan, film, watch);
 }
 
-std::vector<const LayerInfo*> mapped_layers(const Film& film) {
+/// The layers of these names that --maps shows; none without it. Throws InputError where there are none to show.
+std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const std::vector<std::string>& names) {
     std::vector<const LayerInfo*> mapped;
-    for (const LayerInfo* layer : film.layers())
-        if (layer->scale != LayerInfo::Scale::colors) mapped.push_back(layer);
+    if (!arguments.maps) return mapped;
+    for (const LayerInfo& layer : all_layers())
+        if (layer.scale != LayerInfo::Scale::colors && std::find(names.begin(), names.end(), layer.name) != names.end()) mapped.push_back(&layer);
+    if (mapped.empty()) throw InputError("--maps: film.layers has no layer of numbers; see `kagero list layers`");
     return mapped;
 }
 
-void write_maps(const Film& film, const std::string& output, const Terminal& terminal) {
-    for (const LayerInfo* layer : mapped_layers(film)) {
+void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, const std::string& output, const Terminal& terminal) {
+    for (const LayerInfo* layer : mapped) {
         write_map(film, *layer, map_path(output, *layer));
         terminal.note("a map of " + layer->name + " is in " + map_path(output, *layer));
     }
 }
 
 void tell_plan(const Plan& plan, const Terminal& terminal) {
-    for (const std::string& remark : plan.geometry->remarks()) terminal.warning(remark);
+    for (const std::string& remark : plan.remarks) terminal.warning(remark);
     const std::string text = plan.scene.space.hamiltonian + ", " + plan.scene.integrator.method + ", " + plan.module->isa + ", " +
                              name_of(plan.kernel->strategy) + ", " + name_of(plan.kernel->precision) + ", " +
                              std::to_string(plan.kernel->lanes) + " lanes";
-    if (plan.pilot && !plan.pilot->met)
-        terminal.warning("integrator.max_pixel_error = " + rounded(plan.pilot->bound) + ": no " +
-                         (plan.scene.integrator.method_place ? "step of " + plan.scene.integrator.method : std::string("method")) +
-                         " that was tried meets it; rendered with " + plan.scene.integrator.method + " at its own step");
     terminal.detail(text + ", " + std::to_string(plan.threads) + " threads; loaded in " + rounded(plan.load_seconds) + " s");
 }
 
@@ -120,6 +120,19 @@ void tell_result(const RunReport& report, const std::string& path, const Termina
                                               : "the picture is in ";
     terminal.note(ending + path + " (" + rounded(static_cast<double>(report.rays)) + " rays in " + rounded(report.seconds) +
                   " s, " + rounded(rate) + " rays/s)");
+}
+
+/// Pixels that show nothing of the scene, and why.
+void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& terminal) {
+    constexpr double many = 0.01, large = 0.01;
+    const auto count = [&](Status status) { return double(report.status[static_cast<int>(status)]); };
+    const double rays = double(report.rays);
+    if (rays > 0 && count(Status::step_limit) == rays)
+        terminal.warning("no ray ended within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps");
+    if (count(Status::failed) > many * rays)
+        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. A smaller integrator.step may do");
+    if (report.energy_error.p99 > large)
+        terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) + " alone: a smaller integrator.step will show another picture");
 }
 
 /// A path goes to stdout, and is of one pixel of the whole film.
@@ -144,9 +157,13 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
-    check_output(arguments.json);
-    check_distinct({{"-o", output}, {"--json", arguments.json}});
-    if (arguments.pixel.empty()) check_writable(output, scene.film.layers);
+    const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
+    if (arguments.pixel.empty()) {
+        std::vector<NamedFile> outputs{{"-o", output}, {"--json", arguments.json}};
+        for (const LayerInfo* layer : mapped) outputs.emplace_back("the map of " + layer->name, map_path(output, *layer));
+        check_outputs(outputs, files_of(scene));
+        check_writable(output, scene.film.layers);
+    }
     auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
     if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
 
@@ -157,19 +174,14 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
 
     Film film = film_of(*plan);
-    if (arguments.maps) {
-        if (mapped_layers(film).empty()) throw InputError("--maps: film.layers has no layer of numbers; see `kagero list layers`");
-        for (const LayerInfo* layer : mapped_layers(film)) check_writable(map_path(output, *layer));
-    }
     prepared.get();  // nothing else runs beside the rays
     const RunReport report = render_watched(*plan, film, output, time_limit, terminal);
     const double write_seconds = write_picture(film, output, picture_metadata(*plan, report));
-    if (arguments.maps) write_maps(film, output, terminal);
+    write_maps(film, mapped, output, terminal);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });
     tell_result(report, output, terminal);
-    if (report.status[static_cast<int>(Status::step_limit)] == report.rays && report.rays > 0)
-        terminal.warning("no ray ended within integrator.max_steps = " + std::to_string(plan->scene.integrator.max_steps) + " steps");
+    warn_of_ends(*plan, report, terminal);
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
     return plan->pilot && !plan->pilot->met ? exit_bound : exit_done;
 }

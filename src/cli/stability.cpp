@@ -51,8 +51,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     std::string json = arguments.json;
     return_case_json_took(cases, json);
     const StabilityRequest request = request_of(arguments);
-    check_output(json);
-    if (!arguments.output.empty()) make_report_directory(arguments.output, {"stability.html", "stability.json"});
+    if (arguments.output.empty()) check_outputs({{"--json", json}});
+    else make_report_directory(arguments.output, {"stability.html", "stability.json"}, json);
 
     const bool table = json != "-";
     InterruptGuard guard;

@@ -1,4 +1,5 @@
 // kagero trace: single rays, as CSV in and out.
+#include "cli/interrupt.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "render/render.h"
@@ -68,28 +69,35 @@ std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
     return plan;
 }
 
-void write_csv(const Request& request, const std::string& output) {
+/// Both return whether they were interrupted.
+bool write_csv(const Request& request, const std::string& output, const Watch& watch) {
     const auto plan = plan_of(request, true);
     const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
     std::vector<RayEnd> ends;
     if (request.arguments.path) {
-        const auto points = trace_paths(*plan, starts, ends);
+        const auto points = trace_paths(*plan, starts, ends, watch);
         write_output(output, [&](std::ostream& out) { write_paths(out, points); });
-        return;
+        return *watch.stop;
     }
-    trace(*plan, starts, ends);
+    const RunReport report = trace(*plan, starts, ends, watch);
     write_output(output, [&](std::ostream& out) { write_ends(out, *plan, ends); });
+    return report.interrupted;
 }
 
-/// Tracing alone, after one run that is not counted, to where rays end: without watching H, without λ.
-void write_timing(const Request& request, std::uint32_t repetitions) {
+/// Tracing alone, after one run that is not counted, to where rays end: without watching H, without λ. Of runs that were cut short nothing
+/// is told.
+bool write_timing(const Request& request, std::uint32_t repetitions, const Watch& watch) {
     const auto plan = plan_of(request, false);
     const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
     std::vector<RayEnd> ends;
-    trace(*plan, starts, ends);
+    trace(*plan, starts, ends, watch);
     std::vector<RunReport> runs;
-    for (std::uint32_t i = 0; i < repetitions; ++i) runs.push_back(trace(*plan, starts, ends));
-    write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(*plan, runs); });
+    for (std::uint32_t i = 0; i < repetitions && !*watch.stop; ++i) {
+        RunReport report = trace(*plan, starts, ends, watch);
+        if (!report.interrupted) runs.push_back(std::move(report));
+    }
+    if (!runs.empty()) write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(*plan, runs); });
+    return runs.size() < repetitions;
 }
 
 void check_combination(const Arguments& arguments) {
@@ -112,15 +120,18 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const bool json = !arguments.json.empty();
     const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
     const std::string output = arguments.output.empty() ? "-" : arguments.output;
-    check_output(output);
-    check_output(arguments.json);
-    check_distinct({{"-o", arguments.output}, {"--json", arguments.json}, {"--rays", arguments.rays}});
+    std::vector<NamedFile> inputs = files_of(scene);
+    inputs.emplace_back("--rays", arguments.rays);
+    check_outputs({{"-o", output}, {"--json", arguments.json}}, inputs);
 
     const Request request{arguments, std::move(scene), options, rays_of(arguments)};
     terminal.detail(std::to_string(request.rays.size()) + " rays");
-    if (csv) write_csv(request, output);
-    if (json) write_timing(request, repetitions);
-    return exit_done;
+    const InterruptGuard interrupts;
+    Watch watch;
+    watch.stop = InterruptGuard::requested();
+    const bool interrupted = (csv && write_csv(request, output, watch)) || (json && write_timing(request, repetitions, watch));
+    if (interrupted) terminal.note("interrupted; what was done is written");
+    return interrupted ? exit_interrupted : exit_done;
 }
 
 }  // namespace

@@ -28,12 +28,17 @@ inline constexpr int exit_done = 0, exit_failed = 1, exit_wrong_input = 2, exit_
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
 /// Writes a film, and says how many seconds that took.
 double write_picture(const Film& film, const std::string& path, const Metadata& metadata);
-/// Throws InputError when that is bound to fail.
-void check_output(const std::string& path);
-/// Throws InputError when two of these options, each with the file that it names, name the same one; empty and "-" name none.
-void check_distinct(const std::vector<std::pair<std::string, std::string>>& files);
-/// Makes a directory into which all these files can be written; it stays empty until they are. Throws InputError.
-void make_report_directory(const std::string& directory, const std::vector<std::string>& files);
+
+/// A file, and what messages call it: "--json", "the texture of object.floor".
+using NamedFile = std::pair<std::string, std::string>;
+/// The files that a scene comes from: its own, images and meshes.
+std::vector<NamedFile> files_of(const SceneDescription& scene);
+/// Throws InputError when one of the outputs cannot be written, or is the same file as another of them, or as an input. Empty and "-" are none.
+void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs = {});
+/// Makes the directory of a report of these files, which stays empty until they are written, and checks them as check_outputs does, and
+/// `--json` with them.
+void make_report_directory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
+                           const std::vector<NamedFile>& inputs = {});
 /// The directory that -o names, or SCENE-kind here.
 std::string report_directory(const Arguments& arguments, const std::string& kind);
 std::string path_in(const std::string& directory, const std::string& file);

@@ -1,7 +1,11 @@
 #include "film/codec.h"
 
 #include "error.h"
+#include "film/partial_file.h"
 #include "modules/places.h"
+
+#include <filesystem>
+#include <ostream>
 
 namespace kagero {
 
@@ -14,6 +18,13 @@ const Codec& codec() {
         return *offered;
     }();
     return loaded;
+}
+
+void write_picture(const std::string& path, const PictureToEncode& picture) {
+    std::vector<unsigned char> file;
+    const std::string why = codec().encode(std::filesystem::path(path).extension().string(), picture, file);
+    if (!why.empty()) throw RunError("cannot write '" + path + "': " + why);
+    write_file(path, [&](std::ostream& out) { out.write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size())); });
 }
 
 }  // namespace kagero

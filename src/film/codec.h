@@ -34,16 +34,18 @@ struct PictureToEncode {
 struct Codec {
     std::uint32_t abi;
     std::string (*read)(const std::string& path, DecodedImage& image);
-    std::string (*write)(const std::string& path, const PictureToEncode& picture);
-    std::string (*write_png)(const PictureToEncode& picture, std::vector<unsigned char>& file);
+    /// The bytes of a file with this extension (".png").
+    std::string (*encode)(const std::string& extension, const PictureToEncode& picture, std::vector<unsigned char>& file);
     /// Shares in [0, 1] from dark to bright, as linear RGB.
     std::string (*false_colors)(const std::vector<float>& shares, std::vector<float>& rgb);
 };
 
-inline constexpr std::uint32_t codec_abi = 1;
+inline constexpr std::uint32_t codec_abi = 2;
 using KageroCodec = const Codec* (*)();
 
 /// Loads the module when it is first asked for. Throws RunError where it is missing.
 const Codec& codec();
+/// Writes a picture in the format that the extension of `path` says. Throws RunError.
+void write_picture(const std::string& path, const PictureToEncode& picture);
 
 }  // namespace kagero

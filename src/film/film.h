@@ -45,10 +45,8 @@ private:
 /// Name and value of one `kagero/*` attribute of the written file.
 using Metadata = std::vector<std::pair<std::string, std::string>>;
 
-/// Throws InputError when `path` has no extension that can be written, or its directory cannot be written to. Called before
-/// rendering.
-void check_writable(const std::string& path);
-/// The same, and that the format can hold the layers: those without layers need `color`.
+/// Throws InputError when `path` has no extension that can be written, no file can be put there, or the format cannot hold the layers: those
+/// without layers need `color`. Called before rendering.
 void check_writable(const std::string& path, const std::vector<std::string>& layers);
 
 /// Loads what write_film will need, which takes a moment that others may use. Throws RunError.

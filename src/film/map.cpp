@@ -3,7 +3,6 @@
 #include "error.h"
 #include "film/codec.h"
 #include "film/image.h"
-#include "film/partial_file.h"
 
 #include <algorithm>
 #include <charconv>
@@ -106,10 +105,7 @@ void write_map(const Film& film, const LayerInfo& layer, const std::string& path
         const double share = double(i) / (labels - 1);
         write_number(canvas, mapped + gap / 2, static_cast<int>(std::lround((1 - share) * (h - glyph_height))), range.value(share));
     }
-    PartialFile file(path);
-    const std::string why = codec().write(file.temporary(), {canvas.width, h, 3, PictureToEncode::Samples::bytes, canvas.rgb.data()});
-    if (!why.empty()) throw RunError("cannot write '" + path + "': " + why);
-    file.complete();
+    write_picture(path, {canvas.width, h, 3, PictureToEncode::Samples::bytes, canvas.rgb.data()});
 }
 
 }  // namespace kagero

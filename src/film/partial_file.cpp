@@ -14,6 +14,9 @@ namespace fs = std::filesystem;
 void check_file_writable(const std::string& path) {
     std::error_code ignored;
     if (path.empty()) throw InputError("cannot write a file with an empty name");
+    std::error_code failure;
+    if (const fs::file_status found = fs::status(path, failure); found.type() == fs::file_type::none)
+        throw InputError("cannot write '" + path + "': " + failure.message());
     if (fs::is_directory(path, ignored)) throw InputError("cannot write '" + path + "': it is a directory; name a file");
     fs::path directory = fs::path(path).parent_path();
     if (directory.empty()) directory = ".";
@@ -27,6 +30,25 @@ void check_file_writable(const std::string& path) {
         throw InputError("cannot write '" + path + "': no permission to write to '" + (special ? path : shown) + "'");
 }
 
+namespace {
+
+/// A file being written beside its final place, which it takes by `complete`; else it is removed.
+class PartialFile {
+public:
+    explicit PartialFile(const std::string& path);
+    ~PartialFile();
+    PartialFile(const PartialFile&) = delete;
+    PartialFile& operator=(const PartialFile&) = delete;
+    /// The name to write to.
+    const std::string& temporary() const { return temporary_; }
+    void complete();
+
+private:
+    std::string final_, temporary_;
+    bool direct_ = false;
+    bool completed_ = false;
+};
+
 PartialFile::PartialFile(const std::string& path) : final_(path) {
     std::error_code ignored;
     direct_ = fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
@@ -36,9 +58,10 @@ PartialFile::PartialFile(const std::string& path) : final_(path) {
     }
     // Through a symbolic link, the file that it names is replaced, not the link.
     fs::path target = path;
-    if (fs::is_symlink(target, ignored)) target = fs::weakly_canonical(target);
+    if (fs::is_symlink(target, ignored)) target = fs::weakly_canonical(target, ignored);
     final_ = target.string();
-    const std::string name = std::string(".") + target.stem().string() + ".part" + std::to_string(getpid()) + target.extension().string();
+    constexpr std::size_t longest_stem = 100;  // of 255 bytes that a name may have
+    const std::string name = "." + target.filename().string().substr(0, longest_stem) + ".part" + std::to_string(getpid());
     temporary_ = (target.parent_path() / name).string();
 }
 
@@ -56,13 +79,19 @@ void PartialFile::complete() {
     completed_ = true;
 }
 
-void write_text_file(const std::string& path, const std::string& text) {
+}  // namespace
+
+void write_file(const std::string& path, const std::function<void(std::ostream&)>& write) {
     PartialFile file(path);
     std::ofstream out(file.temporary(), std::ios::binary);
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+    write(out);
     out.close();
     if (!out) throw RunError("cannot write '" + path + "': is the disk full?");
     file.complete();
+}
+
+void write_text_file(const std::string& path, const std::string& text) {
+    write_file(path, [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
 }
 
 }  // namespace kagero

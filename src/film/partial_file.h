@@ -1,33 +1,18 @@
 /// Files that appear under their name only when they are complete.
 #pragma once
 
+#include <functional>
+#include <iosfwd>
 #include <string>
 
 namespace kagero {
 
-/// Throws InputError when no file can be put at `path`: its directory is missing or closed, or a directory bears its name.
+/// Throws InputError when no file can be put at `path`: its directory is missing or closed, a directory bears its name, or no file can bear it.
 void check_file_writable(const std::string& path);
 
-/// A file being written beside its final place, under a name with the same extension. It is removed unless `complete` is called.
-/// A path that is not a regular file (a pipe, /dev/null) is written directly.
-class PartialFile {
-public:
-    explicit PartialFile(const std::string& path);
-    ~PartialFile();
-    PartialFile(const PartialFile&) = delete;
-    PartialFile& operator=(const PartialFile&) = delete;
-    /// The name to write to.
-    const std::string& temporary() const { return temporary_; }
-    /// Gives the file its name, replacing what was there. Throws RunError.
-    void complete();
-
-private:
-    std::string final_, temporary_;
-    bool direct_ = false;
-    bool completed_ = false;
-};
-
-/// Writes a whole text. Throws RunError.
+/// Calls `write` with a file that appears at `path` when it is complete, and replaces what was there. A path that is not a regular file (a
+/// pipe, /dev/null) is written directly. Throws RunError when not all could be written; then what was there stays.
+void write_file(const std::string& path, const std::function<void(std::ostream&)>& write);
 void write_text_file(const std::string& path, const std::string& text);
 
 }  // namespace kagero

@@ -9,7 +9,7 @@ namespace {
 
 std::vector<unsigned char> png_of(const std::vector<unsigned char>& bytes, int width, int height) {
     std::vector<unsigned char> file;
-    const std::string why = codec().write_png({width, height, 3, PictureToEncode::Samples::bytes, bytes.data()}, file);
+    const std::string why = codec().encode(".png", {width, height, 3, PictureToEncode::Samples::bytes, bytes.data()}, file);
     if (!why.empty()) throw RunError("cannot make a PNG picture: " + why);
     return file;
 }

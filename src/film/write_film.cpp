@@ -10,7 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
+#include <ostream>
 
 namespace kagero {
 
@@ -67,13 +67,6 @@ unsigned char encode_srgb(float linear) {
 
 namespace {
 
-void write_picture(const std::string& path, const PictureToEncode& picture) {
-    PartialFile file(path);
-    const std::string why = codec().write(file.temporary(), picture);
-    if (!why.empty()) throw RunError("cannot write '" + path + "': " + why);
-    file.complete();
-}
-
 PictureToEncode picture_of(const Film& film, PictureToEncode::Samples samples, const void* pixels, const char* color_space) {
     return {static_cast<int>(film.width()), static_cast<int>(film.height()), 3, samples, pixels,
             {{"oiio:ColorSpace", color_space}, {"DateTime", fixed_date}}};
@@ -128,25 +121,17 @@ void write_pfm(const Film& film, const std::string& path) {
     static_assert(std::endian::native == std::endian::little, "the -1 in the header says little-endian");
     const float* color = color_plane(film, path);
     const std::size_t row = std::size_t{film.width()} * 3;
-    PartialFile file(path);
-    std::ofstream out(file.temporary(), std::ios::binary);
-    out << "PF\n" << film.width() << ' ' << film.height() << "\n-1.0\n";
-    for (std::size_t y = film.height(); y-- > 0;)
-        out.write(reinterpret_cast<const char*>(color + y * row), static_cast<std::streamsize>(row * sizeof(float)));
-    out.close();
-    if (!out) throw RunError("cannot write '" + path + "': is the disk full?");
-    file.complete();
+    write_file(path, [&](std::ostream& out) {
+        out << "PF\n" << film.width() << ' ' << film.height() << "\n-1.0\n";
+        for (std::size_t y = film.height(); y-- > 0;)
+            out.write(reinterpret_cast<const char*>(color + y * row), static_cast<std::streamsize>(row * sizeof(float)));
+    });
 }
 
 }  // namespace
 
-void check_writable(const std::string& path) {
-    check_file_writable(path);
-    encoding_of(path);
-}
-
 void check_writable(const std::string& path, const std::vector<std::string>& layers) {
-    check_writable(path);
+    check_file_writable(path);
     if (encoding_of(path) != Encoding::layers && std::find(layers.begin(), layers.end(), "color") == layers.end())
         throw InputError("cannot write '" + path +
                          "': only .exr can hold a picture without the layer 'color'; add it to film.layers");

@@ -84,9 +84,8 @@ const Module& load_module(const std::string& wanted) {
     const std::lock_guard lock(mutex);
     const std::vector<IsaInfo> found = find_isas();
     const IsaInfo& isa = choose(found, wanted, "--isa");
-    auto [place, fresh] = loaded.try_emplace(isa.name, nullptr);
-    if (fresh) place->second = &kernels_in(isa);
-    return *place->second;
+    const auto known = loaded.find(isa.name);
+    return known != loaded.end() ? *known->second : *(loaded[isa.name] = &kernels_in(isa));
 }
 
 }  // namespace kagero

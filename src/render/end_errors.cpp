@@ -50,15 +50,19 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     const auto partner = find_variant(plan, partner_method, *own.kernel, partner_tolerance);
     Variant finer = bounded && partner ? *partner : own;
     finer.solver_tolerance = 0;
+    // The longest step of adaptive methods may govern as well as their tolerance.
+    const bool shorter = info.adaptive && other_tolerance(own.step) < own.step;
     if (!(bounded && partner)) {
         finer.step = info.adaptive ? other_tolerance(own.step) : 0.5 * own.step;
         // Hits on chords are of second order, whatever the method.
         const bool chords = plan.job.geometry && plan.job.hit == HitModel::chord;
         const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
-        const double less = std::pow(finer.step / own.step, order);
+        double less = std::pow(finer.step / own.step, order);
+        if (shorter) less = std::max(less, std::pow(0.5, info.order));
         error_over_difference_ = 1 / std::abs(1 - less);
     }
     finer_ = Way{own.kernel, job_as(plan, finer)};
+    if (shorter) finer_->job.step *= 0.5;
 }
 
 /// Numbers of this precision tell ends apart no better.

@@ -4,6 +4,9 @@
 #include "render/kernels.h"
 #include "render/precision.h"
 
+#include <algorithm>
+#include <sstream>
+
 namespace kagero {
 namespace {
 
@@ -55,8 +58,15 @@ void fit_to_error(Plan& plan, const std::atomic<bool>* stop) {
         }
     }
     plan.pilot = {study.sample.starts.size(), bound, 0, best != nullptr};
-    if (!best) return;
-    plan.pilot->estimate = best->errors.pixels.p99;
+    if (!best) {
+        const IntegratorDescription& stated = plan.scene.integrator;
+        std::ostringstream remark;
+        remark << "integrator.max_pixel_error = " << bound << ": no " << (stated.method_place ? "step of " + stated.method : std::string("method"))
+               << " that was tried is seen to meet it; " << stated.method << " takes its own step";
+        plan.remarks.push_back(remark.str());
+        return;
+    }
+    plan.pilot->estimate = std::max(best->errors.pixels.p99, study.reference.pixels.p99);
     auto variant = find_variant(plan, curve->method, *kernel, best->step);
     if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
     follow(plan, *variant);

@@ -142,6 +142,9 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     plan->kernel = &choose_kernel(*plan, wish_of(*plan));
     check_disks(*plan);
     if (with_camera) place_camera(*plan);
+    plan->remarks = plan->geometry->remarks();
+    if (s.integrator.tolerance_place && !plan->straight && !m.integrators[plan->job.integrator].adaptive && !(s.integrator.max_pixel_error > 0))
+        plan->remarks.push_back("integrator.tolerance has no effect: " + s.integrator.method + " takes steps of one length");
     plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return plan;
 }
@@ -198,10 +201,11 @@ const char* describe(Failure failure) {
         case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
         case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
         case Failure::no_momentum: return "no momentum with this direction exists here";
-        case Failure::not_converged: return "an implicit step has no solution, however short it is";
-        case Failure::not_landed: return "no place on the surface that its last step leads to";
+        case Failure::not_converged: return "a step has no solution, however short it is";
+        case Failure::not_landed: return "its last step, however short, leads to no place on what it meets";
         case Failure::not_finite: return "the state left the range of the number type, or integrator.rescale is not greater than 0 on the way";
         case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";
+        case Failure::untraced: return "interrupted before this ray was traced";
         case Failure::energy_lost: return "a step loses the Hamiltonian's value, however short it is";
         case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }

@@ -66,6 +66,7 @@ struct Plan {
     std::optional<FloatTrial> float_trial;
     unsigned threads = 1;
     double load_seconds = 0;
+    std::vector<std::string> remarks;  ///< one line each, of what the user may want to know of the scene
 
     Plan() = default;
     Plan(const Plan&) = delete;

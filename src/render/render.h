@@ -41,7 +41,7 @@ struct RunReport {
 /// Called now and then, from one thread at a time, with the finished share in 0…1 and the seconds gone by.
 using Progress = std::function<void(double done, double seconds)>;
 
-/// How a run is watched from outside, and what ends it early: after the tiles now running.
+/// How a run is watched from outside, and what ends it early: after the tiles now running, but for those that take much longer.
 struct Watch {
     Progress progress = {};
     const std::atomic<bool>* stop = nullptr;
@@ -66,11 +66,12 @@ struct RayInput {
 /// plan must have been made (Options::observer).
 std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer);
 
-/// Follows single rays; ends[i] belongs to starts[i]. Positions in `ends` are scene coordinates.
-RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends);
+/// Follows single rays; ends[i] belongs to starts[i]. Positions in `ends` are scene coordinates. Rays that an early end leaves out have
+/// `failed` as untraced.
+RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends, const Watch& watch = {});
 
 /// Every step of every ray, in order of ray and step, in scene coordinates.
-std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends);
+std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends, const Watch& watch = {});
 
 /// The canonical state of the ray through the middle of a pixel.
 RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <mutex>
 
 #include <pmmintrin.h>
@@ -46,19 +48,17 @@ double processor_seconds() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
+constexpr std::uint64_t Counters::*all_counters[] = {&Counters::active_lane_steps, &Counters::issued_lane_steps, &Counters::active_iterations,
+                                                     &Counters::issued_iterations, &Counters::steps,             &Counters::gradients,
+                                                     &Counters::queries,           &Counters::query_ticks,       &Counters::landing_ticks};
+static_assert(sizeof(Counters) == sizeof(std::uint64_t) * std::size(all_counters));
+
 Counters sum(Counters a, const Counters& b) {
-    a.active_lane_steps += b.active_lane_steps, a.issued_lane_steps += b.issued_lane_steps;
-    a.active_iterations += b.active_iterations, a.issued_iterations += b.issued_iterations;
-    a.steps += b.steps, a.gradients += b.gradients, a.queries += b.queries;
-    a.query_ticks += b.query_ticks, a.landing_ticks += b.landing_ticks;
+    for (const auto counter : all_counters) a.*counter += b.*counter;
     return a;
 }
-
 Counters difference(Counters a, const Counters& b) {
-    a.active_lane_steps -= b.active_lane_steps, a.issued_lane_steps -= b.issued_lane_steps;
-    a.active_iterations -= b.active_iterations, a.issued_iterations -= b.issued_iterations;
-    a.steps -= b.steps, a.gradients -= b.gradients, a.queries -= b.queries;
-    a.query_ticks -= b.query_ticks, a.landing_ticks -= b.landing_ticks;
+    for (const auto counter : all_counters) a.*counter -= b.*counter;
     return a;
 }
 
@@ -99,7 +99,7 @@ public:
     void work(unsigned thread, Share& share) {
         for (std::size_t i = next_++; i < work_.tiles.size() && !halted(); i = next_++) {
             const double begin = seconds();
-            work_on(i, thread, share);
+            if (!work_on(i, thread, share)) return;
             share.time.finished = seconds();
             share.time.busy += share.time.finished - begin;
             ++share.time.tiles;
@@ -115,13 +115,27 @@ private:
     /// Clocks within a tile's tracing cost a few hundredths of it: a sample of the tiles tells as much.
     static constexpr std::size_t looked_into_every = 4;
 
+    /// How long tiles that are being traced may go on after the end has been called, in seconds.
+    static constexpr double grace = 0.5;
+
+    /// What a kernel asks while it is busy with a tile.
+    struct HaltedTile {
+        Run& run;
+        bool told = false;
+        bool ask() { return told = told || (run.halted() && run.seconds() > run.halted_at_ + grace); }
+    };
+
     double cost(std::size_t i) const { return work_.costs.empty() ? 1 : work_.costs[i]; }
 
     bool halted() {
-        if (seconds() > watch_.time_limit) out_of_time_ = true;
-        return out_of_time_ || (watch_.stop && watch_.stop->load(std::memory_order_relaxed));
+        const double now = seconds();
+        if (now > watch_.time_limit) out_of_time_ = true;
+        if (!out_of_time_ && !(watch_.stop && watch_.stop->load(std::memory_order_relaxed))) return false;
+        for (double at = halted_at_; now < at && !halted_at_.compare_exchange_weak(at, now);) {}
+        return true;
     }
-    void work_on(std::size_t i, unsigned thread, Share& share) {
+    /// False where the tile was given up.
+    bool work_on(std::size_t i, unsigned thread, Share& share) {
         if (!watch_.recording) return trace(work_.tiles[i], share, nullptr);
         TileRecord& record = watch_.recording->tiles[i];
         const Counters before = share.counters;
@@ -130,21 +144,27 @@ private:
         record.looked_into = (i + watch_.recording->round) % looked_into_every == 0;
         // Asking for processor time enters the system, which may give the processor to another program: not between these two.
         record.begin = seconds();
-        trace(work_.tiles[i], share, &record);
+        const bool done = trace(work_.tiles[i], share, &record);
         record.end = seconds();
         record.processor = processor_seconds() - processor;
         record.counters = difference(share.counters, before);
+        return done;
     }
-    void trace(const Tile& tile, Share& share, TileRecord* record) const {
+    bool trace(const Tile& tile, Share& share, TileRecord* record) {
         const FlushDenormals flush;
+        const Counters before = share.counters;
+        HaltedTile halting{*this};
         if (rays_) rays_(tile, share.list);
         if (record) record->listed = rays_ ? seconds() : record->begin, record->ticks = __rdtsc();
         Job job = job_;
         job.timed = record && record->looked_into;
+        job.halted = [](void* user) { return static_cast<HaltedTile*>(user)->ask(); }, job.halted_user = &halting;
         trace_tile(*plan_.kernel, job, tile, share.list, share.ends, share.counters);
         if (record) record->traced = seconds(), record->ticks = __rdtsc() - record->ticks;
+        if (halting.told) return share.counters = before, false;
         done_(tile, share.ends.data(), share.list);
         count(share);
+        return true;
     }
     void count(Share& share) const {
         share.rays += share.ends.size();
@@ -173,6 +193,7 @@ private:
     std::atomic<double> worth_ = 0;  ///< … and of those that are finished
     std::atomic<std::size_t> next_ = 0, finished_ = 0;
     std::atomic<bool> out_of_time_ = false;
+    std::atomic<double> halted_at_ = std::numeric_limits<double>::infinity();
     std::mutex reporting_;
 };
 

@@ -1,5 +1,6 @@
 #include "render/shade.h"
 
+#include "error.h"
 #include "render/redshift.h"
 #include "scene/shapes.h"
 #include "scene/vector3.h"
@@ -73,10 +74,13 @@ Footprint sky_of(const Pixel& pixel) {
     return {scaled(f.major, pixel_per_ray), scaled(f.minor, pixel_per_ray)};
 }
 
+/// The footprint is one of the whole block of 2 × 2 pixels, so it is compared with the middle of that.
 double magnification_of(const Pixel& pixel) {
     const Footprint sky = sky_of(pixel);
     const double solid_angle = length(sky.major) * length(sky.minor);
-    return solid_angle > 0 ? pixel_solid_angle(pixel.plan, pixel.x + 0.5, pixel.y + 0.5) / solid_angle : 0;
+    const auto middle = [](std::uint32_t at, std::uint32_t size) { return (at | 1u) < size ? (at | 1u) : at + 0.5; };
+    const FilmDescription& film = pixel.plan.scene.film;
+    return solid_angle > 0 ? pixel_solid_angle(pixel.plan, middle(pixel.x, film.width), middle(pixel.y, film.height)) / solid_angle : 0;
 }
 
 double energy_error_of(const Pixel& pixel) {
@@ -127,9 +131,11 @@ int probes_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footpr
 }
 
 Shader::Shader(Film& film) : width_(film.width()) {
-    for (const LayerInfo* layer : film.layers())
-        for (const Painter& painter : painters)
-            if (painter.layer == layer->name) layers_.push_back({painter.paint, film.plane(layer->name), layer->channels.size()});
+    for (const LayerInfo* layer : film.layers()) {
+        const auto painter = std::find_if(std::begin(painters), std::end(painters), [&](const Painter& p) { return p.layer == layer->name; });
+        if (painter == std::end(painters)) throw RunError("nothing paints the layer " + layer->name);
+        layers_.push_back({painter->paint, film.plane(layer->name), layer->channels.size()});
+    }
 }
 
 void Shader::shade(const Pixel& pixel, std::uint32_t x, std::uint32_t y) const {

@@ -76,22 +76,28 @@ private:
     std::vector<RayStart> starts_;
 };
 
-RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vector<RayEnd>& ends) {
+/// Ends of rays that an interrupt leaves out say so.
+RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vector<RayEnd>& ends, const Watch& watch) {
     const std::vector<RayStart>& starts = *list.rays;
     job.camera = nullptr;
     job.rays = starts.data();
     job.parameter_limit /= plan.unit;
     if (plan.options.parameter) job.outputs |= output_parameter;
+    const auto begin = std::chrono::steady_clock::now();
     if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
-    ends.resize(starts.size());
-    RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, [&](const Tile& tile, const RayEnd* done, const RayList&) {
+    const double probed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    RayEnd untraced{};
+    untraced.status = Status::failed, untraced.failure = Failure::untraced;
+    ends.assign(starts.size(), untraced);
+    const auto take = [&](const Tile& tile, const RayEnd* done, const RayList&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetched < tile.x1) __builtin_prefetch(&ends[list.place(i + prefetched)], 1);
             RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
             to_scene(plan, end);
         }
-    });
-    report.seconds += list.seconds;
+    };
+    RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, take, watch);
+    report.seconds += list.seconds + probed;
     return report;
 }
 
@@ -146,11 +152,12 @@ bool spins(const Plan& plan) {
 }
 
 /// The state of a ray whose direction is read in an observer's rest frame.
-RayStart observed(const Plan& plan, ObserverFrame& frame, const double (&q)[3], const Double3& d) {
+RayStart observed(const Plan& plan, ObserverFrame& frame, const double (&q)[3], Double3 d) {
     RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false, false};
-    const double size = std::hypot(d[0], d[1], d[2]);
-    if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(size)) return start.failure = Failure::nonfinite_start, start;
+    const double size = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
+    if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(d[0]) || !std::isfinite(d[1]) || !std::isfinite(d[2])) return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
+    for (double& component : d) component /= size;  // its length does not matter, however large or small
     start.failure = frame.go_to(q);
     if (start.failure == Failure::no_rest_frame) return formula_ray(plan, q, d);
     return start.failure == Failure::none ? ray_in_frame(frame.map, q, d).start : start;
@@ -177,12 +184,12 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
     return starts;
 }
 
-RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
+RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends, const Watch& watch) {
     Job job = plan.job;
-    return run_list(plan, job, OrderedList(plan, starts), ends);
+    return run_list(plan, job, OrderedList(plan, starts), ends, watch);
 }
 
-std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
+std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends, const Watch& watch) {
     struct Collector {
         std::mutex mutex;
         std::vector<PathPoint> points;
@@ -195,7 +202,7 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
         c.points.push_back(*point);
     };
     const OrderedList list(plan, starts);
-    run_list(plan, job, list, ends);
+    run_list(plan, job, list, ends, watch);
     for (PathPoint& point : collector.points) {
         to_scene(plan, point);
         point.ray = list.place(point.ray);

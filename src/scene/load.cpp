@@ -2,11 +2,13 @@
 #include "scene/load_formula.h"
 #include "scene/vector3.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 
 namespace kagero {
 
@@ -103,14 +105,33 @@ bool follows_orbits(const Section& section, const IntegratorDescription& integra
     return true;
 }
 
+/// The default method; adaptive where the scene states a tolerance, in which only those have a use for it, and where one serves.
+std::string default_method(const Section& section, const HamiltonianInfo& info, const Catalogue& catalogue) {
+    constexpr const char* adaptive = "rkf78";
+    const IntegratorInfo* const all = catalogue.integrators;
+    const bool is_adaptive = std::find_if(all, all + catalogue.integrator_count, [&](const IntegratorInfo& one) {
+        return one.name == std::string_view(info.method);
+    })->adaptive;
+    return find(section, "tolerance") && !is_adaptive && !info.creased ? adaptive : info.method;
+}
+
+/// The default step, in proportion to the length of the medium that it is for.
+double default_step(const HamiltonianInfo& info, const SpaceDescription& space) {
+    if (!info.step_parameter) return info.step;
+    const auto named = [&](const ParameterInfo& parameter) { return parameter.name == std::string_view(info.step_parameter); };
+    const ParameterInfo& parameter = *std::find_if(info.parameters, info.parameters + info.parameter_count, named);
+    const double ratio = space.parameters[static_cast<std::size_t>(&parameter - info.parameters)].second / parameter.fallback;
+    return info.step * (std::string_view(parameter.unit).starts_with("1/") ? 1 / ratio : ratio);
+}
+
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
     only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull", "rescale",
                         "refill", "symmetry", "lanes", "max_pixel_error"});
 
     IntegratorDescription integrator;
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
-    integrator.method = info.method;
-    integrator.step = info.step;
+    integrator.method = default_method(section, info, catalogue);
+    integrator.step = default_step(info, space);
     if (const Value* symmetry = find(section, "symmetry")) {
         static const std::vector<std::string> known{"auto", "none"};
         integrator.symmetry = known[to_choice(*symmetry, "integrator.symmetry", known)];
@@ -126,6 +147,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     }
     read(section, "step", integrator.step, {0, 1e12, true});
     read(section, "tolerance", integrator.tolerance, {0, 1, true, true});
+    if (const Value* tolerance = find(section, "tolerance")) integrator.tolerance_place = tolerance->place;
     read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});
     read(section, "escape_radius", integrator.escape_radius, positive_length);
     read(section, "max_pixel_error", integrator.max_pixel_error, {0, 1e6, true});

@@ -87,6 +87,7 @@ void check_indices(const ObjectDescription& object, const aiScene& file) {
         const aiMesh& part = *file.mMeshes[m];
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
             const aiFace& face = part.mFaces[f];
+            if (face.mNumIndices == 0) refuse(object, "face " + std::to_string(f) + " has no vertices");
             for (unsigned k = 0; k < face.mNumIndices; ++k) {
                 if (face.mIndices[k] < part.mNumVertices) continue;
                 refuse(object, "face " + std::to_string(f) + " names vertex " + std::to_string(face.mIndices[k]) +

@@ -98,6 +98,8 @@ void read_header(std::istream& file, Ply& ply) {
 
 /// In text every element has a line of its own.
 void check_text_element(const Ply& ply, const Element& element, const std::string& line) {
+    if (std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' ' && c != '\t'; }))
+        refuse(ply, "PLY: a control character in a \"" + element.name + "\"");
     std::istringstream words(line);
     std::uint64_t expected = 0, got = 0;
     std::string word;

@@ -127,9 +127,9 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
     const KeyLine line{out};
     out << "\n[integrator]\n";
-    // A method that is stated binds the pilot, and is refused where it needs a rescaling that is not wanted; a step, or any of what follows
+    // A method that is stated binds the pilot, and is refused where it needs another rescaling than is wanted; a step, or any of what follows
     // it here, leads out of the plane of the orbit.
-    const bool open = !integrator.method_place && (integrator.max_pixel_error > 0 || integrator.rescale == "none");
+    const bool open = !integrator.method_place && (integrator.max_pixel_error > 0 || integrator.rescale != "auto");
     const char* unstated = open && integrator.method.starts_with("orbit-") ? "# " : "";
     if (open) out << "# ";
     line("method", integrator.method);

@@ -1,4 +1,5 @@
 // Step control: a smaller tolerance gives a smaller error, and each ray is accepted or rejected for itself.
+#include "../greatest.h"
 #include "steps.h"
 
 #include "kernels/tracing/packets.h"
@@ -37,7 +38,7 @@ Followed follow(const Method& method, bool rescaled, int ray, double tolerance) 
         steps.step();
         if (steps.flow.accepted) {
             left = last ? 0 : left - steps.flow.h;
-            steps.flow.start = steps.flow.end, steps.flow.start_velocity = steps.flow.end_velocity;
+            steps.flow.start = steps.flow.end;
             ++run.accepted;
         } else {
             EXPECT_LT(steps.flow.suggested, steps.flow.h) << "a rejected step must become shorter";
@@ -72,7 +73,7 @@ TYPED_TEST(Adaptive, ErrorFollowsTheTolerance) {
                 const Followed run = follow<H>(method, rescaled, ray, tolerance);
                 const State<double> exact = reference<H>(rescaled, ray);
                 for (int k = 0; k < 6; ++k)
-                    error = std::max(error, std::abs(run.end.y[k] - exact.y[k]) / (1 + std::abs(exact.y[k])));
+                    error = greatest(error, std::abs(run.end.y[k] - exact.y[k]) / (1 + std::abs(exact.y[k])));
                 steps += run.accepted;
             }
             // Local errors add up, and the flow stretches them a little.

@@ -33,7 +33,7 @@ std::optional<End> follow(const Method& method, bool rescaled, const RayStart& r
     }
     End end;
     for (int k = 0; k < 6; ++k) end.y[k] = run.flow.end.y[k];
-    end.energy = run.flow.energy, end.parameter = run.flow.end_parameter;
+    end.energy = run.flow.energy, end.parameter = run.flow.end.parameter;
     return end;
 }
 

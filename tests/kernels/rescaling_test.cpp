@@ -14,7 +14,7 @@ RayStart null_ray(const Method& method, int which) {
     auto steps = Steps<double>::in<H>(method, false);
     const RayStart rough = bent_ray<H>(which);
     steps.begin(state_of<double>(rough), 0.0);
-    const Vec3<double>& v = steps.flow.start_velocity;
+    const Vec3<double>& v = steps.flow.start.velocity;
     RayStart ray;
     EXPECT_EQ(start_ray<H>(rough.q, {v.x, v.y, v.z}, ray), Failure::none);
     return ray;
@@ -34,7 +34,7 @@ TYPED_TEST(Rescaling, ReachesTheSamePlacesAtTheParameterItReports) {
                 auto transformed = Steps<double>::in<H>(method, true), plain = Steps<double>::in<H>(method, false);
                 transformed.begin(state_of<double>(ray), path_length<H> / 2 / n);
                 transformed.advance(n);
-                plain.begin(state_of<double>(ray), transformed.flow.end_parameter / (4 * n));
+                plain.begin(state_of<double>(ray), transformed.flow.end.parameter / (4 * n));
                 plain.advance(4 * n);
                 for (int k = 0; k < 6; ++k) {
                     const double y = plain.flow.end.y[k];

@@ -43,10 +43,10 @@ template <class System>
 State<Quad> by_steps(const System& system, const State<Quad>& start, Quad t, int n) {
     Flow<Quad> f{};
     const Coefficients coefficients{.gauss = &gauss_tableau<8>};
-    f.start = start, f.h = t / n;
+    static_cast<State<Quad>&>(f.start) = start, f.h = t / n;
     Gauss<0>::begin(system, f, coefficients);
     for (int i = 0; i < n; ++i) {
-        f.start_velocity = system.dp(f.start);
+        f.start.velocity = system.dp(f.start);
         Gauss<0>::step(system, f, coefficients);
         EXPECT_TRUE(f.solved);
         f.start = f.end;
@@ -103,11 +103,11 @@ TYPED_TEST(Splitting, AFallIntoTheCentreEndsCaptured) {
                 SCOPED_TRACE(method.info.name);
                 auto steps = Steps<double>::in<H>(method, false);
                 steps.begin(state_of<double>(ray), H::step);
-                for (int i = 0; i < 200 && (i == 0 || steps.flow.captured > 0); ++i) {
+                for (int i = 0; i < 200 && (i == 0 || steps.flow.end.captured > 0); ++i) {
                     steps.advance(1);
                     for (const double y : steps.flow.end.y) EXPECT_TRUE(std::isfinite(y));
                 }
-                EXPECT_LE(steps.flow.captured, 0) << "at r = " << norm(steps.flow.end.q());
+                EXPECT_LE(steps.flow.end.captured, 0) << "at r = " << norm(steps.flow.end.q());
             }
         }
     }

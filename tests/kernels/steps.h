@@ -103,12 +103,12 @@ public:
 
     /// Sets out with step length h, in every lane that of `start`.
     void begin(const State<V>& start, const V& h) {
-        flow.start = flow.end = start;
+        static_cast<State<V>&>(flow.start) = start;
         flow.h = h;
-        flow.start_parameter = flow.end_parameter = flow.gradients = V(ScalarOf<V>(0));
+        flow.start.parameter = flow.gradients = V(ScalarOf<V>(0));
         flow.want_parameter = flow.want_energy = flow.want_path = true;
         kernel_.begin[static_cast<int>(method_.kind)](system_, flow, method_.coefficients);
-        flow.end_velocity = flow.start_velocity;
+        flow.end = flow.start;
     }
     /// One step, from flow.start to flow.end.
     void step() { kernel_.step[static_cast<int>(method_.kind)](system_, flow, method_.coefficients); }
@@ -116,7 +116,7 @@ public:
     void advance(int n) {
         for (int i = 0; i < n; ++i) {
             step();
-            flow.start = flow.end, flow.start_velocity = flow.end_velocity, flow.start_parameter = flow.end_parameter;
+            flow.start = flow.end;
         }
     }
 

@@ -50,9 +50,9 @@ Path path_from(const State<V>& start, bool rescaled, int steps) {
     Path path{{start}, {V(0.0)}};
     for (int i = 0; i < steps; ++i) {
         walk.advance(1);
-        path.states.push_back(walk.flow.end), path.parameters.push_back(walk.flow.end_parameter);
+        path.states.push_back(walk.flow.end), path.parameters.push_back(walk.flow.end.parameter);
     }
-    path.velocity = walk.flow.end_velocity;
+    path.velocity = walk.flow.end.velocity;
     return path;
 }
 

@@ -24,7 +24,11 @@ std::string read(const std::string& path, DecodedImage& image) {
     const OIIO::ImageSpec spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1) return "is not a flat image with pixels";
     image.width = spec.width, image.height = spec.height, image.channels = spec.nchannels < 3 ? 1 : 3, image.srgb = is_srgb(spec);
-    image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
+    try {
+        image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
+    } catch (const std::bad_alloc&) {
+        return "says that it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels, for which there is not enough memory";
+    }
     if (!input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::FLOAT, image.values.data()))
         return "cannot be read as an image: " + input->geterror();
     // What a truncated file lacks may be no reason to fail for its reader, but a message.
@@ -45,19 +49,14 @@ OIIO::ImageSpec spec_of(const PictureToEncode& picture) {
     return spec;
 }
 
-std::string write_to(OIIO::ImageOutput* out, const std::string& path, const PictureToEncode& picture) {
-    if (!out) return OIIO::geterror();
-    const bool done = out->open(path, spec_of(picture)) && out->write_image(type_of(picture.samples), picture.pixels) && out->close();
-    return done ? std::string() : out->geterror();
-}
-
-std::string write(const std::string& path, const PictureToEncode& picture) {
-    return write_to(OIIO::ImageOutput::create(path).get(), path, picture);
-}
-
-std::string write_png(const PictureToEncode& picture, std::vector<unsigned char>& file) {
+/// Into memory: what writes a file by itself says nothing of a full disk, or ends the program.
+std::string encode(const std::string& extension, const PictureToEncode& picture, std::vector<unsigned char>& file) {
+    const std::string name = "picture" + extension;
     OIIO::Filesystem::IOVecOutput memory(file);
-    return write_to(OIIO::ImageOutput::create("picture.png", &memory).get(), "picture.png", picture);
+    const auto out = OIIO::ImageOutput::create(name, &memory);
+    if (!out) return OIIO::geterror();
+    const bool done = out->open(name, spec_of(picture)) && out->write_image(type_of(picture.samples), picture.pixels) && out->close();
+    return done ? std::string() : out->geterror();
 }
 
 std::string false_colors(const std::vector<float>& shares, std::vector<float>& rgb) {
@@ -69,7 +68,7 @@ std::string false_colors(const std::vector<float>& shares, std::vector<float>& r
     return colored.get_pixels(OIIO::ROI(0, width, 0, 1, 0, 1, 0, 3), OIIO::TypeDesc::FLOAT, rgb.data()) ? "" : colored.geterror();
 }
 
-constexpr Codec offered{codec_abi, read, write, write_png, false_colors};
+constexpr Codec offered{codec_abi, read, encode, false_colors};
 
 }  // namespace
 }  // namespace kagero

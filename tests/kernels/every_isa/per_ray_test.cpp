@@ -1,6 +1,7 @@
 // One ray per vector: steps with the stages of a Gauss method in the lanes are those of the scalar strategy to the last bit, for
 // the sums run in the same order; with the components of the gradient in the lanes, and forward instead of reverse, they agree to
 // rounding.
+#include "../../greatest.h"
 #include "../steps.h"
 
 #include "kernels/tracing/compared.h"
@@ -22,12 +23,11 @@ TYPED_TEST_SUITE(PerRay, ComparedHamiltonians, HamiltonianName);
 double difference(const Flow<double>& a, const Flow<double>& b) {
     double worst = 0;
     const auto look = [&](double x, double y) {
-        const double apart = std::abs(x - y) / (1 + std::abs(y));
-        worst = std::max(worst, std::isnan(apart) ? std::numeric_limits<double>::infinity() : apart);
+        worst = greatest(worst, std::abs(x - y) / (1 + std::abs(y)));
     };
     for (int k = 0; k < 7; ++k) look(a.end.y[k], b.end.y[k]);
-    look(a.end_velocity.x, b.end_velocity.x), look(a.end_velocity.y, b.end_velocity.y), look(a.end_velocity.z, b.end_velocity.z);
-    look(a.end_parameter, b.end_parameter), look(a.energy, b.energy);
+    look(a.end.velocity.x, b.end.velocity.x), look(a.end.velocity.y, b.end.velocity.y), look(a.end.velocity.z, b.end.velocity.z);
+    look(a.end.parameter, b.end.parameter), look(a.energy, b.energy);
     return worst;
 }
 

@@ -21,8 +21,8 @@ std::vector<ScalarOf<V>> outcome(const Flow<V>& f, int lane) {
     std::vector<ScalarOf<V>> values;
     const auto add = [&](const V& v) { values.push_back(get_lane(v, lane)); };
     for (int k = 0; k < 7; ++k) add(f.end.y[k]);
-    add(f.end_velocity.x), add(f.end_velocity.y), add(f.end_velocity.z);
-    add(f.end_parameter), add(f.energy), add(f.energy_error), add(f.domain), add(f.captured), add(f.gradients);
+    add(f.end.velocity.x), add(f.end.velocity.y), add(f.end.velocity.z);
+    add(f.end.parameter), add(f.energy), add(f.energy_error), add(f.end.domain), add(f.end.captured), add(f.gradients);
     values.push_back(static_cast<ScalarOf<V>>((to_bits(f.solved) >> lane) & 1));
     return values;
 }
@@ -52,9 +52,9 @@ void expect_near(const Flow<V>& packet, int lane, const Flow<ScalarOf<V>>& alone
         EXPECT_NEAR(get_lane(together, lane), single, tolerance * (1 + std::abs(single))) << what << ", value " << i;
     };
     for (int k = 0; k < 7; ++k) check(packet.end.y[k], alone.end.y[k], k);
-    check(packet.end_velocity.x, alone.end_velocity.x, 7), check(packet.end_velocity.y, alone.end_velocity.y, 8);
-    check(packet.end_velocity.z, alone.end_velocity.z, 9), check(packet.end_parameter, alone.end_parameter, 10);
-    check(packet.energy, alone.energy, 11), check(packet.domain, alone.domain, 12);
+    check(packet.end.velocity.x, alone.end.velocity.x, 7), check(packet.end.velocity.y, alone.end.velocity.y, 8);
+    check(packet.end.velocity.z, alone.end.velocity.z, 9), check(packet.end.parameter, alone.end.parameter, 10);
+    check(packet.energy, alone.energy, 11), check(packet.end.domain, alone.end.domain, 12);
     EXPECT_EQ((to_bits(packet.solved) >> lane) & 1, to_bits(alone.solved)) << what;
 }
 

@@ -1,0 +1,141 @@
+// Files that the program writes: never one that it reads, never half of one, and what is done when it is interrupted.
+#include "hole_scene.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <map>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+class Files : public HoleTest {
+protected:
+    void SetUp() override {
+        HoleTest::SetUp();
+        write("rays.csv", "x,y,z,dx,dy,dz\n3,0,0,-1,0.3,0\n");
+        ASSERT_EQ(run("render hole.toml --quiet -o sky.png").status, 0);
+        write("sky.toml", std::string(hole).substr(0, std::string(hole).find("checker")) + "texture = \"sky.png\"\n");
+    }
+};
+
+TEST_F(Files, OutputsAreNeverInputs) {
+    std::filesystem::create_hard_link(directory_ / "hole.toml", directory_ / "linked");
+    for (const char* arguments :
+         {"render hole.toml -o a.exr --json hole.toml", "render hole.toml -o a.exr --json ./linked", "trace hole.toml --rays rays.csv -o hole.toml",
+          "trace hole.toml --rays rays.csv --json rays.csv", "explain hole.toml --json hole.toml", "compare hole.toml --json hole.toml",
+          "render sky.toml -o sky.png", "print sky.toml -o sky.png", "error hole.toml -o . --json hole.toml", "profile sky.toml --json sky.png",
+          "render hole.toml --layers color,steps --maps -o a.exr --json a-steps.png"}) {
+        const auto before = files();
+        const std::string scene = read("hole.toml"), rays = read("rays.csv"), sky = read("sky.png");
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.status, 2) << arguments;
+        EXPECT_NE(outcome.err.find("are the same file"), std::string::npos) << arguments << '\n' << outcome.err;
+        EXPECT_EQ(read("hole.toml"), scene) << arguments;
+        EXPECT_EQ(read("rays.csv"), rays) << arguments;
+        EXPECT_EQ(read("sky.png"), sky) << arguments;
+    }
+}
+
+// What was there before stays, whoever encodes the picture, and the program says why it failed.
+TEST_F(Files, AFullDiskLeavesWhatWasThere) {
+    for (const char* extension : {"exr", "png", "jpg", "tif", "bmp", "tga", "ppm", "webp", "hdr", "pfm"}) {
+        const std::string name = std::string("picture.") + extension;
+        write(name, "what was there");
+        const auto before = files();
+        const Outcome outcome = run("render hole.toml --size 256x256 --quiet -o " + name, "trap '' XFSZ; ulimit -f 2;");
+        EXPECT_EQ(outcome.status, 1) << name;
+        EXPECT_NE(outcome.err.find("kagero: error: "), std::string::npos) << name << '\n' << outcome.err;
+        EXPECT_EQ(read(name), "what was there") << name;
+        EXPECT_EQ(files(), before) << name;
+        EXPECT_EQ(run("render hole.toml --quiet -o /dev/full", "ln -sf /dev/full full." + std::string(extension) + ";").status, 2);
+        EXPECT_EQ(run("render hole.toml --quiet -o full." + std::string(extension)).status, 1) << name;
+        std::filesystem::remove(directory_ / ("full." + std::string(extension)));
+    }
+}
+
+TEST_F(Files, ALongNameIsOne) {
+    const std::string longest(251, 'a');
+    EXPECT_EQ(run("render hole.toml --quiet -o " + longest + ".exr").status, 0);
+    EXPECT_TRUE(exists(longest + ".exr"));
+    const Outcome longer = run("render hole.toml --quiet -o a" + longest + ".exr");
+    EXPECT_EQ(longer.status, 2) << longer.err;
+    std::filesystem::create_symlink("loop.exr", directory_ / "loop.exr");
+    EXPECT_EQ(run("render hole.toml --quiet -o loop.exr").status, 2);
+}
+
+// Whoever asks for a report too gets the same picture.
+TEST_F(Files, APictureDoesNotDependOnTheReport) {
+    const std::string render = "render hole.toml --quiet --layers color,energy_error ";
+    ASSERT_EQ(run(render + "-o a.exr").status, 0);
+    ASSERT_EQ(run(render + "-o b.exr --json b.json").status, 0);
+    EXPECT_EQ(read("a.exr"), read("b.exr"));
+    EXPECT_NE(read("a.exr").find("kagero/energy_error"), std::string::npos);
+}
+
+constexpr const char* interrupt_soon = "\"$@\" 2>log & sleep 1.5; kill -INT $!; wait $!\n";
+
+TEST_F(Files, InterruptedTracingWritesWhatIsDone) {
+    std::string rays = "x,y,z,dx,dy,dz\n";
+    for (int i = 0; i < 20000; ++i) rays += "-20," + std::to_string(0.3 + 1e-6 * i) + ",0,1,0,0\n";
+    write("many.csv", rays);
+    write("interrupt.sh", interrupt_soon);
+    const Outcome outcome = run("trace hole.toml --rays many.csv --integrator gauss8 --step 0.0002 --threads 1 -o ends.csv", "sh interrupt.sh");
+    EXPECT_EQ(outcome.status, 130) << read("log");
+    const auto rows = lines_of(read("ends.csv"));
+    ASSERT_EQ(rows.size(), 20001u);
+    const auto untraced = std::count_if(rows.begin(), rows.end(), [](const std::string& row) { return row.ends_with("interrupted before this ray was traced"); });
+    EXPECT_GT(untraced, 0);
+}
+
+// A tile that takes minutes is given up; what is done is the rest of the picture.
+TEST_F(Files, AnEndDoesNotWaitForATile) {
+    write("interrupt.sh", interrupt_soon);
+    const std::string endless = "render hole.toml --size 4x4 --spp 4096 --quiet --integrator gauss16 --step 1e-6 -D integrator.max_steps=4000000000 --threads 1 ";
+    EXPECT_EQ(run(endless + "-o a.exr", "timeout 60 sh interrupt.sh").status, 130);
+    EXPECT_TRUE(exists("a.exr"));
+    EXPECT_EQ(run(endless + "-o b.exr --time-limit 0.5", "timeout 60").status, 0);
+    EXPECT_TRUE(exists("b.exr"));
+}
+
+TEST_F(Files, OptionsOverruleVariables) {
+    const std::string render = "render hole.toml --quiet --json -o a.exr ";
+    EXPECT_EQ(json::parse(run(render + "--threads 3", "KAGERO_THREADS=2").out)["threads"], 3);
+    EXPECT_EQ(json::parse(run(render, "KAGERO_THREADS=2").out)["threads"], 2);
+    EXPECT_EQ(run(render + "--threads 0", "KAGERO_THREADS=2").status, 2);
+    const std::string all = std::string(",") + KAGERO_BUILT_ISAS;
+    const std::string first = all.substr(1, all.find(',', 1) - 1);
+    EXPECT_EQ(json::parse(run(render + "--isa " + first, "KAGERO_ISA=auto").out)["isa"], first);
+    EXPECT_EQ(json::parse(run(render, "KAGERO_ISA=" + first).out)["isa"], first);
+    EXPECT_EQ(run(render + "--isa nope", "KAGERO_ISA=" + first).status, 2);
+}
+
+// Adaptive methods alone have a use for a tolerance: who states one gets one of them, or is told.
+TEST_F(Files, AToleranceIsKept) {
+    const json coarse = json::parse(run("render hole.toml --quiet --json -o a.exr -D integrator.tolerance=1e-3").out);
+    const json fine = json::parse(run("render hole.toml --quiet --json -o a.exr -D integrator.tolerance=1e-11").out);
+    EXPECT_EQ(coarse["integrator"], "rkf78");
+    EXPECT_LT(coarse["gradients"], fine["gradients"]);
+    const Outcome told = run("render hole.toml -o a.exr -D integrator.tolerance=1e-3 --integrator gauss8");
+    EXPECT_EQ(told.status, 0);
+    EXPECT_NE(told.err.find("integrator.tolerance has no effect"), std::string::npos) << told.err;
+}
+
+// In an observer's frame too: neither squares of it that overflow nor those that vanish.
+TEST_F(Files, TheLengthOfADirectionDoesNotMatter) {
+    for (const char* length : {"1", "1e150", "1e300", "1e-150", "1e-300", "4e-320"}) {
+        write("ray.csv", std::string("x,y,z,dx,dy,dz\n-20,3,0,") + length + ",0,0\n");
+        for (const char* observer : {"static", "falling", "coordinate"}) {
+            const Outcome outcome = run(std::string("trace hole.toml --rays ray.csv --observer ") + observer);
+            ASSERT_EQ(outcome.status, 0) << outcome.err;
+            static std::map<std::string, std::string> of_unit_length;
+            const auto [known, is_new] = of_unit_length.emplace(observer, outcome.out);
+            EXPECT_EQ(outcome.out, known->second) << observer << ' ' << length;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

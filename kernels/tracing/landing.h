@@ -174,7 +174,8 @@ private:
         further(flow.start.parameter, flow.end.parameter, arrived.end.parameter);
     }
 
-    /// Edges by the secant, always from the step's start: beyond them H means nothing. Other lanes stay where they are.
+    /// Edges by the secant, always from the step's start: beyond them H means nothing. Where that hardly moves any more, a little farther than
+    /// it says: the edge lies between two places so close, or else the way is torn there. Other lanes stay where they are.
     void deliver_to_edge(const V& full) {
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_), capture = from_bits<V>(captured);
@@ -189,13 +190,14 @@ private:
             const V height = pick(capture, flow.end.captured, flow.end.domain);
             const V guess = s_ - height * (s_ - last_s) / (height - last_height);
             inside = pick(height > zero, s_, inside), outside = pick(height > zero, outside, s_);
-            const V next = pick((guess > inside) & (guess <= outside), guess, V(S(0.5)) * (inside + outside));
+            const V least = s_ + pick(height > zero, close, -close), farther = pick(abs(guess - s_) < close, least, guess);
+            const V next = pick((farther > inside) & (farther <= outside), farther, V(S(0.5)) * (inside + outside));
             last_s = s_, last_height = height;
             const MaskOf<V> usable = is_finite(next) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);
-            open = open & usable & (abs(next - s_) > close);
+            open = open & usable & (outside - inside > V(S(2)) * close);
             if (!any(open)) break;
-            if (i + 1 == max_corrections) lost |= to_bits(open & (abs(next - s_) > V(S(1024) * close)));
+            if (i + 1 == max_corrections) lost |= to_bits(open & (outside - inside > V(S(1024)) * close));
             else s_ = pick(open, next, s_);
         }
         if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));

@@ -64,7 +64,7 @@ TEST_F(Cli, CheckAndPrintAgreeWithThemselves) {
     write("again.toml", once.out);
     EXPECT_EQ(run("print again.toml").out, once.out);
     // The method of a space may not serve H as another expression rescales it.
-    write("eye.toml", "[space]\nhamiltonian = \"fisheye\"\n[integrator]\nrescale = \"1 + r^2\"\n[camera]\nposition = [0, -2, 0]\nlook_at = [0, 0, 0]\n"
+    write("eye.toml", "[space]\nhamiltonian = \"fisheye\"\n[integrator]\nrescale = \"1 + r^2\"\n[camera]\nposition = [-2, 0, 0]\nlook_at = [0, 0, 0]\n"
                       "[film]\nsize = [4, 4]\n");
     const Outcome rescaled = run("print eye.toml -o eye-again.toml");
     ASSERT_EQ(rescaled.status, 0) << rescaled.err;

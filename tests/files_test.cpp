@@ -17,7 +17,7 @@ protected:
         HoleTest::SetUp();
         write("rays.csv", "x,y,z,dx,dy,dz\n3,0,0,-1,0.3,0\n");
         ASSERT_EQ(run("render hole.toml --quiet -o sky.png").status, 0);
-        write("sky.toml", std::string(hole).substr(0, std::string(hole).find("checker")) + "texture = \"sky.png\"\n");
+        write("sky.toml", std::string(hole).substr(0, std::string(hole).rfind("checker")) + "texture = \"sky.png\"\n");
     }
 };
 
@@ -93,7 +93,7 @@ TEST_F(Files, InterruptedTracingWritesWhatIsDone) {
 // A tile that takes minutes is given up; what is done is the rest of the picture.
 TEST_F(Files, AnEndDoesNotWaitForATile) {
     write("interrupt.sh", interrupt_soon);
-    const std::string endless = "render hole.toml --size 4x4 --spp 4096 --quiet --integrator gauss16 --step 1e-6 -D integrator.max_steps=4000000000 --threads 1 ";
+    const std::string endless = "render hole.toml --size 4x4 --spp 4096 --quiet --precision double --integrator gauss16 --step 1e-6 -D integrator.max_steps=4000000000 --threads 1 ";
     EXPECT_EQ(run(endless + "-o a.exr", "timeout 60 sh interrupt.sh").status, 130);
     EXPECT_TRUE(exists("a.exr"));
     EXPECT_EQ(run(endless + "-o b.exr --time-limit 0.5", "timeout 60").status, 0);

@@ -100,16 +100,15 @@ struct Orbit {
     }
 
 private:
-    /// Greatest share by which u may change in a step of `full` radians, in proportion in a shorter one, so that its stages keep off u = 0; and
-    /// in one that no point of space is asked of. Inward it may be much, where what falls so steeply is captured, and does not come out again.
+    /// Greatest share by which u may change in a step; and in one that no point of space is asked of, so that its stages keep off u = 0. Inward
+    /// it may be much, where what falls so steeply is captured, and does not come out again.
     struct Change {
         double outward, inward;
     };
     template <class System>
-    static constexpr Change in_steps = FarSided<typename System::Hamiltonian> ? Change{0.6, 0.5} : Change{0.6, 1.5};
+    static constexpr Change in_steps = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4} : Change{0.6, 1.5};
     template <class System>
-    static constexpr Change alone = FarSided<typename System::Hamiltonian> ? Change{0.6, 0.5} : Change{0.8, 4};
-    static constexpr double full = 0.3;
+    static constexpr Change alone = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4} : Change{0.8, 4};
     static constexpr int max_corrections = 20;
 
     template <class V>
@@ -215,8 +214,7 @@ private:
     template <class V>
     KAGERO_INLINE static V longest(const Motion<V>& m, const V& h, const Change& change) {
         using S = ScalarOf<V>;
-        const V share = min(abs(h) * V(S(1 / full)), V(S(1))), change_here = share * pick(m.w > V(S(0)), V(S(change.inward)), V(S(change.outward)));
-        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * change_here;
+        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * pick(m.w > V(S(0)), V(S(change.inward)), V(S(change.outward)));
         return max(min(h, most), -most);
     }
 

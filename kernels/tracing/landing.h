@@ -109,7 +109,7 @@ private:
             const V value = level_.value(q), next = s - value / level_.slope(q, curve_.slope(s));
             const MaskOf<V> short_of = side * value > V(S(0));
             before = pick(short_of, s, before), behind = pick(short_of, behind, s);
-            const V middle = half * (before + behind), between = pick((next >= before) & (next <= behind), next, middle);
+            const V middle = half * (before + behind), between = pick((next >= before - close) & (next <= behind + close), next, middle);
             const V free = pick(is_finite(next), min(max(next, least), greatest), s), last = s;
             s = pick(moving, pick(crossing, between, free), s);
             far = crossing & moving & (abs(s - last) > close);
@@ -180,7 +180,7 @@ private:
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_), capture = from_bits<V>(captured);
         MaskOf<V> open = edge;
-        V last_s(zero), last_height = pick(capture, flow.start.captured, flow.start.domain), inside(zero), outside(S(1));
+        V last_s(zero), last_height = pick(capture, flow.start.captured, flow.start.domain), inside(zero), outside(S(1)), reach = close;
         for (int i = 0; i < max_corrections; ++i) {
             if (!task_.resumes) task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = pick(edge, s_ * full, zero);
@@ -190,12 +190,14 @@ private:
             const V height = pick(capture, flow.end.captured, flow.end.domain);
             const V guess = s_ - height * (s_ - last_s) / (height - last_height);
             inside = pick(height > zero, s_, inside), outside = pick(height > zero, outside, s_);
-            const V least = s_ + pick(height > zero, close, -close), farther = pick(abs(guess - s_) < close, least, guess);
+            const MaskOf<V> resting = abs(guess - s_) < reach;
+            const V farther = pick(resting, s_ + pick(height > zero, reach, -reach), guess);
+            reach = pick(resting, V(S(4)) * reach, reach);  // where roundings hide on which side a place is
             const V next = pick((farther > inside) & (farther <= outside), farther, V(S(0.5)) * (inside + outside));
             last_s = s_, last_height = height;
             const MaskOf<V> usable = is_finite(next) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
             lost |= to_bits(open & !usable);
-            open = open & usable & (outside - inside > V(S(2)) * close);
+            open = open & usable & (outside - inside > V(S(2)) * reach);
             if (!any(open)) break;
             if (i + 1 == max_corrections) lost |= to_bits(open & (outside - inside > V(S(1024)) * close));
             else s_ = pick(open, next, s_);

@@ -83,6 +83,7 @@ private:
     void repeat(std::uint64_t lanes, const V& length);
     void restart(std::uint64_t lanes, const V& length);
     MaskOf<V> is_beyond(const Vec3<V>& q) const;
+    MaskOf<V> reaches_sphere(const Vec3<V>& q) const;
     MaskOf<V> leaves_space(const Vec3<V>& q, const Vec3<V>& v) const;
     void fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy);
     void retire_far_out(const RayStarts<W>& starts, int lane);
@@ -94,6 +95,7 @@ private:
     void land();
     std::uint64_t go_back(std::uint64_t lanes);
     void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
+    void write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure);
     void tell_iterations(int lane, const V& now);
     void tell_occupancy(std::uint64_t lanes);
     void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
@@ -134,6 +136,13 @@ private:
     /// How often in a row a step is taken again with another length before its ray fails.
     static constexpr int max_rejections = 60;
 };
+
+/// Whether places lie on the escape sphere or beyond it; or on that of the other universe.
+template <class V>
+MaskOf<V> PacketTracer<V>::reaches_sphere(const Vec3<V>& q) const {
+    const V square = dot(q, q);
+    return (square >= V(S(job_.escape_radius) * S(job_.escape_radius))) | (square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
+}
 
 /// Whether rays at q that move along v are beyond the escape sphere, moving outward; in a wormhole's other universe outward is inward.
 template <class V>
@@ -195,7 +204,7 @@ std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
     const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.end.domain <= V(S(0))) : 0;
     if (beyond) landing_->wait_for_edge(flow_, beyond, Edge::domain);
     staying &= ~beyond;
-    std::uint64_t outside = staying & to_bits(is_beyond(q));
+    std::uint64_t outside = staying & to_bits(reaches_sphere(q));
     if (outside) outside &= to_bits(leaves_space(q, flow_.end.velocity) | !is_beyond(flow_.start.q()));
     if (outside) leave_sphere(outside);
     staying &= ~outside;

@@ -122,7 +122,7 @@ std::uint64_t PacketTracer<V>::go_back(std::uint64_t lanes) {
 /// Ends a ray that starts so far out that its numbers may not fit the packet's.
 template <class V>
 void PacketTracer<V>::retire_far_out(const RayStarts<W>& starts, int lane) {
-    retire(flow_, std::uint64_t(1) << lane, Status::escaped);
+    write_ends(flow_, std::uint64_t(1) << lane, Status::escaped, Failure::none);
     RayEnd& e = *ends_[lane];
     const auto y = [&](int k) { return starts.y[k][lane]; };
     const double inverse = 1 / norm(Vec3<double>{y(3), y(4), y(5)});
@@ -130,15 +130,18 @@ void PacketTracer<V>::retire_far_out(const RayStarts<W>& starts, int lane) {
     e.pt = y(6), e.parameter = e.energy_error = 0;
 }
 
-/// Writes the ends of the rays of `lanes` from the end of the step in `f`. Those that have left the numbers have none, but where they are
-/// captured all the same.
+/// Ends the rays of `lanes` at the end of the step in `f`. Those that have left the numbers have none, but where they are captured all the same.
 template <class V>
 void PacketTracer<V>::retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure) {
-    if (status != Status::failed && status != Status::captured) {
-        const std::uint64_t finite = lanes & to_bits(is_finite(sum_of_all(f.end, f.end.velocity)));
-        if (finite != lanes) retire(f, lanes & ~finite, Status::failed, Failure::not_finite);
-        lanes = finite;
-    }
+    if (!lanes) return;
+    const bool anywhere = status == Status::failed || status == Status::captured;
+    const std::uint64_t finite = anywhere ? lanes : lanes & to_bits(is_finite(sum_of_all(f.end, f.end.velocity)));
+    write_ends(f, finite, status, failure);
+    write_ends(f, lanes & ~finite, Status::failed, Failure::not_finite);
+}
+
+template <class V>
+void PacketTracer<V>::write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure) {
     if (!lanes) return;
     const V square = dot(f.end.velocity, f.end.velocity), inverse = V(S(1)) / sqrt(square);
     const V usable = pick(is_finite(inverse), inverse, V(S(0)));

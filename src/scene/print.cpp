@@ -135,7 +135,7 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     line("method", integrator.method);
     out << unstated;
     line("step", integrator.step);
-    out << unstated << "tolerance = " << written(integrator.tolerance) << "  # of adaptive methods\n";
+    out << (integrator.tolerance_place ? unstated : "# ") << "tolerance = " << written(integrator.tolerance) << "  # of adaptive methods\n";
     out << unstated << "solver_tolerance = " << written(integrator.solver_tolerance)
         << (integrator.solver_tolerance == 0 ? "  # to rounding\n" : "\n");
     line("max_steps", integrator.max_steps);

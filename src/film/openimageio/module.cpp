@@ -5,6 +5,10 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
+
+#include <cstdio>
+#include <memory>
 
 namespace kagero {
 namespace {
@@ -49,14 +53,31 @@ OIIO::ImageSpec spec_of(const PictureToEncode& picture) {
     return spec;
 }
 
-/// Into memory: what writes a file by itself says nothing of a full disk, or ends the program.
-std::string encode(const std::string& extension, const PictureToEncode& picture, std::vector<unsigned char>& file) {
-    const std::string name = "picture" + extension;
-    OIIO::Filesystem::IOVecOutput memory(file);
-    const auto out = OIIO::ImageOutput::create(name, &memory);
+std::string write_to(OIIO::ImageOutput* out, const std::string& name, const PictureToEncode& picture) {
     if (!out) return OIIO::geterror();
     const bool done = out->open(name, spec_of(picture)) && out->write_image(type_of(picture.samples), picture.pixels) && out->close();
-    return done ? std::string() : out->geterror();
+    const std::string why = done ? "" : out->geterror();
+    return done || !why.empty() ? why : "OpenImageIO does not say why";
+}
+
+/// TIFF goes back and forth in its file, which OpenImageIO 2.4 cannot do in memory: a file of its own then, without a name.
+std::string encode_tiff(const PictureToEncode& picture, std::vector<unsigned char>& bytes) {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
+    if (!file) return "no temporary file can be made";
+    const std::string name = "/proc/self/fd/" + std::to_string(fileno(file.get()));
+    if (const std::string why = write_to(OIIO::ImageOutput::create("tiff").get(), name, picture); !why.empty()) return why;
+    std::fseek(file.get(), 0, SEEK_END);
+    bytes.resize(static_cast<std::size_t>(std::ftell(file.get())));
+    std::rewind(file.get());
+    return std::fread(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() ? "" : "a temporary file cannot be read back";
+}
+
+/// Into memory: what writes a file by itself says nothing of a full disk, or ends the program.
+std::string encode(const std::string& extension, const PictureToEncode& picture, std::vector<unsigned char>& file) {
+    if (OIIO::Strutil::istarts_with(extension, ".tif")) return encode_tiff(picture, file);
+    const std::string name = "picture" + extension;
+    OIIO::Filesystem::IOVecOutput memory(file);
+    return write_to(OIIO::ImageOutput::create(name, &memory).get(), name, picture);
 }
 
 std::string false_colors(const std::vector<float>& shares, std::vector<float>& rgb) {

@@ -109,6 +109,17 @@ TEST_P(LongSteps, ThrownRaysMeetTheFloorOnlyWhereTheyHaveNotLeft) {
     }
 }
 
+// The origin is a place as any other, where a step may end.
+TEST_P(LongSteps, RaysGoOnThroughTheOrigin) {
+    for (const char* method : {"srkn6", "gauss8", "rk4"}) {
+        const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\ng = 1e-300", "step = 0.25\nescape_radius = 10"), {std::string("integrator.method=") + method});
+        std::vector<RayEnd> ends;
+        trace(*plan, start_rays(*plan, {{{-1, 0, 0}, {1, 0, 0}}}, ""), ends);
+        ASSERT_EQ(ends[0].status, Status::escaped) << method;
+        EXPECT_NEAR(ends[0].q[0], 10, 1e-9) << method;
+    }
+}
+
 // What lies beyond the escape sphere neither stops a ray nor hides what lies within.
 TEST_P(LongSteps, SurfacesBeyondTheSphereHideNothing) {
     const std::string balls = "[[object]]\nname = \"far\"\nshape = \"sphere\"\ncenter = [0, -20, 0]\nradius = 1\n"

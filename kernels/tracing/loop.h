@@ -141,7 +141,9 @@ private:
 template <class V>
 MaskOf<V> PacketTracer<V>::reaches_sphere(const Vec3<V>& q) const {
     const V square = dot(q, q);
-    return (square >= V(S(job_.escape_radius) * S(job_.escape_radius))) | (square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
+    const MaskOf<V> outer = square >= V(S(job_.escape_radius) * S(job_.escape_radius));
+    if (!(job_.inner_escape_radius > 0)) return outer;
+    return outer | (square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
 }
 
 /// Whether rays at q that move along v are beyond the escape sphere, moving outward; in a wormhole's other universe outward is inward.

@@ -117,6 +117,7 @@ void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& 
     *flow = *start;
     for (auto _ : state) {
         flow->start = start->start;
+        flow->gradients = flow->open_iterations = V(ScalarOf<V>(0)), flow->issued_iterations = 0;
         for (int stage = 0; stage < stages; ++stage) std::copy(start->stage[stage], start->stage[stage] + 6, flow->stage[stage]);
         for (int i = 0; i < count; ++i) {
             kernel.step[kind](*system, *flow, method.coefficients);

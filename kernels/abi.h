@@ -7,10 +7,11 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 15;
+inline constexpr std::uint32_t abi_version = 16;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -223,6 +224,8 @@ struct Job {
     std::uint32_t max_steps;
     double escape_radius;        ///< of |q|
     double inner_escape_radius;  ///< rays that fall below it are escaped too, into a wormhole's other universe; 0: there is none
+    /// A ray that falls inward and will not come out is captured at once where nothing can be met further in: within this |q|.
+    double capture_within = std::numeric_limits<double>::infinity();
     double parameter_limit;  ///< infinity, or the λ at which every ray is ended exactly
     bool use_symmetry;       ///< leave to each step's end the coordinates that do not occur in H, where the method can
     HitModel hit;

@@ -215,9 +215,7 @@ TEST(FilteredFloor, IsFlatTowardsTheHorizon) {
 /// The room with its hole, as single rays see it without their neighbours.
 double single_ray_color(const Plan& plan, const RayEnd& end, std::size_t channel) {
     if (end.status != Status::hit) return 0;
-    const Double3& c = plan.scene.space.center;
-    return plan.geometry->surface_color(end.surface, end.primitive, {end.q[0] + c[0], end.q[1] + c[1], end.q[2] + c[2]},
-                                        {end.v[0], end.v[1], end.v[2]})[channel];
+    return plan.geometry->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]})[channel];
 }
 
 TEST(FilteredRoom, IsNearerToTheMeanOfManyRaysThanSingleRaysAre) {

@@ -72,7 +72,7 @@ TEST_F(SceneSurfaces, WallsShowImagesUpright) {
             const Double3 forward = scaled(outward, sense), right = cross(forward, up);
             const auto at = [&](double x, double y) {
                 const Double3 point = add(outward, add(scaled(right, x), scaled(up, y)));
-                return geometry.surface_color(0, 2 * face + (x > y ? 0 : 1), point, forward);
+                return geometry.surface_color(0, 2 * face + (x > y ? 0 : 1), subtract(point, {5, 5, 5}), forward);
             };
             EXPECT_TRUE(close(at(-0.5, 0.5), red)) << shape << face;
             EXPECT_TRUE(close(at(0.5, 0.5), green)) << shape << face;

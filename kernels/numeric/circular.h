@@ -17,13 +17,13 @@ template <>
 struct QuarterTurn<double> {
     // The first two of 33 bits, so that products with k < 2²⁰ are exact; the third is what is left.
     static constexpr double parts[3] = {1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
-    static constexpr double limit = 1e6, rounder = 6755399441055744.0;  // 1.5·2⁵²
+    static constexpr double limit = 1e6;
     static constexpr int terms = 8;
 };
 template <>
 struct QuarterTurn<float> {
     static constexpr float parts[3] = {1.5703125f, 4.837512969970703125e-4f, 7.54978995489188216e-8f};
-    static constexpr float limit = 4e3f, rounder = 12582912.0f;  // 1.5·2²³
+    static constexpr float limit = 4e3f;
     static constexpr int terms = 5;
 };
 
@@ -62,9 +62,8 @@ template <int quarters, class V>
 KAGERO_INLINE V circular(const V& x) {
     using S = ScalarOf<V>;
     using Turn = QuarterTurn<S>;
-    const auto nearest = [](const V& a) { return (a + V(Turn::rounder)) - V(Turn::rounder); };
-    const auto half_below = [&](const V& k) { return nearest(mul_sub(k, V(S(0.5)), V(S(0.25)))); };
-    const V turns = nearest(x * V(S(0.636619772367581343)));
+    const auto half_below = [&](const V& k) { return nearest_whole(mul_sub(k, V(S(0.5)), V(S(0.25)))); };
+    const V turns = nearest_whole(x * V(S(0.636619772367581343)));
     V r = neg_mul_add(turns, V(Turn::parts[0]), x);
     r = neg_mul_add(turns, V(Turn::parts[1]), r);
     r = neg_mul_add(turns, V(Turn::parts[2]), r);

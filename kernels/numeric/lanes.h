@@ -333,6 +333,12 @@ template <class V>
 KAGERO_INLINE MaskOf<V> always() { return V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0)); }
 template <class V>
 KAGERO_INLINE MaskOf<V> never() { return V(ScalarOf<V>(0)) > V(ScalarOf<V>(0)); }
+/// The nearest whole number, of two the even one, for |a| < 1/2ε.
+template <class V>
+KAGERO_INLINE V nearest_whole(const V& a) {
+    const V rounder(ScalarOf<V>(1.5) / machine_epsilon<ScalarOf<V>>);
+    return (a + rounder) - rounder;
+}
 /// False for infinities and NaN.
 template <class V>
 KAGERO_INLINE MaskOf<V> is_finite(const V& a) { return abs(a) <= V(std::numeric_limits<ScalarOf<V>>::max()); }

@@ -86,6 +86,15 @@ public:
         }
         return square;
     }
+    /// Square of the greatest |d/ds|, in a space whose axes are stretched; bounded by the ways between its control points.
+    KAGERO_INLINE V speed2(const Vec3<V>& stretch) const {
+        V square(S(0));
+        for (int i = 0; i < degree; ++i) {
+            const Vec3<V> way = point[i + 1] - point[i], e{stretch.x * way.x, stretch.y * way.y, stretch.z * way.z};
+            square = max(square, dot(e, e));
+        }
+        return V(S(degree * degree)) * square;
+    }
 
 private:
     /// Σ binomial(n, i) (1 − s)^{n−i} s^i point(i), as Horner would.

@@ -31,6 +31,8 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
     const Survey<V> here = system.survey(f.end);
     f.end.velocity = here.velocity, f.end.energy_terms = here.terms;
     f.end.domain = here.domain, f.end.captured = here.captured, f.end.side = here.side, f.end.scale = here.scale;
+    if (f.capture_within < std::numeric_limits<S>::infinity())
+        f.end.captured = max(f.end.captured, norm(f.end.q()) - V(f.capture_within));
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     f.energy_holds = here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * max(here.terms, f.start.energy_terms);
     if (f.want_energy) f.energy_error = abs(here.excess) / here.size;

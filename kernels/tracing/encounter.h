@@ -116,30 +116,32 @@ private:
         return root(max(max(first, dot(last, last)), dot(way, way)));
     }
 
-    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries piece after piece.
+    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries piece after piece but those that the
+    /// clearance in the middle of one tells not to meet anything: a piece's chord is no farther from there than the curve goes.
     std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
-        const V one(S(1)), piece = chord_only_ ? one : length_of_pieces(curve.sagitta());
+        const V one(S(1)), half(S(0.5)), piece = chord_only_ ? one : length_of_pieces(curve.sagitta());
+        const std::uint64_t cut = geometry_.clearance ? asking & to_bits(piece < one) : 0;  // a whole step was told to ask
+        const V pieces_per_way = cut ? recip(V(spare) * piece * root(curve.speed2(stretch_))) : one;
         std::uint64_t hits = 0, now = asking;
         V s0(S(0));
         Vec3<V> a = curve.point[0];
         while (now) {
-            const V s1 = min(s0 + piece, one);
+            V count = one;
+            std::uint64_t near = now;
+            if (now & cut) {
+                const V clearance = clearance_at(*geometry_.clearance, stretched(curve.at(mul_add(half, piece, s0))));
+                const V clear = nearest_whole(min(V(S(most_pieces)), clearance * pieces_per_way));
+                near &= ~(cut & to_bits(clear >= one));
+                count = max(pick(from_bits<V>(cut), clear, one), one);
+            }
+            const V s1 = min(mul_add(count, piece, s0), one);
             const MaskOf<V> to_end = s1 >= one;
             const Vec3<V> b = pick<V>(to_end, curve.point[curve.degree], curve.at(s1));
-            if (const std::uint64_t near = now & may_meet(a, b, now & to_bits(piece < one))) hits |= ask_piece(a, b, s0, s1, near);
+            if (near) hits |= ask_piece(a, b, s0, s1, near);
             now &= ~(hits | to_bits(to_end));
             a = b, s0 = s1;
         }
         return hits;
-    }
-
-    /// All but those lanes of `pieces` whose chord is shorter than the way from its middle to the nearest surface. A whole step was told so.
-    std::uint64_t may_meet(const Vec3<V>& a, const Vec3<V>& b, std::uint64_t pieces) const {
-        if (!pieces || !geometry_.clearance) return ~std::uint64_t(0);
-        const V half(S(0.5));
-        const Vec3<V> middle = stretched(half * (a + b)), rest = stretched(b) - middle;
-        const V shorter = max(clearance_at(*geometry_.clearance, middle), V(S(0))) * V(1 / spare);
-        return ~(pieces & to_bits(dot(rest, rest) < shorter * shorter));
     }
 
     std::uint64_t ask_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t now) {
@@ -208,7 +210,7 @@ private:
     /// As fractions of the step: halving a curve divides its sagitta by four.
     V length_of_pieces(V sagitta) const {
         V length(S(1));
-        for (int halvings = 0; halvings < 6; ++halvings) {
+        for (int pieces = 1; pieces < most_pieces; pieces *= 2) {
             const MaskOf<V> bent = sagitta > V(tolerance_);
             if (!any(bent)) break;
             length = pick(bent, V(S(0.5)) * length, length);
@@ -216,6 +218,7 @@ private:
         }
         return length;
     }
+    static constexpr int most_pieces = 64;
     /// Ways to surfaces are told by float, in a stretched space.
     static constexpr S spare = S(1.01);
     /// How far from its start a ray cannot meet a surface, in Embree's coordinates of order one: some 30 roundings of float.

@@ -14,7 +14,7 @@
 namespace kagero {
 
 /// What ends a ray without being a surface: a number of its own that falls to zero.
-enum class Edge : std::uint8_t { domain, capture };
+enum class Edge : std::uint8_t { domain, capture, turn };  ///< turn: where a ray that passes by is nearest to the origin, or farthest from it
 
 template <class V>
 class Landing {
@@ -32,7 +32,7 @@ public:
     explicit Landing(const Task<V>& task) : task_(task) {}
 
     /// Nobody waits any more.
-    void clear() { waiting = unrefined = lost = captured = edge_ = lossy_ = 0; }
+    void clear() { waiting = unrefined = lost = captured = edge_ = turning_ = lossy_ = 0; }
 
     /// The step of `from` for the lanes that have been told to wait since the last call.
     void take(const Flow<V>& from, std::uint64_t lanes) {
@@ -48,16 +48,18 @@ public:
         lo_ = pick(here, lo, lo_), hi_ = pick(here, hi, hi_), s_ = pick(here, s, s_);
         waiting |= lanes;
     }
-    /// Lanes of `from` that leave the medium during their step, or are captured: where the Hamiltonian's `domain`, or `captured`, falls to
-    /// zero.
+    /// Lanes of `from` that leave the medium during their step, or are captured, or turn: where the Hamiltonian's `domain`, or `captured`,
+    /// falls to zero, or the way along the radius.
     void wait_for_edge(const Flow<V>& from, std::uint64_t lanes, Edge edge) {
-        const bool capture = edge == Edge::capture;
-        const auto height = [&](const Waypoint<V>& at) { return capture ? at.captured : at.domain; };
+        const auto height = [&](const Waypoint<V>& at) {
+            return edge == Edge::turn ? along_radius(from.start, at) : edge == Edge::capture ? at.captured : at.domain;
+        };
         const V inside = height(from.start), outside = height(from.end);
         wait(lanes, Level<V>::none(), V(S(0)), V(S(1)), inside / (inside - outside));
         take(from, lanes);
         edge_ |= lanes;
-        if (capture) captured |= lanes;
+        if (edge == Edge::capture) captured |= lanes;
+        if (edge == Edge::turn) turning_ |= lanes;
     }
 
     /// Everybody who waits to where the level is; with `hit = "chord"` to where the chord meets it.
@@ -79,6 +81,12 @@ public:
     }
 
 private:
+    /// How fast a ray goes along the radius, > 0 the way it went at the start of its step.
+    static V along_radius(const Waypoint<V>& start, const Waypoint<V>& at) {
+        const V speed = dot(at.q(), at.velocity);
+        return pick(dot(start.q(), start.velocity) > V(S(0)), speed, -speed);
+    }
+
     void take_curve(const Curve<V>& from, const MaskOf<V>& lanes) {
         curve_.degree = from.degree;
         for (int i = 0; i <= from.degree; ++i) curve_.point[i] = pick<V>(lanes, from.point[i], curve_.point[i]);
@@ -88,11 +96,13 @@ private:
     /// the far side of a small ball may be as near as the one that was hit.
     void go_beside(const MaskOf<V>& mask, const Vec3<V>& on_chord, const Vec3<V>& piece) {
         V s = s_;
-        for (int i = 0; i < 3; ++i) {
-            const V next = s - dot(curve_.at(s) - on_chord, piece) / dot(curve_.slope(s), piece);
-            s = pick(is_finite(next), min(max(next, lo_), hi_), s);
+        MaskOf<V> open = mask & !from_bits<V>(edge_);
+        for (int i = 0; i < 3 && any(open); ++i) {
+            const V next = s - dot(curve_.at(s) - on_chord, piece) / dot(curve_.slope(s), piece), last = s;
+            s = pick(open & is_finite(next), min(max(next, lo_), hi_), s);
+            open = open & (abs(s - last) > V(settled) * (hi_ - lo_));
         }
-        s_ = pick(mask & !from_bits<V>(edge_), s, s_);
+        s_ = s;
     }
 
     /// Newton on the dense output, kept inside the piece that was hit; where the ends of that lie on both sides of the surface, between places
@@ -102,17 +112,18 @@ private:
         const V side = level_.value(curve_.at(lo_)), close = V(S(1.0 / 16)) * length;
         const MaskOf<V> smooth = mask & !from_bits<V>(edge_), crossing = smooth & (side * level_.value(curve_.at(hi_)) < V(S(0)));
         V s = s_, before = lo_, behind = hi_;
-        MaskOf<V> far = crossing;  // those that three steps do not bring close; the others stay, however long these take
-        for (int i = 0; i < 3 || (i < max_corrections && any(far)); ++i) {
-            const MaskOf<V> moving = i < 3 ? always<V>() : far;
+        MaskOf<V> open = smooth;
+        for (int i = 0; i < max_corrections && any(open); ++i) {
             const Vec3<V> q = curve_.at(s);
             const V value = level_.value(q), next = s - value / level_.slope(q, curve_.slope(s));
             const MaskOf<V> short_of = side * value > V(S(0));
             before = pick(short_of, s, before), behind = pick(short_of, behind, s);
             const V middle = half * (before + behind), between = pick((next >= before - close) & (next <= behind + close), next, middle);
             const V free = pick(is_finite(next), min(max(next, least), greatest), s), last = s;
-            s = pick(moving, pick(crossing, between, free), s);
-            far = crossing & moving & (abs(s - last) > close);
+            s = pick(open, pick(crossing, between, free), s);
+            // Without places on both sides three steps must do.
+            open = open & (abs(s - last) > V(settled) * length);
+            if (i >= 2) open = open & crossing;
         }
         const MaskOf<V> inside = (s > least) & (s < greatest);
         unrefined = to_bits(smooth & !inside);
@@ -178,16 +189,19 @@ private:
     /// it says: the edge lies between two places so close, or else the way is torn there. Other lanes stay where they are.
     void deliver_to_edge(const V& full) {
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
-        const MaskOf<V> edge = from_bits<V>(edge_), capture = from_bits<V>(captured);
+        const MaskOf<V> edge = from_bits<V>(edge_), capture = from_bits<V>(captured), turning = from_bits<V>(turning_);
+        const auto height_at = [&](const Waypoint<V>& at) {
+            return pick(turning, along_radius(whole.start, at), pick(capture, at.captured, at.domain));
+        };
         MaskOf<V> open = edge;
-        V last_s(zero), last_height = pick(capture, flow.start.captured, flow.start.domain), inside(zero), outside(S(1)), reach = close;
+        V last_s(zero), last_height = height_at(flow.start), inside(zero), outside(S(1)), reach = close;
         for (int i = 0; i < max_corrections; ++i) {
             if (!task_.resumes) task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = pick(edge, s_ * full, zero);
             const V before = flow.gradients;
             task_.step(flow);
             flow.gradients = pick(open, flow.gradients, before);
-            const V height = pick(capture, flow.end.captured, flow.end.domain);
+            const V height = height_at(flow.end);
             const V guess = s_ - height * (s_ - last_s) / (height - last_height);
             inside = pick(height > zero, s_, inside), outside = pick(height > zero, outside, s_);
             const MaskOf<V> resting = abs(guess - s_) < reach;
@@ -234,12 +248,14 @@ private:
     }
 
     static constexpr int max_corrections = 30;
+    /// Of a piece: whoever moves less on dense output is there, as each of Newton's steps squares what is missing.
+    static constexpr S settled = S(1e-3);
     /// Of a step, beyond which nothing is sought: what lies before its start was met by the step before.
     static constexpr S least_fraction = S(-1e-3), greatest_fraction = S(1.25);
 
     const Task<V>& task_;
     Curve<V> curve_;  ///< of the waiting lanes' last steps
-    std::uint64_t edge_ = 0, lossy_ = 0;
+    std::uint64_t edge_ = 0, turning_ = 0, lossy_ = 0;
     Level<V> level_ = Level<V>::none();
     V lo_ = S(0), hi_ = S(0), s_ = S(0);
 };

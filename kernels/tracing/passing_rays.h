@@ -9,7 +9,8 @@ namespace kagero {
 template <class V>
 void PacketTracer<V>::pass() {
     Passage<V> way;
-    way.h = nominal_, way.radius = job_.escape_radius, way.max_steps = job_.max_steps;
+    // From beyond the sphere a ray may pass it by.
+    way.h = pick(is_beyond(flow_.start.q()), V(S(0)), nominal_), way.radius = job_.escape_radius, way.max_steps = job_.max_steps;
     task_.pass(flow_, way);
     const std::uint64_t usable = active_ & to_bits(is_finite(sum_of_all(flow_.end, flow_.end.velocity)) & flow_.energy_holds);
     const MaskOf<V> here = from_bits<V>(usable);

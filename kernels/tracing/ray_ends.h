@@ -58,14 +58,15 @@ std::uint64_t PacketTracer<V>::excursions(std::uint64_t lanes, V& exit, V& farth
     return lanes & to_bits(square(farthest) > radius2);
 }
 
-/// Lanes whose step leads out of the escape sphere wait for it, except those that come from beyond it and pass it by.
+/// Lanes whose step leads out of the escape sphere wait for it; those that come from beyond it and pass it by, for where they turn.
 template <class V>
 void PacketTracer<V>::leave_sphere(std::uint64_t lanes) {
     const V zero(S(0)), one(S(1)), inner(S(job_.inner_escape_radius)), outer(S(job_.escape_radius));
     const Vec3<V> a = flow_.start.q(), b = flow_.end.q(), way = b - a;
     const V along = dot(a, way), nearest2 = dot(a, a) - along * along / dot(way, way);  // of the whole line
-    const std::uint64_t passing = lanes & to_bits((dot(a, a) > outer * outer) & (nearest2 > outer * outer));
-    retire(flow_, passing, Status::escaped);
+    const MaskOf<V> far_inside = (dot(a, a) < inner * inner) & (dot(b, b) < inner * inner);
+    const std::uint64_t passing = lanes & to_bits(((dot(a, a) > outer * outer) & (nearest2 > outer * outer)) | far_inside);
+    if (passing) landing_->wait_for_edge(flow_, passing, Edge::turn);
     const std::uint64_t waiting = lanes & ~passing;
     if (!waiting) return;
     const Level<V> sphere = sphere_level<V>(pick(dot(b, b) <= inner * inner, inner, outer));

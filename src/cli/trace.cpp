@@ -45,6 +45,8 @@ struct Request {
     SceneDescription scene;
     Options options;
     std::vector<RayInput> rays;
+    bool csv;
+    const Terminal& terminal;
 };
 
 std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
@@ -62,6 +64,8 @@ std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
         scene.integrator.rescale = "none";
     }
     auto plan = make_plan(std::move(scene), options, false);
+    if (every_column == request.csv)  // once, of both plans
+        for (const std::string& remark : plan->remarks) request.terminal.warning(remark);
     if (!limit.empty() && plan->module->integrators[plan->job.integrator].angular)
         throw InputError("--parameter: a ray cannot be ended at a parameter of H while integrator.method = \"" +
                          plan->scene.integrator.method + "\" steps in the angle of its orbit");
@@ -124,7 +128,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     inputs.emplace_back("--rays", arguments.rays);
     check_outputs({{"-o", output}, {"--json", arguments.json}}, inputs);
 
-    const Request request{arguments, std::move(scene), options, rays_of(arguments)};
+    const Request request{arguments, std::move(scene), options, rays_of(arguments), csv, terminal};
     terminal.detail(std::to_string(request.rays.size()) + " rays");
     const InterruptGuard interrupts;
     Watch watch;

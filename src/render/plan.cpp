@@ -84,6 +84,35 @@ std::uint32_t clearance_cells(const Plan& plan, bool with_camera) {
     return with_camera ? std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, most)) : std::uint32_t(most);
 }
 
+/// Infinity, but where an object lies so near a hole that light falls past it, or from it, inside the photon orbit. Of all holes of a mass
+/// that orbit is farthest out where there is no spin: there |q| = 3M, and √10 M is no less than r = 3M with any.
+double capture_within(const Plan& plan) {
+    const Hole hole = plan.module->hole(plan.hamiltonian, plan.parameters.data());
+    const double limit = std::sqrt(10.0) * hole.mass, nearest = plan.geometry->nearest(limit);
+    if (!(nearest < limit)) return std::numeric_limits<double>::infinity();
+    const double horizon = hole.mass + std::sqrt(std::max(0.0, hole.mass * hole.mass - hole.spin * hole.spin));
+    return std::max(std::hypot(horizon, hole.spin), (1 - 1e-4) * nearest);
+}
+
+/// Of what the user may not have meant.
+void remark(Plan& plan, bool with_camera) {
+    const SceneDescription& scene = plan.scene;
+    const IntegratorDescription& integrator = scene.integrator;
+    const auto say = [&](const std::string& remark) { plan.remarks.push_back(remark); };
+    const bool fits = with_camera && integrator.max_pixel_error > 0;
+    if (integrator.max_pixel_error > 0 && !with_camera)
+        say("integrator.max_pixel_error has no effect on single rays: they are traced by " + integrator.method + " as it is");
+    if (integrator.tolerance_place && !plan.straight && !plan.module->integrators[plan.job.integrator].adaptive && !fits)
+        say("integrator.tolerance has no effect: " + integrator.method + " takes steps of one length");
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+        const ObjectDescription& object = scene.objects[i];
+        if (plan.geometry->distance_of_box(static_cast<std::uint32_t>(i)) > plan.job.escape_radius)
+            say("object." + object.name + " lies beyond integrator.escape_radius, where rays end: it is not seen");
+        if (object.shape == Shape::disk && scene.space.formula)
+            say("object." + object.name + ": its matter stands still, as nobody knows how it orbits in the space of a formula");
+    }
+}
+
 void fill_job(Plan& plan, bool with_camera) {
     const SceneDescription& scene = plan.scene;
     Job& job = plan.job;
@@ -103,6 +132,7 @@ void fill_job(Plan& plan, bool with_camera) {
     job.chord_tolerance = chord_tolerance(plan, with_camera);
     job.outputs = plan.options.energy_error ? output_energy : 0u;
     job.geometry = plan.geometry->kernel_view();
+    job.capture_within = capture_within(plan);
     job.refill = scene.integrator.refill == "on";
 }
 
@@ -143,8 +173,7 @@ std::unique_ptr<Plan> make_plan(SceneDescription scene, const Options& options, 
     check_disks(*plan);
     if (with_camera) place_camera(*plan);
     plan->remarks = plan->geometry->remarks();
-    if (s.integrator.tolerance_place && !plan->straight && !m.integrators[plan->job.integrator].adaptive && !(s.integrator.max_pixel_error > 0))
-        plan->remarks.push_back("integrator.tolerance has no effect: " + s.integrator.method + " takes steps of one length");
+    remark(*plan, with_camera);
     plan->load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return plan;
 }

@@ -11,11 +11,6 @@
 namespace kagero {
 namespace {
 
-Double3 scene_point(const Plan& plan, const RayEnd& end) {
-    const Double3& c = plan.scene.space.center;
-    return {end.q[0] + c[0], end.q[1] + c[1], end.q[2] + c[2]};
-}
-
 /// A ray that gets away alone, beside captured ones, has grazed the photon sphere: around there every pixel shows the whole sky, again
 /// and again. It stands for a large piece of it.
 Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
@@ -32,7 +27,7 @@ Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& foot
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
         case Status::hit:
-            return plan.geometry->surface_color(end.surface, end.primitive, scene_point(plan, end), toward,
+            return plan.geometry->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, toward,
                                                 redshift_of(plan, ray), ray.patch);
         case Status::escaped:
             return plan.geometry->sky_color(ray.sky.direction, ray.sky.far, filter_of(ray.sky, footprints));
@@ -57,6 +52,11 @@ float mean(std::span<const Sighting> rays, const Amount& amount) {
 }
 
 void paint_color_of(const Pixel& pixel, float* color) {
+    if (pixel.rays.size() == 1) {
+        const Float3 c = color_of(pixel.plan, pixel.rays.front(), pixel.footprints);
+        std::copy(c.begin(), c.end(), color);
+        return;
+    }
     double sum[3] = {0, 0, 0};
     for (const Sighting& ray : pixel.rays) {
         const Float3 c = color_of(pixel.plan, ray, pixel.footprints);

@@ -19,12 +19,13 @@ struct Wanted {
     }
 };
 
-/// Adds the rays of pixel (x, y), the first of them `first` in the tile.
+/// Sets the rays of pixel (x, y), the first of them `first` in the tile, as `rays`. Of what they were before, patches and skies are left
+/// that nobody asks of them now.
 void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const RayList& list, std::size_t first, std::uint32_t x,
-            std::uint32_t y, Quad& quad, const std::vector<EndError>& errors) {
+            std::uint32_t y, Quad& quad, std::span<Sighting> rays, const std::vector<EndError>& errors) {
     const FilmDescription& film = plan.scene.film;
     for (std::uint32_t i = 0; i < film.spp; ++i) {
-        Sighting& ray = quad.rays.emplace_back();
+        Sighting& ray = rays[i];
         ray.end = ends + first + i;
         if (ray.end->status == Status::escaped) ray.sky = sky_view(plan, *ray.end);
         if (!errors.empty()) ray.error = &errors[first + i];
@@ -56,10 +57,11 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
         for (std::uint32_t bx = tile.x0 & ~1u; bx < tile.x1; bx += 2) {
             const std::uint32_t x0 = std::max(bx, tile.x0), x1 = std::min(bx + 2, tile.x1);
             const std::uint32_t y0 = std::max(by, tile.y0), y1 = std::min(by + 2, tile.y1);
-            quad.rays.clear(), quad.starts.clear(), quad.places.clear();
+            quad.rays.resize(std::size_t{x1 - x0} * (y1 - y0) * spp), quad.starts.clear(), quad.places.clear();
+            std::span<Sighting> open = quad.rays;
             for (std::uint32_t y = y0; y < y1; ++y)
-                for (std::uint32_t x = x0; x < x1; ++x)
-                    gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad, errors);
+                for (std::uint32_t x = x0; x < x1; ++x, open = open.subspan(spp))
+                    gather(plan, wanted, ends, list, (std::size_t(y - tile.y0) * width + (x - tile.x0)) * spp, x, y, quad, open, errors);
             if (wanted.patches) find_patches(plan, quad, spp);
             const SkyFootprints footprints = wanted.footprints ? footprints_of(quad, spp) : SkyFootprints{};
             std::span<const Sighting> rays = quad.rays;

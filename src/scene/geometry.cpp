@@ -17,7 +17,6 @@ struct LoadedSky {
 };
 
 struct SceneGeometry::Content {
-    Double3 space_center{};
     LoadedSky sky, far_sky;
     std::vector<ShadedObject> objects;  ///< surface i is object i
     std::vector<Surface> surfaces;
@@ -111,13 +110,14 @@ std::vector<Ring> rings_of(const std::vector<ShadedObject>& objects) {
     return rings;
 }
 
+void include(const ShadedObject& object, const Surface& surface, Bounds& bounds) {
+    for (const std::uint32_t index : object.mesh.triangles) bounds.include(vertex(object.mesh, index));
+    if (surface.kind == Surface::Kind::sphere) bounds.include(object.center, surface.radius);
+}
+
 Bounds bounds_of(const std::vector<ShadedObject>& objects, const std::vector<Surface>& surfaces) {
     Bounds bounds;
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        const TriangleMesh& mesh = objects[i].mesh;
-        for (const std::uint32_t index : mesh.triangles) bounds.include(vertex(mesh, index));
-        if (surfaces[i].kind == Surface::Kind::sphere) bounds.include(objects[i].center, surfaces[i].radius);
-    }
+    for (std::size_t i = 0; i < objects.size(); ++i) include(objects[i], surfaces[i], bounds);
     return bounds;
 }
 
@@ -145,7 +145,6 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
 SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted) : content_(std::make_unique<Content>()) {
     Content& content = *content_;
     Images images{wanted.textures, {}, {}};
-    content.space_center = scene.space.center;
     content.sky = load(scene.sky, images);
     content.far_sky = load(scene.far_sky, images);
     if (scene.objects.empty()) return;
@@ -191,7 +190,7 @@ std::uint32_t SceneGeometry::object_of(std::uint32_t surface) const {
 
 Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
                                     const Double3& toward, double redshift, const Patch& patch) const {
-    return object_color(content_->objects[surface], primitive, subtract(point, content_->space_center), toward, redshift, patch);
+    return object_color(content_->objects[surface], primitive, point, toward, redshift, patch);
 }
 
 std::uint32_t SceneGeometry::face_of(std::uint32_t surface, std::uint32_t primitive) const {
@@ -220,6 +219,18 @@ bool SceneGeometry::surfaces_have_patterns() const {
 
 const std::vector<std::string>& SceneGeometry::remarks() const {
     return content_->remarks;
+}
+
+double SceneGeometry::nearest(double limit) const {
+    return content_->embree ? distance_to_surfaces(content_->geometry, {0, 0, 0}, limit) : limit;
+}
+
+double SceneGeometry::distance_of_box(std::uint32_t surface) const {
+    Bounds bounds;
+    include(content_->objects[surface], content_->surfaces[surface], bounds);
+    Double3 nearest;
+    for (std::size_t k = 0; k < 3; ++k) nearest[k] = std::clamp(0.0, bounds.lower[k], bounds.upper[k]);
+    return length(nearest);
 }
 
 double SceneGeometry::diagonal() const {

@@ -39,7 +39,7 @@ public:
     const Geometry* kernel_view() const;
     /// The index in SceneDescription::objects of a surface (a box has one surface, so has a mesh).
     std::uint32_t object_of(std::uint32_t surface) const;
-    /// Linear colour of a surface at a point, both in scene coordinates; `toward` is the ray's unit direction there (away from the eye),
+    /// Linear colour of a surface at a point relative to `space.center`; `toward` is the ray's unit direction there (away from the eye),
     /// `redshift` the frequency seen over the frequency sent, which matters to disks. Images and checkers are averaged over the patch.
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
                          double redshift = 1, const Patch& patch = {}) const;
@@ -55,6 +55,9 @@ public:
     bool surfaces_have_patterns() const;
     /// One line per object that the user may want to know of: degenerate triangles skipped, faces triangulated …
     const std::vector<std::string>& remarks() const;
+    /// Distances from `space.center`: to the nearest point of any object, not greater than `limit`; to the box around one object.
+    double nearest(double limit) const;
+    double distance_of_box(std::uint32_t surface) const;
     /// Diagonal of the box around all objects, scene units; 0 without objects.
     double diagonal() const;
 

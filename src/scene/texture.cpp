@@ -102,9 +102,8 @@ Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patc
     const double x = u * n_u, y = v * n_v, column = floor_of(x), row = floor_of(y);
     double brightness;
     if (within_square(x, column, reach(sides, 0)) && within_square(y, row, reach(sides, 1))) {
-        const double square = column + row;
-        const bool odd = square - 2 * floor_of(square / 2) != 0;
-        brightness = odd ? 0.25 : 1.0;
+        const double square = 0.5 * (column + row);
+        brightness = square == floor_of(square) ? 1.0 : 0.25;
     } else {
         brightness = 0.625 + 0.375 * mean_sign(x, y, sides);
     }

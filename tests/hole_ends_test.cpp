@@ -1,0 +1,80 @@
+// Where rays near a hole, and far from it, end whatever the method: on surfaces inside the photon sphere, and at their perihelion where
+// they pass the escape sphere by. Against the critical impact parameter and the cubic of the turning points.
+#include "plan_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace kagero::test {
+namespace {
+
+/// A ray of r_g = 1 at (r, 0, 0), moving inward: dr/dλ = −√(1 − (1 − 1/r) b²/r²), r dφ/dλ = b/r.
+RayInput inward(double r, double b) {
+    return {{r, 0, 0}, {-std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), b / r, 0}};
+}
+
+double radius_of(const RayEnd& end) {
+    return std::hypot(end.q[0], end.q[1], end.q[2]);
+}
+
+constexpr const char* methods[][2] = {{"", ""}, {"integrator.symmetry=none", ""}, {"integrator.method=gauss8", ""}, {"integrator.method=verlet", "integrator.step=0.02"},
+                                      {"integrator.method=rkf78", "integrator.tolerance=1e-10"}};
+
+class HoleEnds : public testing::TestWithParam<const char*> {
+protected:
+    std::vector<RayEnd> ends_of(const std::string& scene, const char* const (&how)[2], const std::vector<RayInput>& rays) const {
+        Overrides overrides;
+        for (const char* change : how)
+            if (*change) overrides.emplace_back(change);
+        const auto plan = plan_of_text(scene, overrides, with_strategy(GetParam()), false);
+        std::vector<RayEnd> ends;
+        trace(*plan, start_rays(*plan, rays, ""), ends);
+        return ends;
+    }
+};
+
+// All that falls past the photon sphere meets a ball in there, and nothing else does (Bardeen 1973: b < 3√3/2 r_g).
+TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
+    for (const double radius : {1.49, 1.3, 1.02})
+        for (const auto& how : methods) {
+            const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\n"
+                                      "[film]\nsize = [4, 4]\n[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = " + std::to_string(radius) + "\n";
+            const double critical = 1.5 * std::numbers::sqrt3;
+            std::vector<RayInput> rays;
+            for (int i = 0; i < 40; ++i) rays.push_back(inward(10, 0.075 + 0.15 * i));
+            const std::vector<RayEnd> ends = ends_of(scene, how, rays);
+            for (std::size_t i = 0; i < ends.size(); ++i) {
+                const double b = 0.075 + 0.15 * double(i);
+                SCOPED_TRACE(testing::Message() << how[0] << " " << how[1] << ", radius " << radius << ", b = " << b);
+                ASSERT_EQ(ends[i].status, b < critical ? Status::hit : Status::escaped);
+                if (b < critical) EXPECT_NEAR(radius_of(ends[i]), radius, 1e-6);
+            }
+        }
+}
+
+// The perihelion is the greatest root of r³ = b² (r − r_g) (Chandrasekhar 1983, §20).
+TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
+    for (const auto& how : methods) {
+        const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 20\n[camera]\nposition = [0, -40, 0]\nlook_at = [0, 0, 0]\n"
+                                  "[film]\nsize = [4, 4]\n";
+        std::vector<RayInput> rays;
+        for (int i = 0; i < 17; ++i) rays.push_back(inward(40, 21.5 + i));
+        const std::vector<RayEnd> ends = ends_of(scene, how, rays);
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            const double b = 21.5 + double(i);
+            double r = b;
+            for (int k = 0; k < 60; ++k) r = b * std::sqrt(1 - 1 / r);
+            SCOPED_TRACE(testing::Message() << how[0] << " " << how[1] << ", b = " << b);
+            ASSERT_EQ(ends[i].status, Status::escaped);
+            EXPECT_NEAR(radius_of(ends[i]), r, 2e-4);
+            EXPECT_NEAR(ends[i].q[0] * ends[i].v[0] + ends[i].q[1] * ends[i].v[1] + ends[i].q[2] * ends[i].v[2], 0, 1e-6 * r);
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Strategies, HoleEnds, testing::Values("scalar", "packet"));
+
+}  // namespace
+}  // namespace kagero::test

@@ -58,6 +58,13 @@ struct Mirage {
         return n(k, q) - k.n_min;
     }
 
+    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step.
+    template <class V>
+    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+        const V along = k.ripple * k.wavenumber, upward = 3.0 * k.n3 * (q.z * q.z);
+        return 0.2 * max(n(k, q), k.n_min) / sqrt(along * along + upward * upward + 1e-12 * k.n_min * k.n_min);
+    }
+
     /// Separated by components of the momentum: along the ground, and upward.
     template <class V>
     static constexpr V part_a(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {

@@ -39,7 +39,7 @@ protected:
 TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
     for (const double radius : {1.49, 1.3, 1.02})
         for (const auto& how : methods) {
-            const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\n"
+            const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
                                       "[film]\nsize = [4, 4]\n[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = " + std::to_string(radius) + "\n";
             const double critical = 1.5 * std::numbers::sqrt3;
             std::vector<RayInput> rays;
@@ -57,7 +57,7 @@ TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
 // The perihelion is the greatest root of r³ = b² (r − r_g) (Chandrasekhar 1983, §20).
 TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
     for (const auto& how : methods) {
-        const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 20\n[camera]\nposition = [0, -40, 0]\nlook_at = [0, 0, 0]\n"
+        const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 20\n[camera]\nposition = [0, -40, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
                                   "[film]\nsize = [4, 4]\n";
         std::vector<RayInput> rays;
         for (int i = 0; i < 17; ++i) rays.push_back(inward(40, 21.5 + i));

@@ -30,6 +30,7 @@ const Pair pairs[] = {
      {-7, 0.5, 0.25}},
     {"mirage", "[space]\nhamiltonian = \"mirage\"\n",
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*n*(px^2 + py^2 + pz^2)\"\nH0 = 0.5\ndomain = \"n - 0.05\"\n"
+     "length_scale = \"0.2*max(n, 0.05)/sqrt((0.09*pi)^2 + (0.9*z^2)^2)\"\n"
      "[space.let]\nn = \"0.85 - 0.3*z^3 + 0.03*cos(3*pi*x)\"\n", {0, 0, 0}},
     {"fisheye", "[space]\nhamiltonian = \"fisheye\"\nn0 = 2\nradius = 1\n",
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (2/(1 + x^2 + y^2 + z^2))^2)\"\n", {-1, 0.1, 0}, "1.5"},

@@ -74,7 +74,7 @@ TEST_F(Explain, SaysWhichCoordinatesDoNotOccur) {
     EXPECT_TRUE(leaves_out(explained_air("--integrator gauss8"), "stratified space"));
 }
 
-TEST_F(Explain, TracesNothingAndWritesNothing) {
+TEST_F(Explain, WritesNoPicture) {
     ASSERT_EQ(run("explain hole.toml").status, 0);
     EXPECT_FALSE(exists("hole.exr"));
     EXPECT_EQ(run("explain missing.toml").status, 2);

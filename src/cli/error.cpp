@@ -83,6 +83,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const StudyOptions wanted = study_options(arguments, options);
     SceneDescription scene = scene_of(arguments, options);
     const auto plan = make_plan(std::move(scene), Options{.isa = options.isa});
+    for (const std::string& remark : plan->remarks) terminal.warning(remark);
     const std::string directory = report_directory(arguments, "error");
     make_report_directory(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json, files_of(plan->scene));
     const ErrorStudy study = study_watched(*plan, wanted, terminal);

@@ -72,7 +72,7 @@ void write_snapshot(const Plan& plan, const Film& film, const std::string& path,
     try {
         write_film(film, path, picture_metadata(plan, so_far));
         terminal.note("a snapshot is in " + path);
-    } catch (const RunError& error) {
+    } catch (const std::exception& error) {
         terminal.warning(error.what());
     }
 }

@@ -67,12 +67,13 @@ std::int32_t operation(FormulaScope& scope, FormulaOp op, std::int32_t a, std::i
 }
 
 std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent) {
-    constexpr double greatest = 64;  // beyond it a logarithm is cheaper than the products
+    // A whole power of a negative number is a number; halves beyond 64 are left to the logarithm, which below 0 is none either.
+    constexpr double greatest = 1 << 30, greatest_half = 64;
     if (is_number(scope, base) && is_number(scope, exponent))
         return number_node(scope, std::pow(value_of(scope, base), value_of(scope, exponent)));
     if (is_number(scope, exponent) && std::abs(value_of(scope, exponent)) <= greatest) {
         const double size = std::abs(value_of(scope, exponent)), whole = std::floor(size);
-        if (size == whole || size == whole + 0.5) {
+        if (size == whole || (size == whole + 0.5 && size < greatest_half)) {
             std::int32_t result = size > 0 && whole == 0 ? -1 : whole_power(scope, base, static_cast<int>(whole));
             if (size != whole) {
                 const std::int32_t root = operation(scope, FormulaOp::sqrt, base);

@@ -71,6 +71,7 @@ std::vector<std::string> isas_for(const std::string& wish) {
         const bool asked_for = wish == "all" || (wish == "auto" && names.empty()) || ("," + wish + ",").find("," + isa.name + ",") != std::string::npos;
         if (isa.supported && asked_for) names.push_back(isa.name);
     }
+    if (names.empty()) choose(find_isas(), "auto", "--isa");  // tells what is missing
     return names;
 }
 

@@ -37,13 +37,13 @@ void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
 
 }  // namespace
 
-void fit_to_error(Plan& plan, const std::atomic<bool>* stop) {
+void fit_to_error(Plan& plan) {
     const double bound = plan.scene.integrator.max_pixel_error;
     StudyOptions options;
     options.width = options.height = pilot_grid;
     options.quick = options.errors_only = true;
     options.threads = plan.threads;
-    const ErrorStudy study = study_error(plan, options, {}, stop);
+    const ErrorStudy study = study_error(plan, options);
     const StudyCurve* curve = nullptr;
     const StudyPoint* best = nullptr;
     const KernelInfo* kernel = nullptr;
@@ -73,8 +73,8 @@ void fit_to_error(Plan& plan, const std::atomic<bool>* stop) {
     tell_scene(plan, *curve, *best);
 }
 
-void settle(Plan& plan, const std::atomic<bool>* stop) {
-    if (plan.scene.integrator.max_pixel_error > 0) fit_to_error(plan, stop);
+void settle(Plan& plan) {
+    if (plan.scene.integrator.max_pixel_error > 0) fit_to_error(plan);
     else choose_precision(plan);
 }
 

@@ -3,17 +3,16 @@
 
 #include "render/plan.h"
 
-#include <atomic>
-
 namespace kagero {
 
 /// Follows a sparse grid of the film's rays by a handful of methods, in double and (where the options leave it open) float, and makes
 /// the plan follow the one that keeps 99 % of them within the bound with the fewest evaluations of derivatives. A method that the scene
-/// states is kept; strategy and lanes are those asked for. Where none does, the plan stays as it was. Plan::pilot tells which it was. The choice does not depend on how fast the machine is.
-void fit_to_error(Plan& plan, const std::atomic<bool>* stop = nullptr);
+/// states is kept; strategy and lanes are those asked for. Where none does, the plan stays as it was. Plan::pilot tells which it was. The
+/// choice does not depend on how fast the machine is.
+void fit_to_error(Plan& plan);
 
 /// What a picture's plan leaves open is settled by some of its rays: method, step and precision where the scene bounds the error,
 /// else precision alone (see choose_precision).
-void settle(Plan& plan, const std::atomic<bool>* stop = nullptr);
+void settle(Plan& plan);
 
 }  // namespace kagero

@@ -151,7 +151,6 @@ private:
         return done;
     }
     bool trace(const Tile& tile, Share& share, TileRecord* record) {
-        const FlushDenormals flush;
         const Counters before = share.counters;
         HaltedTile halting{*this};
         if (rays_) rays_(tile, share.list);
@@ -204,6 +203,7 @@ std::size_t rays_of(const Tile& tile, const RayList& list) {
 }
 
 void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends, Counters& counters) {
+    const FlushDenormals flush;
     ends.resize(rays_of(tile, list));
     if (list.starts.empty()) return kernel.trace(&job, &tile, ends.data(), &counters);
     job.camera = nullptr, job.rays = list.starts.data();

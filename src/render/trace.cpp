@@ -39,11 +39,11 @@ bool refill_pays(const Plan& plan, const Job& job, std::size_t rays) {
     const std::uint32_t lanes = plan.kernel->lanes, probed = packets * lanes;
     if (lanes == 1 || rays < 32 * std::size_t{probed}) return false;
     Counters counters{};
-    std::vector<RayEnd> ends(lanes);
+    std::vector<RayEnd> ends;
     for (std::uint32_t i = 0; i < packets; ++i) {
         const auto first = static_cast<std::uint32_t>(i * (rays / packets)) / lanes * lanes;  // a packet begins there
         const Tile tile{first, 0, first + lanes, 1};
-        plan.kernel->trace(&job, &tile, ends.data(), &counters);
+        trace_tile(*plan.kernel, job, tile, {}, ends, counters);
     }
     const double steps = double(counters.active_lane_steps) / probed;
     return steps > short_of_steps && double(counters.active_lane_steps) < full * double(counters.issued_lane_steps);

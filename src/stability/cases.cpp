@@ -82,7 +82,7 @@ StabilityOutcome run_case(const Case& chosen, const StabilityRequest& request, c
 }  // namespace
 
 bool StabilityRow::pass() const {
-    return std::all_of(outcomes.begin(), outcomes.end(), [](const StabilityOutcome& outcome) { return outcome.pass; });
+    return !outcomes.empty() && std::all_of(outcomes.begin(), outcomes.end(), [](const StabilityOutcome& outcome) { return outcome.pass; });
 }
 
 std::vector<std::string> stability_case_names() {

@@ -49,7 +49,9 @@ TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
                 const double b = 0.075 + 0.15 * double(i);
                 SCOPED_TRACE(testing::Message() << how[0] << " " << how[1] << ", radius " << radius << ", b = " << b);
                 ASSERT_EQ(ends[i].status, b < critical ? Status::hit : Status::escaped);
-                if (b < critical) EXPECT_NEAR(radius_of(ends[i]), radius, 1e-6);
+                if (b < critical) {
+                    EXPECT_NEAR(radius_of(ends[i]), radius, 1e-6);
+                }
             }
         }
 }

@@ -3,6 +3,7 @@
 #include "render/camera.h"
 #include "render/kernels.h"
 #include "render/ray_errors.h"
+#include "render/shade.h"
 
 #include <cmath>
 
@@ -22,17 +23,13 @@ constexpr double least_float_tolerance = 5e-7;
 /// Float gains nothing where it needs so many more steps.
 constexpr double most_extra_steps = 1.2;
 
-bool holds_errors(const std::string& layer) {
-    return layer == "energy_error" || layer == "position_error" || layer == "rounding_error";
-}
-
 /// What speaks for double before any ray is followed; empty where nothing does.
 std::string plain_reason(const Plan& plan) {
     const FilmDescription& film = plan.scene.film;
     if (plan.options.precision != "auto") return "--precision " + plan.options.precision;
     if (plan.kernel->strategy != Strategy::packet) return "one ray at a time is hardly quicker in float";
     for (const std::string& layer : film.layers)
-        if (holds_errors(layer)) return "float would be most of what layer " + layer + " shows";
+        if (needs_of(layer) & need_any_error) return "float would be most of what layer " + layer + " shows";
     if (plan.module->integrators[plan.job.integrator].adaptive && !plan.straight && plan.job.tolerance < least_float_tolerance)
         return "integrator.tolerance is below what float can hold";
     if (double(film.width) * film.height * film.spp < worthwhile) return "so small a picture gains nothing";

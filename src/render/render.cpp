@@ -34,10 +34,11 @@ Tile shown_part(const Plan& plan) {
 RunReport render(const Plan& plan, Film& film, const Watch& watch) {
     const auto begin = std::chrono::steady_clock::now();
     Job job = plan.job;
-    if (film.has("energy_error")) job.outputs |= output_energy;
+    const unsigned needs = needs_of(film);
+    if (needs & need_energy_error) job.outputs |= output_energy;
     TileRays rays;
     if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
-    const EndErrors end_errors(plan, film.has("position_error"), film.has("rounding_error"));
+    const EndErrors end_errors(plan, needs & need_position_error, needs & need_rounding_error);
     Snapshots snapshots(watch, film);
     const auto done = [&, shown = shown_part(plan)](const Tile& tile, const RayEnd* ends, const RayList& list) {
         const std::vector<EndError> errors = end_errors.of(tile, ends, list);

@@ -32,7 +32,7 @@ struct RunReport {
     std::vector<ThreadTime> threads;
     Counters counters{};
     std::uint64_t status[status_count] = {};
-    Percentiles energy_error;  ///< only with Options::energy_error
+    Percentiles energy_error;  ///< only with Options::energy_error, or its layer
     std::uint64_t unrefined = 0;
     bool interrupted = false;  ///< some pixels were never traced
     bool out_of_time = false;  ///< … because the time was up

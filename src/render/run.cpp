@@ -145,7 +145,7 @@ private:
         // Asking for processor time enters the system, which may give the processor to another program: not between these two.
         record.begin = seconds();
         const bool done = trace(work_.tiles[i], share, &record);
-        record.end = seconds();
+        record.end = done ? seconds() : 0;
         record.processor = processor_seconds() - processor;
         record.counters = difference(share.counters, before);
         return done;

@@ -11,8 +11,8 @@ struct SampleRays {
     std::vector<std::array<double, 2>> pixels;  ///< where on the film each ray starts, in pixels
     /// The same rays turned to the right and downward by `turn`: how their ends move apart is their conditioning.
     std::vector<RayStart> right, below;
-    double turn = 0;         ///< radians
-    double pixel_angle = 0;  ///< of the film's pixels, in the middle of the picture; radians
+    double turn = 0;         ///< radians; of an orthographic camera a length
+    double pixel_angle = 0;  ///< of the film's pixels, in the middle of the picture; in the same
 };
 
 /// The middles of the film's pixels on a grid of at most width × height, in pixels; neighbours in the list are neighbours in the picture.

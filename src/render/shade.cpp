@@ -102,40 +102,54 @@ double object_of(const Pixel& pixel) {
     return end.status == Status::hit ? pixel.plan.geometry->object_of(end.surface) + 1 : 0;
 }
 
-/// How each layer of film.cpp is made.
+/// How each layer of film.cpp is made, and from what.
 struct Painter {
     const char* layer;
+    unsigned needs;
     void (*paint)(const Pixel&, float*);
 };
 constexpr Painter painters[] = {
-    {"color", paint_color_of},
-    {"status", [](const Pixel& p, float* out) { *out = float(static_cast<int>(p.rays.front().end->status)); }},
-    {"steps", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.steps; }); }},
-    {"gradients", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.gradients; }); }},
-    {"energy_error", [](const Pixel& p, float* out) { *out = float(energy_error_of(p)); }},
-    {"position_error", [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::position)); }},
-    {"rounding_error", [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::rounding)); }},
-    {"newton", [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.iterations; }); }},
-    {"occupancy", [](const Pixel& p, float* out) { *out = p.rays.front().end->occupancy; }},
-    {"depth", [](const Pixel& p, float* out) { *out = float(depth_of(p.plan, p.rays.front())); }},
-    {"redshift", [](const Pixel& p, float* out) { *out = float(redshift_of(p.plan, p.rays.front())); }},
-    {"object", [](const Pixel& p, float* out) { *out = float(object_of(p)); }},
-    {"footprint", [](const Pixel& p, float* out) { *out = float(length(sky_of(p).major)); }},
-    {"magnification", [](const Pixel& p, float* out) { *out = float(magnification_of(p)); }},
+    {"color", 0, paint_color_of},
+    {"status", 0, [](const Pixel& p, float* out) { *out = float(static_cast<int>(p.rays.front().end->status)); }},
+    {"steps", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.steps; }); }},
+    {"gradients", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.gradients; }); }},
+    {"energy_error", need_energy_error, [](const Pixel& p, float* out) { *out = float(energy_error_of(p)); }},
+    {"position_error", need_position_error, [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::position)); }},
+    {"rounding_error", need_rounding_error, [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::rounding)); }},
+    {"newton", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.iterations; }); }},
+    {"occupancy", 0, [](const Pixel& p, float* out) { *out = p.rays.front().end->occupancy; }},
+    {"depth", need_start, [](const Pixel& p, float* out) { *out = float(depth_of(p.plan, p.rays.front())); }},
+    {"redshift", need_start, [](const Pixel& p, float* out) { *out = float(redshift_of(p.plan, p.rays.front())); }},
+    {"object", 0, [](const Pixel& p, float* out) { *out = float(object_of(p)); }},
+    {"footprint", need_footprint, [](const Pixel& p, float* out) { *out = float(length(sky_of(p).major)); }},
+    {"magnification", need_footprint, [](const Pixel& p, float* out) { *out = float(magnification_of(p)); }},
 };
 
+const Painter& painter_of(const std::string& layer) {
+    const auto painter = std::find_if(std::begin(painters), std::end(painters), [&](const Painter& p) { return p.layer == layer; });
+    if (painter == std::end(painters)) throw RunError("nothing paints the layer " + layer);
+    return *painter;
+}
+
 }  // namespace
+
+unsigned needs_of(const std::string& layer) {
+    return painter_of(layer).needs;
+}
+
+unsigned needs_of(const Film& film) {
+    unsigned needs = 0;
+    for (const LayerInfo* layer : film.layers()) needs |= needs_of(layer->name);
+    return needs;
+}
 
 int probes_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints) {
     return ray.end->status == Status::escaped ? plan.geometry->sky_probes(ray.sky.far, filter_of(ray.sky, footprints)) : 0;
 }
 
 Shader::Shader(Film& film) : width_(film.width()) {
-    for (const LayerInfo* layer : film.layers()) {
-        const auto painter = std::find_if(std::begin(painters), std::end(painters), [&](const Painter& p) { return p.layer == layer->name; });
-        if (painter == std::end(painters)) throw RunError("nothing paints the layer " + layer->name);
-        layers_.push_back({painter->paint, film.plane(layer->name), layer->channels.size()});
-    }
+    for (const LayerInfo* layer : film.layers())
+        layers_.push_back({painter_of(layer->name).paint, film.plane(layer->name), layer->channels.size()});
 }
 
 void Shader::shade(const Pixel& pixel, std::uint32_t x, std::uint32_t y) const {

@@ -14,7 +14,7 @@ struct Wanted {
     bool starts, footprints, patches;
 
     Wanted(const Plan& plan, const Film& film)
-        : starts(film.has("depth") || film.has("redshift")), footprints(wants_footprints(plan, film)), patches(plan.geometry->surfaces_have_patterns()) {
+        : starts(needs_of(film) & need_start), footprints(wants_footprints(plan, film)), patches(plan.geometry->surfaces_have_patterns()) {
         for (const ObjectDescription& object : plan.scene.objects) starts = starts || object.shape == Shape::disk;
     }
 };
@@ -43,7 +43,7 @@ void gather(const Plan& plan, const Wanted& wanted, const RayEnd* ends, const Ra
 }  // namespace
 
 bool wants_footprints(const Plan& plan, const Film& film) {
-    return plan.geometry->sky_has_pattern() || film.has("footprint") || film.has("magnification");
+    return plan.geometry->sky_has_pattern() || (needs_of(film) & need_footprint);
 }
 
 void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list,

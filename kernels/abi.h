@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 16;
+inline constexpr std::uint32_t abi_version = 17;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -91,6 +91,7 @@ struct IntegratorInfo {
     const char* what;      ///< one line with its source
     bool angular = false;  ///< steps are angles, not lengths of the integration parameter
     bool drifts = false;   ///< drifts along p and kicks in turn, so that cyclic coordinates can wait for a step's end
+    bool collocates = false;  ///< implicit for every H; others that are implicit are not for |p|²/2 + V(q)
 };
 
 /// One surface of the scene, in the order of Embree's geometry identifiers; in double, for refinement.

@@ -50,4 +50,8 @@ std::string near_match(const std::string& word, const std::vector<std::string>& 
     return nearest;
 }
 
+void enumerate(std::string& list, const std::string& next) {
+    list += (list.empty() ? "" : ", ") + next;
+}
+
 }  // namespace kagero

@@ -1,6 +1,7 @@
 // The momentum a ray starts with, for any H: p with ∂H/∂p = μ d, μ > 0, and H = H0; and the metric, where H has one.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
+#include "kernels/numeric/linear_solve.h"
 
 #include <cmath>
 
@@ -53,31 +54,11 @@ double slope(const Programs& programs, const double (&q)[3], const Vector& p, Ve
     return out[0].value;
 }
 
-/// Solves a x = b, both overwritten, by elimination with row pivoting; not finite when singular.
-template <int n>
-void solve(std::array<std::array<double, n>, n>& a, std::array<double, n>& b) {
-    for (int c = 0; c < n; ++c) {
-        int pivot = c;
-        for (int i = c + 1; i < n; ++i)
-            if (std::abs(a[i][c]) > std::abs(a[pivot][c])) pivot = i;
-        std::swap(a[c], a[pivot]), std::swap(b[c], b[pivot]);
-        for (int i = c + 1; i < n; ++i) {
-            const double factor = a[i][c] / a[c][c];
-            for (int k = c; k < n; ++k) a[i][k] -= factor * a[c][k];
-            b[i] -= factor * b[c];
-        }
-    }
-    for (int c = n - 1; c >= 0; --c) {
-        for (int k = c + 1; k < n; ++k) b[c] -= a[c][k] * b[k];
-        b[c] /= a[c][c];
-    }
-}
-
 /// H's expansion to second order taken for H itself: p + G⁻¹(μ d − g), where H = H0 gives μ. Exact, from anywhere, for H quadratic in p.
 bool quadratic_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<Vector, 3> a = e.hessian, b = e.hessian;
     Vector along = d, against = e.gradient;
-    solve<3>(a, along), solve<3>(b, against);  // G⁻¹ d, G⁻¹ g
+    solve_linear(3, a.data(), along.data()), solve_linear(3, b.data(), against.data());  // G⁻¹ d, G⁻¹ g
     const double square = 2 * (0.5 * dot(e.gradient, against) - e.value) / dot(d, along);
     if (!(square > 0) || !std::isfinite(square)) return false;
     mu = std::sqrt(square);
@@ -95,7 +76,7 @@ void newton_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) 
         b[i] = mu * d[i] - e.gradient[i];
     }
     b[3] = -e.value;
-    solve<4>(a, b);
+    solve_linear(4, a.data(), b.data());
     for (int i = 0; i < 3; ++i) p[i] += b[i];
     mu += b[3];
 }

@@ -58,7 +58,8 @@ struct Mirage {
         return n(k, q) - k.n_min;
     }
 
-    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step.
+    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step. Where n hardly changes at all,
+    /// by less than 1e-6 n_min per length, that keeps it finite.
     template <class V>
     static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
         const V along = k.ripple * k.wavenumber, upward = 3.0 * k.n3 * (q.z * q.z);

@@ -2,41 +2,13 @@
 /// solved by itself, in scalar numbers, so that a ray needs the same iterations in every packet.
 #pragma once
 
+#include "kernels/numeric/linear_solve.h"
 #include "kernels/stepping/implicit.h"
 #include "kernels/stepping/shared.h"
 
 #include <algorithm>
 
 namespace kagero {
-
-/// Solves A x = b in place by elimination with partial pivoting. False, with x undefined, unless det A > 0.
-template <class S>
-bool solve_positive(int n, S (*a)[6 * max_stages], S* b) {
-    bool positive = true;
-    for (int k = 0; k < n; ++k) {
-        int pivot = k;
-        for (int i = k + 1; i < n; ++i)
-            if (abs(a[i][k]) > abs(a[pivot][k])) pivot = i;
-        if (!(abs(a[pivot][k]) > S(0))) return false;
-        if (pivot != k) {
-            positive = !positive;
-            for (int j = k; j < n; ++j) std::swap(a[k][j], a[pivot][j]);
-            std::swap(b[k], b[pivot]);
-        }
-        if (a[k][k] < S(0)) positive = !positive;
-        const S inverse = S(1) / a[k][k];
-        for (int i = k + 1; i < n; ++i) {
-            const S factor = a[i][k] * inverse;
-            for (int j = k + 1; j < n; ++j) a[i][j] -= factor * a[k][j];
-            b[i] -= factor * b[k];
-        }
-    }
-    for (int k = n; k-- > 0;) {
-        for (int j = k + 1; j < n; ++j) b[k] -= a[k][j] * b[j];
-        b[k] /= a[k][k];
-    }
-    return positive;
-}
 
 /// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The Jacobian
 /// is the identity where h = 0; along the solution that grows out of the start its determinant stays positive. That, and
@@ -55,7 +27,7 @@ public:
         S last(0);
         while (iterations_ < max_iterations && convergence_.open()) {
             linearise();
-            if (!solve_positive(6 * s_, matrix_, rest_)) return false;
+            if (!solve_linear(6 * s_, matrix_, rest_)) return false;
             const S change = correct();
             if (iterations_++ > 0 && !(change <= S(0.5) * last)) return convergence_.is_rounding(change);
             last = change;

@@ -60,7 +60,7 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
     if (!arguments.seed.empty()) all.push_back("film.seed=" + whole("--seed", arguments.seed));
     if (!arguments.layers.empty()) {
         std::string list;
-        for (const std::string& layer : split(arguments.layers, ',')) list += (list.empty() ? "" : ", ") + written(layer);
+        for (const std::string& layer : split(arguments.layers, ',')) enumerate(list, written(layer));
         all.push_back("film.layers=[" + list + "]");
     }
     return all;

@@ -1,5 +1,6 @@
 // kagero list: what can be chosen.
 #include "cli/verb.h"
+#include "error.h"
 #include "modules/modules.h"
 #include "report/listing.h"
 
@@ -11,7 +12,7 @@ namespace {
 
 void declare(CLI::App& app, Arguments& arguments) {
     std::string topics;
-    for (const std::string& topic : list_topics()) topics += (topics.empty() ? "" : ", ") + topic;
+    for (const std::string& topic : list_topics()) enumerate(topics, topic);
     add_option(app, "TOPIC", arguments.topic, "One of: " + topics + "; default: all", "");
     add_isa(app, arguments, false);
     add_json(app, arguments);

@@ -64,7 +64,7 @@ void write_output(const std::string& path, const std::function<void(std::ostream
     write_file(path, write);
 }
 
-double write_picture(const Film& film, const std::string& path, const Metadata& metadata) {
+double save_film(const Film& film, const std::string& path, const Metadata& metadata) {
     const auto begin = std::chrono::steady_clock::now();
     write_film(film, path, metadata);
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

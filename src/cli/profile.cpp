@@ -62,7 +62,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         terminal.note("interrupted before there was anything to report");
         return exit_interrupted;
     }
-    const double write_seconds = write_picture(film, path_in(directory, picture), picture_metadata(*plan, profile.report));
+    const double write_seconds = save_film(film, path_in(directory, picture), picture_metadata(*plan, profile.report));
     const std::string json = profile_json(*plan, profile, write_seconds);
     write_text_file(path_in(directory, "profile.json"), json);
     write_text_file(path_in(directory, "trace.json"), profile_trace(*plan, profile, write_seconds));

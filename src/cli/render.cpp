@@ -176,7 +176,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     Film film = film_of(*plan);
     prepared.get();  // nothing else runs beside the rays
     const RunReport report = render_watched(*plan, film, output, time_limit, terminal);
-    const double write_seconds = write_picture(film, output, picture_metadata(*plan, report));
+    const double write_seconds = save_film(film, output, picture_metadata(*plan, report));
     write_maps(film, mapped, output, terminal);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });

@@ -27,7 +27,7 @@ inline constexpr int exit_done = 0, exit_failed = 1, exit_wrong_input = 2, exit_
 /// written.
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
 /// Writes a film, and says how many seconds that took.
-double write_picture(const Film& film, const std::string& path, const Metadata& metadata);
+double save_film(const Film& film, const std::string& path, const Metadata& metadata);
 
 /// A file, and what messages call it: "--json", "the texture of object.floor".
 using NamedFile = std::pair<std::string, std::string>;

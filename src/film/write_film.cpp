@@ -42,7 +42,7 @@ Encoding encoding_of(const std::string& path) {
     std::string known;
     for (const Format& format : formats) {
         if (lower == format.extension) return format.encoding;
-        known += std::string(known.empty() ? "" : ", ") + format.extension;
+        enumerate(known, format.extension);
     }
     throw InputError("cannot write '" + path + "': " +
                      (extension.empty() ? "its name has no extension that says which kind of picture it is"

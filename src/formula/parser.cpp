@@ -1,4 +1,5 @@
 // Recursive descent, one function per rule of formula.h.
+#include "error.h"
 #include "formula/lexer.h"
 #include "formula/nodes.h"
 
@@ -167,7 +168,7 @@ private:
         std::string small = token.text, near, list;
         for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
         for (const std::string& name : known) {
-            list += (list.empty() ? "" : ", ") + name;
+            enumerate(list, name);
             if (name == small) near = name;
         }
         if (near.empty()) near = near_match(token.text, known);

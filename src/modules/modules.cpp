@@ -28,7 +28,7 @@ constexpr Isa isas[] = {
 std::string names_of(const std::vector<IsaInfo>& found, bool supported_only) {
     std::string names;
     for (const IsaInfo& isa : found)
-        if (isa.supported || !supported_only) names += (names.empty() ? "" : ", ") + isa.name;
+        if (isa.supported || !supported_only) enumerate(names, isa.name);
     return names.empty() ? "none" : names;
 }
 

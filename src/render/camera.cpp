@@ -1,5 +1,6 @@
 #include "render/camera.h"
 
+#include "error.h"
 #include "render/formula_space.h"
 #include "scene/clearance.h"
 
@@ -93,7 +94,7 @@ Failure place_observer(Plan& plan, StartMap& map) {
     for (const char* name : {"static", "zamo", "falling", "coordinate"}) {
         StartMap map;
         plan.view.observer = observer_named(name);
-        if (place_observer(plan, map) == Failure::none) others += std::string(others.empty() ? "" : ", ") + name;
+        if (place_observer(plan, map) == Failure::none) enumerate(others, name);
     }
     const std::string why = describe(failure) + (others.empty() ? std::string() : "; here can be: " + others);
     if (others.empty() || !camera.observer_place)

@@ -1,5 +1,6 @@
 #include "render/compare.h"
 
+#include "error.h"
 #include "render/camera.h"
 #include "render/equal_error.h"
 #include "render/kernels.h"
@@ -109,7 +110,7 @@ void Comparer::check_lanes() const {
     for (const std::uint32_t lanes : options_.lanes) {
         if (known.count(lanes)) continue;
         std::string text;
-        for (const std::uint32_t n : known) text += (text.empty() ? "" : ", ") + std::to_string(n);
+        for (const std::uint32_t n : known) enumerate(text, std::to_string(n));
         throw InputError("--lanes: no kernel has " + std::to_string(lanes) + "; lanes there are: " + text);
     }
 }

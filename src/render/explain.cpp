@@ -1,5 +1,6 @@
 #include "render/explain.h"
 
+#include "error.h"
 #include "film/film.h"
 #include "formula/formula.h"
 #include "render/camera.h"
@@ -70,7 +71,7 @@ std::string why_no_orbit(const Plan& plan, const HamiltonianInfo& space) {
 std::string cyclic_coordinates(const HamiltonianInfo& space) {
     std::string text;
     for (std::size_t i = 0; i < 3; ++i)
-        if (space.cyclic[i]) text += std::string(text.empty() ? "" : ", ") + formula_variables[i];
+        if (space.cyclic[i]) enumerate(text, formula_variables[i]);
     return text;
 }
 
@@ -99,7 +100,7 @@ void explain_formula(const Plan& plan, Parts& parts) {
     const auto occurs = [&](std::size_t i) { return (occurring >> i & 1) != 0; };
     std::string variables;
     for (std::size_t i = 0; i < formula_variables.size(); ++i)
-        if (occurs(i)) variables += std::string(variables.empty() ? "" : ", ") + formula_variables[i];
+        if (occurs(i)) enumerate(variables, formula_variables[i]);
     parts.always("H of " + variables + (is_separable(plan) ? "; what is integrated is |p|\u00b2/2 + V(q)" : ""));
     for (std::size_t i = 0; i < 3; ++i)
         if (!occurs(i) && !(rescaling >> i & 1))
@@ -136,7 +137,7 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     if (plan.scene.space.formula) explain_formula(plan, parts);
     else parts.add(!plan.programs.empty(), "an interpreter: H times " + plan.scene.integrator.rescale + " is compiled for no space",
                    "H and its rescaling are compiled");
-    const bool implicit = bent && method.implicit && !is_separable(plan);
+    const bool implicit = bent && method.implicit && (method.collocates || !is_separable(plan));
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
               : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");
     parts.add(bent && method.adaptive, "step control, lane by lane", bent ? "steps have a fixed length" : straight);

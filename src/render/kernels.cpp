@@ -1,5 +1,7 @@
 #include "render/kernels.h"
 
+#include "error.h"
+
 #include <algorithm>
 #include <span>
 
@@ -29,10 +31,9 @@ bool widest_is_best(const Plan& plan) {
 /// "strategy packet, double, 64 lanes"
 std::string text_of(const KernelWish& wish) {
     std::string text;
-    const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-    if (wish.strategy) add(std::string("strategy ") + name_of(*wish.strategy));
-    if (wish.precision) add(name_of(*wish.precision));
-    if (wish.lanes) add("integrator.lanes = " + std::to_string(wish.lanes));
+    if (wish.strategy) enumerate(text, std::string("strategy ") + name_of(*wish.strategy));
+    if (wish.precision) enumerate(text, name_of(*wish.precision));
+    if (wish.lanes) enumerate(text, "integrator.lanes = " + std::to_string(wish.lanes));
     return text;
 }
 
@@ -47,7 +48,7 @@ std::string lanes_text(const Plan& plan, KernelWish wish) {
     std::sort(lanes.begin(), lanes.end());
     lanes.erase(std::unique(lanes.begin(), lanes.end()), lanes.end());
     std::string text;
-    for (const std::uint32_t n : lanes) text += (text.empty() ? "" : ", ") + std::to_string(n);
+    for (const std::uint32_t n : lanes) enumerate(text, std::to_string(n));
     return text;
 }
 

@@ -1,5 +1,6 @@
 #include "render/plan.h"
 
+#include "error.h"
 #include "film/film.h"
 #include "modules/modules.h"
 #include "render/camera.h"
@@ -71,7 +72,7 @@ bool choose_rescaling(const Plan& plan, const HamiltonianInfo& info) {
     std::string served;
     for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
         if (!refusal_of(plan, i, wanted) || !refusal_of(plan, i, false))
-            served += std::string(served.empty() ? "" : ", ") + plan.module->integrators[i].name;
+            enumerate(served, plan.module->integrators[i].name);
     throw InputError(plan.scene.integrator.method_place.value_or(Place{}), "integrator.method = \"" + plan.scene.integrator.method + "\" cannot serve " + info.name + ": " + reason +
                      "; it is served by " + served);
 }
@@ -104,6 +105,8 @@ void remark(Plan& plan, bool with_camera) {
         say("integrator.max_pixel_error has no effect on single rays: they are traced by " + integrator.method + " as it is");
     if (integrator.tolerance_place && !plan.straight && !plan.module->integrators[plan.job.integrator].adaptive && !fits)
         say("integrator.tolerance has no effect: " + integrator.method + " takes steps of one length");
+    if (with_camera && scene.camera.fov_place && scene.camera.type != "perspective")
+        say("camera.fov has no effect: the camera is " + scene.camera.type);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
         const ObjectDescription& object = scene.objects[i];
         if (plan.geometry->distance_of_box(static_cast<std::uint32_t>(i)) > plan.job.escape_radius)

@@ -59,15 +59,6 @@ double pixel_error(const Plan& plan, const RayEnd& should, const RayEnd& is) {
     return has_end(should) ? pixels_apart(plan, should, is) : not_known;
 }
 
-Spread spread_of(std::vector<double> values) {
-    constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
-    if (values.empty()) return {not_known, not_known, not_known, not_known};
-    std::sort(values.begin(), values.end());
-    // The nearest rank: no less than this share of the values is as small as that.
-    const auto at = [&](double share) { return values[static_cast<std::size_t>(std::ceil(share * double(values.size()))) - 1]; };
-    return {at(0.5), at(0.9), at(0.99), values.back()};
-}
-
 bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b) {
     if (a.status != b.status) return false;
     return a.status != Status::hit || plan.geometry->object_of(a.surface) == plan.geometry->object_of(b.surface);

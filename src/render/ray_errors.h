@@ -6,13 +6,6 @@
 
 namespace kagero {
 
-/// Percentiles of something over all rays of a kind.
-struct Spread {
-    double p50 = 0, p90 = 0, p99 = 0, max = 0;
-};
-/// Of no values at all: not numbers.
-Spread spread_of(std::vector<double> values);
-
 /// A ray that turns its neighbours apart by more than this multiplies every error by as much; it is counted apart.
 inline constexpr double ill_conditioned = 1e3;
 

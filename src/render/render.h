@@ -4,17 +4,13 @@
 #include "film/film.h"
 #include "render/recording.h"
 #include "render/schedule.h"
+#include "render/spread.h"
 
 #include <atomic>
 #include <functional>
 #include <limits>
 
 namespace kagero {
-
-/// Percentiles over rays.
-struct Percentiles {
-    double p50 = 0, p99 = 0, max = 0;
-};
 
 /// How one thread spent a run, in seconds.
 struct ThreadTime {
@@ -32,7 +28,7 @@ struct RunReport {
     std::vector<ThreadTime> threads;
     Counters counters{};
     std::uint64_t status[status_count] = {};
-    Percentiles energy_error;  ///< only with Options::energy_error, or its layer
+    Spread energy_error;  ///< only with Options::energy_error, or its layer
     std::uint64_t unrefined = 0;
     bool interrupted = false;  ///< some pixels were never traced
     bool out_of_time = false;  ///< … because the time was up

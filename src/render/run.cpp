@@ -62,16 +62,6 @@ Counters difference(Counters a, const Counters& b) {
     return a;
 }
 
-Percentiles percentiles(std::vector<double>& values) {
-    if (values.empty()) return {};
-    const auto at = [&](double share) {  // the nearest rank, as spread_of has it
-        const auto place = values.begin() + std::ptrdiff_t(std::ceil(share * double(values.size()))) - 1;
-        std::nth_element(values.begin(), place, values.end());
-        return *place;
-    };
-    return {at(0.5), at(0.99), at(1.0)};
-}
-
 RunReport gather(std::vector<Share>& shares) {
     RunReport report;
     std::vector<double> energy_errors;
@@ -82,7 +72,7 @@ RunReport gather(std::vector<Share>& shares) {
         for (std::uint32_t i = 0; i < status_count; ++i) report.status[i] += share.status[i];
         energy_errors.insert(energy_errors.end(), share.energy_errors.begin(), share.energy_errors.end());
     }
-    report.energy_error = percentiles(energy_errors);
+    if (!energy_errors.empty()) report.energy_error = spread_of(std::move(energy_errors));
     return report;
 }
 

@@ -162,7 +162,7 @@ std::string kernel_text(const Json& item) {
 std::string value_text(const Json& value) {
     if (value.is_array()) {
         std::string text;
-        for (const Json& entry : value) text += (text.empty() ? "" : ", ") + value_text(entry);
+        for (const Json& entry : value) enumerate(text, value_text(entry));
         return text;
     }
     if (value.is_string()) return value.get<std::string>();
@@ -181,7 +181,7 @@ void append_item(std::string& text, const Json& item) {
     for (const auto& [key, value] : item.items()) {
         if (key == "name" || key == "what") continue;
         if (value.is_boolean()) {
-            if (value.get<bool>()) flags += (flags.empty() ? "" : ", ") + key;
+            if (value.get<bool>()) enumerate(flags, key);
         } else if (key == "parameters" || key == "kernels") {
             for (const Json& entry : value)
                 text += indent + (key == "parameters" ? parameter_text(entry) : kernel_text(entry)) + "\n";

@@ -1,4 +1,5 @@
 // The page of `profile`: what to know first, then where the time goes, stage by stage, thread by thread, tile by tile.
+#include "error.h"
 #include "report/machine.h"
 #include "report/numbers.h"
 #include "report/page.h"
@@ -118,7 +119,7 @@ std::string profile_text(const Profile& profile, double write_seconds) {
     double all = 0;
     for (const auto& stage : stages) all += stage.second;
     std::string text;
-    for (const auto& [name, seconds] : stages) text += (text.empty() ? "" : ", ") + name + " " + percent(ratio(seconds, all));
+    for (const auto& [name, seconds] : stages) enumerate(text, name + " " + percent(ratio(seconds, all)));
     text += "\n";
     for (const ScheduleTime& time : profile.schedules)
         text += std::string(name_of(time.schedule)) + ": " + rounded(time.seconds) + " s, idle at the end " +

@@ -1,5 +1,6 @@
 #include "report/run_json.h"
 
+#include "error.h"
 #include "render/kernels.h"
 #include "render/operation_count.h"
 #include "render/timing.h"
@@ -125,7 +126,7 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
     std::string overrides, ends;
     for (const std::string& text : scene.overrides) overrides += text + "\n";
     for (std::uint32_t s = 0; s < status_count; ++s)
-        ends += (s ? ", " : "") + std::to_string(report.status[s]) + " " + name_of(static_cast<Status>(s));
+        enumerate(ends, std::to_string(report.status[s]) + " " + name_of(static_cast<Status>(s)));
     Metadata metadata{
         {"version", KAGERO_VERSION},
         {"scene", scene.text},

@@ -71,7 +71,7 @@ struct CameraDescription {
     double height = 2;                 ///< orthographic: of the picture, scene units
     std::string observer = "static";
     Place position_place;              ///< for messages found later
-    std::optional<Place> observer_place;  ///< where the scene states it
+    std::optional<Place> fov_place, observer_place;  ///< where the scene states them
 };
 
 struct FilmDescription {

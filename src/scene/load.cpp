@@ -54,10 +54,10 @@ void check_view(const Section& section, const CameraDescription& camera) {
     // Closer than √ε to parallel, the cross product has lost half its digits.
     const double sine = length(cross(unit(forward), unit(camera.up)));
     if (sine > std::sqrt(std::numeric_limits<double>::epsilon())) return;
-    std::string shown = "camera.up = [";
-    for (int i = 0; i < 3; ++i) shown += (i ? ", " : "") + written(camera.up[static_cast<std::size_t>(i)]);
-    shown += up ? "]" : "] (the default)";
-    throw InputError(up ? up->place : look_at.place, shown + " is parallel to the viewing direction: choose another up");
+    std::string shown;
+    for (const double coordinate : camera.up) enumerate(shown, written(coordinate));
+    throw InputError(up ? up->place : look_at.place,
+                     "camera.up = [" + shown + (up ? "]" : "] (the default)") + " is parallel to the viewing direction: choose another up");
 }
 
 }  // namespace
@@ -189,6 +189,7 @@ CameraDescription load_camera(const Section& section) {
     camera.look_at = to_double3(need(section, "look_at"), "camera.look_at", any_length);
     read(section, "up", camera.up, any_length);
     read(section, "fov", camera.fov, {0, 180, true, true});
+    if (const Value* fov = find(section, "fov")) camera.fov_place = fov->place;
     read(section, "height", camera.height, positive_length);
     check_view(section, camera);
     return camera;

@@ -1,5 +1,7 @@
 #include "scene/load_formula.h"
 
+#include "error.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -64,7 +66,7 @@ void check_parts(const Value& parts, const FormulaDescription& formula) {
         if (!std::isfinite(h) || !std::isfinite(a + b)) continue;
         if (std::abs(h - a - b) <= tolerance * (1 + std::abs(h) + std::abs(a) + std::abs(b))) continue;
         std::string point;
-        for (std::size_t k = 0; k < 6; ++k) point += (k ? ", " : "") + written(at[k]);
+        for (std::size_t k = 0; k < 6; ++k) enumerate(point, written(at[k]));
         throw InputError(parts.place, "space.parts do not sum to space.H: at (x y z px py pz) = (" + point + ") they give " +
                                           written(a) + " + " + written(b) + " where H is " + written(h));
     }

@@ -1,4 +1,5 @@
 // Writes a description back as TOML. Every key is written, defaults too, so that the text says all that the picture depends on.
+#include "error.h"
 #include "scene/description.h"
 #include "scene/value.h"
 
@@ -56,7 +57,7 @@ void print_faces(std::ostringstream& out, const ObjectDescription& object) {
     out << "\n[object.faces]\n";
     for (std::size_t i = 0; i < 6; ++i) {
         std::string text;
-        for (const std::string& pair : paint_pairs(object.faces[i], false)) text += (text.empty() ? "" : ", ") + pair;
+        for (const std::string& pair : paint_pairs(object.faces[i], false)) enumerate(text, pair);
         out << names[i] << " = { " << text << " }\n";
     }
 }
@@ -158,7 +159,7 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera) {
     line("position", camera.position);
     line("look_at", camera.look_at);
     line("up", camera.up);
-    line("fov", camera.fov);
+    if (camera.type == "perspective") line("fov", camera.fov);
     if (camera.type == "orthographic") line("height", camera.height);
     line("observer", camera.observer);
 }
@@ -185,9 +186,9 @@ std::string print_scene(const SceneDescription& scene) {
     out << "\n[film]\nsize = [" << scene.film.width << ", " << scene.film.height << "]\n";
     line("spp", scene.film.spp);
     line("seed", scene.film.seed);
-    out << "layers = [";
-    for (std::size_t i = 0; i < scene.film.layers.size(); ++i) out << (i ? ", " : "") << written(scene.film.layers[i]);
-    out << "]\n";
+    std::string layers;
+    for (const std::string& layer : scene.film.layers) enumerate(layers, written(layer));
+    out << "layers = [" << layers << "]\n";
     print_sky(out, "sky", scene.sky);
     if (scene.space.far_sided) print_sky(out, "sky.far", scene.far_sky);
     for (const ObjectDescription& object : scene.objects) print_object(out, object);

@@ -1,5 +1,7 @@
 #include "scene/reader.h"
 
+#include "error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -10,7 +12,7 @@ namespace {
 
 std::string listed(const std::vector<std::string>& words) {
     std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+    for (const std::string& word : words) enumerate(text, word);
     return text;
 }
 

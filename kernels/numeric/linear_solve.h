@@ -1,0 +1,40 @@
+/// Small dense systems of linear equations, of one ray.
+#pragma once
+
+#include <cmath>
+#include <utility>
+
+namespace kagero {
+
+/// Solves A x = b of n rows by elimination with partial pivoting. A is overwritten, b becomes x, which is not finite where A is singular.
+/// Returns whether det A > 0.
+template <class Row, class S>
+bool solve_linear(int n, Row* a, S* b) {
+    using std::abs;
+    bool regular = true, positive = true;
+    for (int k = 0; k < n; ++k) {
+        int pivot = k;
+        for (int i = k + 1; i < n; ++i)
+            if (abs(a[i][k]) > abs(a[pivot][k])) pivot = i;
+        if (pivot != k) {
+            positive = !positive;
+            for (int j = k; j < n; ++j) std::swap(a[k][j], a[pivot][j]);
+            std::swap(b[k], b[pivot]);
+        }
+        regular = regular && abs(a[k][k]) > S(0);
+        if (a[k][k] < S(0)) positive = !positive;
+        const S inverse = S(1) / a[k][k];
+        for (int i = k + 1; i < n; ++i) {
+            const S factor = a[i][k] * inverse;
+            for (int j = k + 1; j < n; ++j) a[i][j] -= factor * a[k][j];
+            b[i] -= factor * b[k];
+        }
+    }
+    for (int k = n; k-- > 0;) {
+        for (int j = k + 1; j < n; ++j) b[k] -= a[k][j] * b[j];
+        b[k] /= a[k][k];
+    }
+    return regular && positive;
+}
+
+}  // namespace kagero

@@ -262,7 +262,7 @@ struct Counters {
     std::uint64_t query_ticks, landing_ticks;  ///< of the processor's clock (rdtsc), in queries and in refining hits; only with Job::timed
 };
 
-/// Floating-point operations of a method, counted in what it runs: see kernels/stepping/operations.h.
+/// Floating-point operations of a method, counted in what it runs: see kernels/stepping/costs.h.
 struct Operations {
     double per_gradient, per_step;
     double per_step_alone;  ///< where rays meet nothing, and the method need not come back to points of space

@@ -2,7 +2,6 @@
 #include "kernels/formula/operations.h"
 #include "kernels/formula/programs.h"
 #include "kernels/numeric/peak.h"
-#include "kernels/stepping/operations.h"
 #include "kernels/tracing/compared.h"
 #include "kernels/tracing/observers.h"
 #include "kernels/tracing/paths.h"

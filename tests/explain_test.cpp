@@ -10,6 +10,16 @@ namespace {
 
 using nlohmann::json;
 
+constexpr const char* air = R"([space]
+hamiltonian = "mirage"
+[camera]
+position = [0, 0, 0]
+look_at = [1, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [4, 4]
+)";
+
 class Explain : public HoleTest {
 protected:
     json explained(const std::string& more = "") {
@@ -66,12 +76,21 @@ TEST_F(Explain, PartsChangeSidesWithTheScene) {
 }
 
 TEST_F(Explain, SaysWhichCoordinatesDoNotOccur) {
-    const std::string view = "[camera]\nposition = [0, 0, 0]\nlook_at = [1, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
-    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n" + view);
+    write("air.toml", air);
     const auto explained_air = [&](const std::string& more) { return json::parse(run("explain air.toml --json " + more).out); };
     EXPECT_TRUE(uses(explained_air(""), "stratified space: along y straight"));
     EXPECT_TRUE(leaves_out(explained_air("-D integrator.symmetry=none"), "stratified space"));
     EXPECT_TRUE(leaves_out(explained_air("--integrator gauss8"), "stratified space"));
+}
+
+TEST_F(Explain, KnowsWhichStepsAreExplicitForSeparableSystems) {
+    write("air.toml", air);
+    const auto implicit = [&](const std::string& more) {
+        return uses(json::parse(run("explain air.toml --json --integrator " + more).out), "implicit equations");
+    };
+    EXPECT_TRUE(implicit("gauss8"));
+    EXPECT_FALSE(implicit("verlet"));
+    EXPECT_TRUE(implicit("verlet -D integrator.rescale=none"));
 }
 
 TEST_F(Explain, WritesNoPicture) {

@@ -1,8 +1,8 @@
-/// How many floating-point operations a formula's program costs: kernels/stepping/operations.h, for programs that are data.
+/// How many floating-point operations a formula's program costs: kernels/stepping/costs.h, for programs that are data.
 #pragma once
 
 #include "kernels/formula/code.h"
-#include "kernels/stepping/operations.h"
+#include "kernels/numeric/operations.h"
 
 namespace kagero::formula {
 

@@ -6,11 +6,12 @@
 
 namespace kagero {
 
+using std::abs;
+
 /// Solves A x = b of n rows by elimination with partial pivoting. A is overwritten, b becomes x, which is not finite where A is singular.
 /// Returns whether det A > 0.
 template <class Row, class S>
 bool solve_linear(int n, Row* a, S* b) {
-    using std::abs;
     bool regular = true, positive = true;
     for (int k = 0; k < n; ++k) {
         int pivot = k;

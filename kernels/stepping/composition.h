@@ -8,6 +8,7 @@
 /// with χ for every part, stays at order 1.
 #pragma once
 
+#include "kernels/stepping/costs.h"
 #include "kernels/stepping/implicit.h"
 #include "kernels/stepping/shared.h"
 
@@ -16,6 +17,8 @@ namespace kagero {
 struct Composition {
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
+    static constexpr RoundingCounts roundings(const Coefficients& c) { return {double(c.fractions.size()), 1, weight_of(c.fractions)}; }
     /// Explicit, it is little more than the programs it calls.
     template <class System>
     static constexpr bool shareable() { return System::force_needs_p || System::velocity_needs_q; }

@@ -2,6 +2,7 @@
 /// stages; the stages are independent of each other, which keeps several operations in flight. Newton's method takes what that leaves.
 #pragma once
 
+#include "kernels/stepping/costs.h"
 #include "kernels/stepping/implicit.h"
 #include "kernels/stepping/shared.h"
 
@@ -19,6 +20,13 @@ struct Gauss {
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
     static constexpr bool shareable() { return true; }
+    /// Sums of s stages: 2 s − 1 operations in each of six components; where the stage lies; how far it moved.
+    static Operations operations(const Coefficients& c, const ProgramOperations& program) {
+        const double s = c.gauss->stages, sum = 6 * (2 * s - 1);
+        return operations_in_space(program.derivatives + sum + 12 + 12, program.survey + (s + 1) * sum + 30);
+    }
+    /// What the state cuts off is carried on.
+    static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
 
     /// Before the first step: every stage has the derivative at the start.
     template <class System, class V>

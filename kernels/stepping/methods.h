@@ -6,6 +6,8 @@
 ///   begin(system, flow, coefficients)     fills flow.stage at the start of rays
 ///   step(system, flow, coefficients)      from flow.start by flow.h: sets end, end.parameter and solved, counts gradients; adaptive
 ///                                         methods set accepted and suggested as well
+///   operations(coefficients, program)     what it costs with a Hamiltonian's programs, per gradient and per step
+///   roundings(coefficients)               how often it rounds in a step
 /// and, where there is something to say,
 ///   curve<V>                              its own dense output; without it that is the cubic Hermite one
 ///   resumes                               a step from another place or of another length needs no `begin` before it
@@ -14,7 +16,6 @@
 ///   shareable<System>()                   it may be compiled once for all systems that are called instead of inlined
 ///   pass(system, flow, coefficients, way) goes the whole way past nothing by itself
 ///   arrived(flow)                         has the last word on a step's end
-/// What it costs is counted in operations.h and how it rounds in sweep.h.
 #pragma once
 
 #include "kernels/abi.h"
@@ -41,6 +42,13 @@ inline constexpr int kind_count = 0
     KAGERO_STEPS(KAGERO_KIND)
 #undef KAGERO_KIND
     ;
+
+/// The struct of a kind.
+template <Kind kind>
+struct StepOf;
+#define KAGERO_KIND(NAME, ...) template <> struct StepOf<Kind::NAME> { using type = __VA_ARGS__; };
+KAGERO_STEPS(KAGERO_KIND)
+#undef KAGERO_KIND
 
 struct Method {
     IntegratorInfo info;  ///< name, order, symplectic, symmetric, implicit, adaptive, what
@@ -168,6 +176,14 @@ constexpr auto visit_kind(Kind kind, const Visit& visit) {
 #undef KAGERO_KIND
     }
     __builtin_unreachable();
+}
+
+/// A method's operations on the programs of a Hamiltonian.
+inline Operations operations_of(const Method& method, const ProgramOperations& program) {
+    return visit_kind(method.kind, [&]<class Step>() { return Step::operations(method.coefficients, program); });
+}
+constexpr RoundingCounts rounding_counts_of(const Method& method) {
+    return visit_kind(method.kind, [&]<class Step>() { return Step::roundings(method.coefficients); });
 }
 
 }  // namespace kagero

@@ -27,6 +27,11 @@ struct Orbit {
         if (System::rescaled) return "it steps in the angle of the orbit, not in a rescaled parameter";
         return Orbiting<typename System::Hamiltonian> ? nullptr : "its Hamiltonian states no potential of the orbit plane";
     }
+    /// Into the plane, turning its axes, and out of it, or how long the step may be and whether it is the last: counted below, with sine,
+    /// cosine and roots as what they are made of.
+    static Operations operations(const Coefficients&, const ProgramOperations& program) { return {program.slope + 5, program.survey + 145, 40}; }
+    /// Into the plane of the orbit and out of it.
+    static constexpr RoundingCounts roundings(const Coefficients& c) { return {8 + 0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
 
     template <class System, class V>
     static void begin(const System& system, Flow<V>& f, const Coefficients&) {

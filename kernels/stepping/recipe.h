@@ -15,6 +15,8 @@ struct Recipe {
         if (System::rescaled) return "the printed recipe integrates H itself, not a rescaled one";
         return Parted<typename System::Hamiltonian> ? nullptr : "its Hamiltonian declares no parts H_A and H_B";
     }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
+    static constexpr RoundingCounts roundings(const Coefficients& c) { return {3.0 * double(c.fractions.size()), 1, weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}

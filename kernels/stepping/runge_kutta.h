@@ -2,6 +2,7 @@
 /// passes only once.
 #pragma once
 
+#include "kernels/stepping/costs.h"
 #include "kernels/stepping/implicit.h"
 #include "kernels/stepping/shared.h"
 
@@ -13,6 +14,19 @@ struct RungeKutta {
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
     static constexpr bool shareable() { return true; }
+    static Operations operations(const Coefficients& c, const ProgramOperations& program) {
+        double products = 0;
+        for (int i = 0; i < c.table->stages; ++i) {
+            products += (c.table->b[i] != 0) + (c.table->error[i] != 0);
+            for (int j = 0; j < i; ++j) products += c.table->a[i][j] != 0;
+        }
+        return operations_in_space(program.derivatives, program.survey + 12 * products);
+    }
+    static constexpr RoundingCounts roundings(const Coefficients& c) {
+        double weight = 0;
+        for (int i = 0; i < c.table->stages; ++i) weight += c.table->b[i] < 0 ? -c.table->b[i] : c.table->b[i];
+        return {1, double(c.table->stages), weight};
+    }
     static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}

@@ -12,6 +12,8 @@ struct Nystroem {
     static constexpr const char* refusal() {
         return System::separable ? nullptr : "its Hamiltonian is not of the form |p|^2/2 + V(q)";
     }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
+    static constexpr RoundingCounts roundings(const Coefficients& c) { return {0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
@@ -64,6 +66,9 @@ struct ExactSplit {
         if (System::rescaled) return "the exact split integrates H itself, not a rescaled one";
         return ExactlySplit<typename System::Hamiltonian> ? nullptr : "its Hamiltonian has no exact Kerr-Schild split";
     }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
+    /// A kick turns and stretches both q and p.
+    static constexpr RoundingCounts roundings(const Coefficients& c) { return {2.0 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, Flow<V>&, const Coefficients&) {}

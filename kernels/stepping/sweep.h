@@ -13,36 +13,6 @@
 
 namespace kagero {
 
-/// How often a method rounds in a step.
-struct RoundingCounts {
-    double state;   ///< the state
-    double sums;    ///< the sum of derivatives that moves it
-    double weight;  ///< Σ|b|: what share of the step such sums may be
-};
-
-constexpr RoundingCounts rounding_counts_of(const Method& method) {
-    const Coefficients& c = method.coefficients;
-    if (c.gauss) return {0, double(c.gauss->stages), 1};  // they carry what they cut off
-    double weight = 0;
-    if (c.table) {
-        for (int i = 0; i < c.table->stages; ++i) weight += c.table->b[i] < 0 ? -c.table->b[i] : c.table->b[i];
-        return {1, double(c.table->stages), weight};
-    }
-    for (const double f : c.fractions) weight += f < 0 ? -f : f;
-    const double parts = double(c.fractions.size());
-    switch (method.kind) {
-        case Kind::recipe: return {3 * parts, 1, weight};
-        case Kind::nystroem: return {0.5 * parts, 1, 0.5 * weight};
-        case Kind::exact_split: return {2 * parts, 1, 0.5 * weight};  // a kick turns and stretches both q and p
-        case Kind::orbit: return {8 + 0.5 * parts, 1, 0.5 * weight};  // into the plane of the orbit and out of it
-        case Kind::composition: return {parts, 1, weight};
-        case Kind::runge_kutta:
-        case Kind::gauss:
-        case Kind::gauss_of_4: break;  // told by what they have
-    }
-    __builtin_unreachable();
-}
-
 /// What is seen at the ends of rays: two numbers, and how they move with the end and with the unit direction there.
 template <class V>
 struct View {

@@ -55,12 +55,8 @@ struct PlainSteps {
 struct WidthSteps {
     template <Kind kind>
     constexpr auto operator()() const {
-        if constexpr (kind == Kind::gauss) return Chosen<Gauss<0>>{};
-        else if constexpr (kind == Kind::gauss_of_4) return Chosen<Gauss<4>>{};
-        else if constexpr (kind == Kind::nystroem) return Chosen<Nystroem>{};
-        else if constexpr (kind == Kind::composition) return Chosen<Composition>{};
-        else if constexpr (kind == Kind::runge_kutta) return Chosen<RungeKutta>{};
-        else return Chosen<void>{};
+        if constexpr (kind == Kind::recipe || kind == Kind::exact_split || kind == Kind::orbit) return Chosen<void>{};
+        else return Chosen<typename StepOf<kind>::type>{};
     }
 };
 

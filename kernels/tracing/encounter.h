@@ -156,11 +156,7 @@ private:
         };
         to_embree(a.x, b.x, 0), to_embree(a.y, b.y, 1), to_embree(a.z, b.z, 2);
         std::fill_n(segments.near, W, 0.0f);
-        if (now & fresh_) {
-            const Vec3<V> way = scale * (b - a);
-            const V least = S(start_offset), length = max(sqrt(dot(way, way)), least);
-            to_floats(pick(from_bits<V>(fresh_), min(V(S(0.5)), least / length), V(S(0))), segments.near);
-        }
+        const std::uint64_t fresh = now & fresh_;
         fresh_ &= ~now;
         skip_what_lies_beyond(a, b, segments);
         double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
@@ -169,13 +165,32 @@ private:
             if (!clip(a, b, i, segments, begin[i], length[i])) now &= ~(std::uint64_t(1) << i);
         }
         queries_ = pick(from_bits<V>(now), queries_ + V(S(1)), queries_);
-        const std::uint64_t hits = query(geometry_.embree_scene, segments, now);
+        std::uint64_t hits = query(geometry_.embree_scene, segments, now);
+        if (hits & fresh) hits = ask_beyond_start(a, segments, hits, fresh);
         for (const int i : lanes_in(hits)) {
             surface[i] = segments.surface[i], primitive[i] = segments.primitive[i];
             t[i] = begin[i] + length[i] * double(segments.t[i]);
             from[i] = double(get_lane(s0, i)), to[i] = double(get_lane(s1, i));
         }
         return hits;
+    }
+
+    /// Those of `fresh` whose start lies on the surface that they hit there do not count that hit: they are asked again, from a little way on.
+    std::uint64_t ask_beyond_start(const Vec3<V>& a, Segments<W>& segments, std::uint64_t hits, std::uint64_t fresh) {
+        float offset[W];  // as a fraction of the segment
+        std::uint64_t close = 0;
+        for (int i = 0; i < W; ++i) {
+            const float x = segments.dir[0][i], y = segments.dir[1][i], z = segments.dir[2][i];
+            offset[i] = std::min(0.5f, start_offset / std::max(std::sqrt(x * x + y * y + z * z), start_offset));
+            close |= std::uint64_t(segments.t[i] <= offset[i]) << i;
+        }
+        close &= hits & fresh;
+        if (!close) return hits;
+        const V size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + V(S(1 / geometry_.scale));
+        const V height = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close).value(a);
+        const std::uint64_t on_it = close & to_bits(abs(height) <= V(S(4) * machine_epsilon<S>) * size);
+        for (const int i : lanes_in(on_it)) segments.near[i] = std::max(segments.near[i], offset[i]);
+        return (hits & ~on_it) | query(geometry_.embree_scene, segments, on_it);
     }
 
     /// Of a segment that comes from beyond the escape sphere nothing counts before it enters that.
@@ -221,7 +236,7 @@ private:
     static constexpr int most_pieces = 64;
     /// Ways to surfaces are told by float, in a stretched space.
     static constexpr S spare = S(1.01);
-    /// How far from its start a ray cannot meet a surface, in Embree's coordinates of order one: some 30 roundings of float.
+    /// How far from a start on a surface a ray cannot meet any, in Embree's coordinates of order one: some 30 roundings of float.
     static constexpr float start_offset = 4e-6f;
     /// Beyond this segments are cut down to the scene first, in the same coordinates.
     static constexpr float far_away = 32;

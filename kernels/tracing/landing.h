@@ -50,20 +50,19 @@ public:
     }
     /// Lanes of `from` that leave the medium during their step, or are captured, or turn: where the Hamiltonian's `domain`, or `captured`,
     /// falls to zero, or the way along the radius.
-    void wait_for_edge(const Flow<V>& from, std::uint64_t lanes, Edge edge) {
+    void wait_for_edge(const Leg<V>& from, std::uint64_t lanes, Edge edge) {
         const auto height = [&](const Waypoint<V>& at) {
             return edge == Edge::turn ? along_radius(from.start, at) : edge == Edge::capture ? at.captured : at.domain;
         };
         const V inside = height(from.start), outside = height(from.end);
         wait(lanes, Level<V>::none(), V(S(0)), V(S(1)), inside / (inside - outside));
-        take(from, lanes);
         edge_ |= lanes;
         if (edge == Edge::capture) captured |= lanes;
         if (edge == Edge::turn) turning_ |= lanes;
     }
 
-    /// Everybody who waits to where the level is; with `hit = "chord"` to where the chord meets it.
-    void land() {
+    /// Everybody who waits to where the level is, which is a surface for those of `surfaces`; with `hit = "chord"` to where the chord meets it.
+    void land(std::uint64_t surfaces) {
         const MaskOf<V> mask = from_bits<V>(waiting);
         s_ = pick(mask, s_, V(S(0)));
         const V full = pick(mask, flow.h, V(S(0)));
@@ -77,7 +76,31 @@ public:
         refine_on_curve(mask);
         if (edge_) deliver_to_edge(full);
         deliver(mask, full);
-        keep_grazing_hits(beside, on_chord);
+        keep_grazing_hits(surfaces, beside, on_chord);
+        lost |= unrefined & ~surfaces, unrefined &= surfaces;
+    }
+
+    /// Of lanes that have landed, none of them on other surfaces than those of `surfaces`, those that did on the escape sphere.
+    std::uint64_t on_sphere(std::uint64_t surfaces) const {
+        return task_.job.hit == HitModel::chord ? 0 : waiting & ~(lost | edge_ | surfaces);
+    }
+    /// Of lanes that have landed, those that crossed another edge before: there its number has fallen below zero.
+    std::uint64_t landed_beyond(Edge edge) const {
+        if (task_.job.hit == HitModel::chord) return 0;
+        const V &before = edge == Edge::capture ? whole.start.captured : whole.start.domain, &height = edge == Edge::capture ? flow.end.captured : flow.end.domain;
+        return waiting & ~(lost | unrefined | turning_) & to_bits(height < V(S(-beyond_doubt)) * abs(before));
+    }
+    /// The same of the escape sphere, for those that started within it.
+    std::uint64_t landed_beyond(S radius) const {
+        if (task_.job.hit == HitModel::chord) return 0;
+        const Vec3<V> a = whole.start.q(), q = flow.end.q();
+        const V square(radius * radius);
+        return waiting & ~(lost | unrefined | turning_) & to_bits((dot(a, a) < square) & (dot(q, q) > V(S(1 + beyond_doubt)) * square));
+    }
+    /// Lanes take up the whole of their step again, to land elsewhere on it.
+    void take_again(std::uint64_t lanes) {
+        Leg<V>& leg = flow;
+        leg.take(whole, from_bits<V>(lanes));
     }
 
 private:
@@ -224,8 +247,8 @@ private:
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.
-    void keep_grazing_hits(const V& beside, const Vec3<V>& on_chord) {
-        const std::uint64_t smooth = lost & ~edge_ & ~lossy_;
+    void keep_grazing_hits(std::uint64_t surfaces, const V& beside, const Vec3<V>& on_chord) {
+        const std::uint64_t smooth = lost & surfaces & ~lossy_;
         if (!smooth) return;
         const Vec3<V> way = whole.end.q() - whole.start.q();
         const V away = level_.value(curve_.at(beside)), near(S(0.01));
@@ -250,6 +273,8 @@ private:
     static constexpr int max_corrections = 30;
     /// Of a piece: whoever moves less on dense output is there, as each of Newton's steps squares what is missing.
     static constexpr S settled = S(1e-3);
+    /// Of what an edge's number is where the step starts: to less, landing does not tell which of two edges comes first.
+    static constexpr S beyond_doubt = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
     /// Of a step, beyond which nothing is sought: what lies before its start was met by the step before.
     static constexpr S least_fraction = S(-1e-3), greatest_fraction = S(1.25);
 

@@ -92,7 +92,11 @@ private:
     std::uint64_t wait_for_surface(std::uint64_t hits);
     std::uint64_t excursions(std::uint64_t lanes, V& exit, V& farthest) const;
     void leave_sphere(std::uint64_t lanes);
+    void wait_for_sphere(const Leg<V>& step, std::uint64_t lanes);
+    void wait_for_edge(std::uint64_t lanes, Edge edge) { landing_->wait_for_edge(flow_, lanes, edge), landing_->take(flow_, lanes); }
+    std::uint64_t come_back(const Leg<V>& landed) const;
     void land();
+    void land_once(bool more);
     std::uint64_t go_back(std::uint64_t lanes);
     void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
     void write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure);
@@ -204,14 +208,14 @@ std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
     }
     staying &= ~away;
     const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.end.domain <= V(S(0))) : 0;
-    if (beyond) landing_->wait_for_edge(flow_, beyond, Edge::domain);
+    if (beyond) wait_for_edge(beyond, Edge::domain);
     staying &= ~beyond;
     std::uint64_t outside = staying & to_bits(reaches_sphere(q));
     if (outside) outside &= to_bits(leaves_space(q, flow_.end.velocity) | !is_beyond(flow_.start.q()));
     if (outside) leave_sphere(outside);
     staying &= ~outside;
     const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.end.captured <= V(S(0))) : 0;
-    if (captured) landing_->wait_for_edge(flow_, captured, Edge::capture);
+    if (captured) wait_for_edge(captured, Edge::capture);
     staying &= ~captured;
     std::uint64_t limited = 0;
     if (std::isfinite(job_.parameter_limit)) {

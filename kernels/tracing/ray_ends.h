@@ -61,28 +61,60 @@ std::uint64_t PacketTracer<V>::excursions(std::uint64_t lanes, V& exit, V& farth
 /// Lanes whose step leads out of the escape sphere wait for it; those that come from beyond it and pass it by, for where they turn.
 template <class V>
 void PacketTracer<V>::leave_sphere(std::uint64_t lanes) {
-    const V zero(S(0)), one(S(1)), inner(S(job_.inner_escape_radius)), outer(S(job_.escape_radius));
+    const V inner(S(job_.inner_escape_radius)), outer(S(job_.escape_radius));
     const Vec3<V> a = flow_.start.q(), b = flow_.end.q(), way = b - a;
     const V along = dot(a, way), nearest2 = dot(a, a) - along * along / dot(way, way);  // of the whole line
     const MaskOf<V> far_inside = (dot(a, a) < inner * inner) & (dot(b, b) < inner * inner);
     const std::uint64_t passing = lanes & to_bits(((dot(a, a) > outer * outer) & (nearest2 > outer * outer)) | far_inside);
-    if (passing) landing_->wait_for_edge(flow_, passing, Edge::turn);
+    if (passing) wait_for_edge(passing, Edge::turn);
     const std::uint64_t waiting = lanes & ~passing;
     if (!waiting) return;
-    const Level<V> sphere = sphere_level<V>(pick(dot(b, b) <= inner * inner, inner, outer));
-    landing_->wait(waiting, sphere, zero, one, chord_fraction(sphere, a, b, one));
+    wait_for_sphere(flow_, waiting);
     landing_->take(flow_, waiting);
 }
 
+/// Lanes of a step that ends beyond the escape sphere, on either side.
+template <class V>
+void PacketTracer<V>::wait_for_sphere(const Leg<V>& step, std::uint64_t lanes) {
+    const V zero(S(0)), one(S(1)), inner(S(job_.inner_escape_radius)), outer(S(job_.escape_radius));
+    const Vec3<V> a = step.start.q(), b = step.end.q();
+    const Level<V> sphere = sphere_level<V>(pick(dot(b, b) <= inner * inner, inner, outer));
+    landing_->wait(lanes, sphere, zero, one, chord_fraction(sphere, a, b, one));
+}
+
+/// Whether rays that have landed on the escape sphere move inward there, or in the other universe outward: they have left it before.
+template <class V>
+std::uint64_t PacketTracer<V>::come_back(const Leg<V>& landed) const {
+    const Vec3<V> q = landed.end.q();
+    const V towards = dot(q, landed.end.velocity), other(S(job_.inner_escape_radius) * S(job_.escape_radius));
+    return to_bits(pick(dot(q, q) < other, -towards, towards) < V(S(0)));
+}
+
+/// Lands who waits; of several edges and surfaces in one step on the first, found after as many landings.
 template <class V>
 void PacketTracer<V>::land() {
-    Landing<V>& landing = *landing_;
-    if (!landing.waiting) return;
+    constexpr int most_landings = 4;
+    if (!landing_->waiting) return;
     const Stopwatch watch(job_.timed, counters_.landing_ticks);
-    landing.land();
-    const std::uint64_t lost = landing.waiting & landing.lost, again = lost ? go_back(lost) : 0, ended = landing.waiting & ~again;
+    for (int i = 1; i <= most_landings && landing_->waiting; ++i) land_once(i < most_landings);
+}
+
+/// Lands who waits. With `more`, who lands beyond another edge has crossed that before, and waits again, to land there.
+template <class V>
+void PacketTracer<V>::land_once(bool more) {
+    Landing<V>& landing = *landing_;
+    landing.land(fell_on_surface_);
+    landing.lost |= landing.on_sphere(fell_on_surface_) & come_back(landing.flow);
+    std::uint64_t captured_before = 0, out_before = 0, away_before = 0;
+    if (more) {
+        captured_before = task_.kernel.capturing ? landing.landed_beyond(Edge::capture) : 0;
+        out_before = task_.kernel.bounded ? landing.landed_beyond(Edge::domain) & ~captured_before : 0;
+        away_before = landing.landed_beyond(S(job_.escape_radius)) & ~(captured_before | out_before);
+    }
+    const std::uint64_t elsewhere = captured_before | out_before | away_before;
+    const std::uint64_t lost = landing.waiting & landing.lost, again = lost ? go_back(lost) : 0, ended = landing.waiting & ~(again | elsewhere);
     if (flow_.want_energy) worst_energy_ = pick(from_bits<V>(ended), max(worst_energy_, landing.flow.energy_error), worst_energy_);
-    const std::uint64_t there = landing.waiting & ~lost, hits = there & fell_on_surface_, captured = there & landing.captured;
+    const std::uint64_t there = ended & ~lost, hits = there & fell_on_surface_, captured = there & landing.captured;
     retire(landing.flow, lost & ~again, Status::failed, Failure::not_landed);
     retire(landing.flow, hits, Status::hit);
     retire(landing.flow, captured, Status::captured);
@@ -92,8 +124,13 @@ void PacketTracer<V>::land() {
     for (const int i : lanes_in(hits)) {
         ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
     }
-    fell_on_surface_ &= ~again;
+    fell_on_surface_ &= ~(again | elsewhere);
     landing.clear();
+    if (!elsewhere) return;
+    landing.take_again(elsewhere);
+    if (captured_before) landing.wait_for_edge(landing.whole, captured_before, Edge::capture);
+    if (out_before) landing.wait_for_edge(landing.whole, out_before, Edge::domain);
+    if (away_before) wait_for_sphere(landing.whole, away_before);
 }
 
 /// Lanes whose step cannot be ended where it should be: it was too long. They take half of it from where it began; returned are those that

@@ -3,11 +3,11 @@
 #include "error.h"
 #include "render/formula_space.h"
 #include "scene/clearance.h"
+#include "scene/value.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 
 namespace kagero {
 namespace {
@@ -20,10 +20,11 @@ void check_camera_off_surfaces(const Plan& plan) {
     const double tolerance = 1e-6 * plan.geometry->diagonal();
     if (distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, plan.geometry->diagonal()) > tolerance) return;
     const Double3& at = plan.scene.camera.position;
-    std::ostringstream message;
-    message << "camera.position = [" << at[0] * plan.unit << ", " << at[1] * plan.unit << ", " << at[2] * plan.unit
-            << "] lies in the surface of an object; it must be farther than " << tolerance * plan.unit << " from every surface";
-    throw InputError(plan.scene.camera.position_place, message.str());
+    std::string shown;
+    for (const double coordinate : at) enumerate(shown, written(coordinate * plan.unit));
+    throw InputError(plan.scene.camera.position_place,
+                     "camera.position = [" + shown + "] lies in the surface of an object, or too close to it for a scene of this size: it must be farther than " +
+                         written(tolerance * plan.unit) + " from every surface, a millionth of the extent of all objects");
 }
 
 /// Square pixels, row 0 on top.

@@ -81,8 +81,12 @@ Footprint spread_of(const std::vector<Double3>& directions, const std::vector<st
 SkyFootprints footprints_of(Quad& quad, std::uint32_t spp) {
     const double share = 1 / std::sqrt(static_cast<double>(spp));
     SkyFootprints footprints;
-    for (const Sighting& ray : quad.rays)
-        footprints.beside_shadow = footprints.beside_shadow || ray.end->status == Status::captured;
+    bool captured = false, under[2] = {false, false};
+    for (const Sighting& ray : quad.rays) {
+        captured = captured || ray.end->status == Status::captured;
+        if (ray.end->status == Status::escaped) under[ray.sky.far] = true;
+    }
+    footprints.torn = captured || (under[false] && under[true]);
     for (const bool far : {false, true}) {
         quad.group_points.clear(), quad.group_places.clear();
         for (std::size_t i = 0; i < quad.rays.size(); ++i) {

@@ -86,13 +86,14 @@ std::uint32_t clearance_cells(const Plan& plan, bool with_camera) {
 }
 
 /// Infinity, but where an object lies so near a hole that light falls past it, or from it, inside the photon orbit. Of all holes of a mass
-/// that orbit is farthest out where there is no spin: there |q| = 3M, and √10 M is no less than r = 3M with any.
+/// that orbit is farthest out where there is no spin: there |q| = 3M, and √10 M is no less than r = 3M with any. No less than a little above
+/// the horizon, which light with p_t < 0 comes close to but never reaches.
 double capture_within(const Plan& plan) {
     const Hole hole = plan.module->hole(plan.hamiltonian, plan.parameters.data());
     const double limit = std::sqrt(10.0) * hole.mass, nearest = plan.geometry->nearest(limit);
     if (!(nearest < limit)) return std::numeric_limits<double>::infinity();
     const double horizon = hole.mass + std::sqrt(std::max(0.0, hole.mass * hole.mass - hole.spin * hole.spin));
-    return std::max(std::hypot(horizon, hole.spin), (1 - 1e-4) * nearest);
+    return std::max((1 + 1e-3) * std::hypot(horizon, hole.spin), (1 - 1e-4) * nearest);
 }
 
 /// Of what the user may not have meant.

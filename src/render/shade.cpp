@@ -11,12 +11,12 @@
 namespace kagero {
 namespace {
 
-/// A ray that gets away alone, beside captured ones, has grazed the photon sphere: around there every pixel shows the whole sky, again
-/// and again. It stands for a large piece of it.
+/// A ray that gets away alone, beside captured ones or those that end under the other sky, has grazed the photon sphere: around there every
+/// pixel shows the whole sky, again and again. It stands for a large piece of it.
 Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
     constexpr double large = 0.5;  // radian
     const Footprint& known = view.far ? footprints.far : footprints.near;
-    if (!footprints.beside_shadow || length(known.major) > 0) return known;
+    if (!footprints.torn || length(known.major) > 0) return known;
     const auto [e1, e2] = meridians(view.direction);
     return {scaled(e1, large), scaled(e2, large)};
 }

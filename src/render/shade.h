@@ -23,7 +23,7 @@ struct Sighting {
 /// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.
 struct SkyFootprints {
     Footprint near, far;
-    bool beside_shadow = false;  ///< some rays of the block are captured
+    bool torn = false;  ///< some rays of the block are captured, or escape to the other sky
 };
 
 /// What layers are made from beside the ends of rays: their starts, the sky that they stand for, and how exact they are.

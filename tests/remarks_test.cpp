@@ -1,0 +1,77 @@
+// Remarks on what the user may not have meant: each is made where it belongs, and not where the scene means what it says.
+#include "plan_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace kagero::test {
+namespace {
+
+const char* const ball = R"([space]
+hamiltonian = "schwarzschild"
+[camera]
+position = [4, 0, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [8, 6]
+[[object]]
+name = "ball"
+shape = "sphere"
+center = [0, 3, 0]
+radius = 0.75
+)";
+
+const char* const disk_in_a_formula = R"([space]
+hamiltonian = "formula"
+H = "0.5 * (px*px + py*py + pz*pz)"
+level = 0.5
+[camera]
+position = [4, 0, 1]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [8, 6]
+[[object]]
+name = "ring"
+shape = "disk"
+center = [0, 0, 0]
+normal = [0, 0, 1]
+inner = 1
+outer = 2
+)";
+
+bool remarks_on(const Plan& plan, const std::string& part) {
+    return std::any_of(plan.remarks.begin(), plan.remarks.end(), [&](const std::string& remark) { return remark.find(part) != std::string::npos; });
+}
+
+TEST(Remarks, AreMadeWhereTheyBelong) {
+    struct {
+        const char* part;
+        Overrides said, meant;
+    } const cases[] = {
+        {"object.ball lies beyond", {"object.ball.center=[0,60,0]"}, {"object.ball.center=[0,50,0]"}},
+        {"camera.fov has no effect", {"camera.fov=50", "camera.type=orthographic"}, {"camera.fov=50"}},
+        {"camera.fov has no effect", {"camera.fov=50", "camera.type=equirectangular"}, {"camera.type=equirectangular"}},
+        {"integrator.tolerance has no effect", {"integrator.tolerance=1e-6", "integrator.method=rk4"}, {"integrator.tolerance=1e-6"}},
+    };
+    for (const auto& [part, said, meant] : cases) {
+        EXPECT_TRUE(remarks_on(*plan_of_text(ball, said), part)) << part;
+        EXPECT_FALSE(remarks_on(*plan_of_text(ball, meant), part)) << part;
+    }
+}
+
+TEST(Remarks, SayThatTheMatterOfADiskStandsStillInAFormula) {
+    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, {}), "object.ring: its matter stands still"));
+    EXPECT_TRUE(plan_of_text(disk_in_a_formula, {"space={hamiltonian=\"schwarzschild\"}"})->remarks.empty());
+}
+
+TEST(Remarks, SayThatSingleRaysFitNoPixels) {
+    const Overrides fitted{"integrator.max_pixel_error=0.5"};
+    EXPECT_TRUE(remarks_on(*plan_of_text(ball, fitted, {}, false), "integrator.max_pixel_error has no effect"));
+    EXPECT_FALSE(remarks_on(*plan_of_text(ball, fitted), "integrator.max_pixel_error has no effect"));
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -22,6 +22,7 @@ struct Fiber : IndexMedium<Fiber> {
     };
     static constexpr double step = 0.1;
     static constexpr const char* step_parameter = "alpha";
+    static constexpr const char* index_parameter = "n0";
 
     template <class V>
     struct Parameters {

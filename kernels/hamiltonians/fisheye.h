@@ -22,6 +22,7 @@ struct Fisheye : IndexMedium<Fisheye> {
     };
     static constexpr double step = 0.05;
     static constexpr const char* step_parameter = "radius";
+    static constexpr const char* index_parameter = "n0";
 
     template <class V>
     struct Parameters {

@@ -11,6 +11,7 @@
 ///   energy(k, q, p, pt)                      H
 /// and, where there is something to say,
 ///   step_parameter                           the length of the medium, or its inverse, that the default step goes with
+///   index_parameter                          the index of refraction whose inverse it goes with: a step is N times as long as its λ
 ///   rescale(k, q)                            Ω > 0: Ω·(H − level) has the same rays, with steps that suit their scale
 ///   captured(k, q, v, pt)                    the ray has ended inside where this is ≤ 0; v is along dq/dλ
 ///   domain(k, q)                             the medium ends, and the ray is escaped, where this is ≤ 0

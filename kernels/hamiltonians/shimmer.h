@@ -25,6 +25,7 @@ struct Shimmer : IndexMedium<Shimmer> {
     };
     static constexpr double step = 0.2;
     static constexpr const char* step_parameter = "correlation_length";
+    static constexpr const char* index_parameter = "n0";
 
     template <class V>
     struct Parameters {

@@ -54,6 +54,12 @@ struct Wormhole {
         return r + 0.25 * k.throat * k.throat / r;
     }
 
+    /// Half of the areal radius in proper length: a longer step leaps through the throat.
+    template <class V>
+    static constexpr V length_scale(const Parameters<V>&, const Vec3<V>& q) {
+        return 0.5 * norm(q);
+    }
+
     /// The plane of an orbit: with p along the ray, u² + (du/dφ)² = |p|²/L², and H = 0 tells |p|. L dλ = R² dφ, R the areal radius.
     template <class V>
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V& g) {

@@ -90,7 +90,7 @@ bool write_csv(const Request& request, const std::string& output, const Watch& w
 
 /// Tracing alone, after one run that is not counted, to where rays end: without watching H, without λ. Of runs that were cut short nothing
 /// is told.
-bool write_timing(const Request& request, std::uint32_t repetitions, const Watch& watch) {
+std::size_t write_timing(const Request& request, std::uint32_t repetitions, const Watch& watch) {
     const auto plan = plan_of(request, false);
     const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
     std::vector<RayEnd> ends;
@@ -101,7 +101,7 @@ bool write_timing(const Request& request, std::uint32_t repetitions, const Watch
         if (!report.interrupted) runs.push_back(std::move(report));
     }
     if (!runs.empty()) write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(*plan, runs); });
-    return runs.size() < repetitions;
+    return runs.size();
 }
 
 void check_combination(const Arguments& arguments) {
@@ -133,8 +133,12 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const InterruptGuard interrupts;
     Watch watch;
     watch.stop = InterruptGuard::requested();
-    const bool interrupted = (csv && write_csv(request, output, watch)) || (json && write_timing(request, repetitions, watch));
-    if (interrupted) terminal.note("interrupted; what was done is written");
+    bool interrupted = csv && write_csv(request, output, watch), told = interrupted;
+    if (json && !interrupted) {
+        const std::size_t runs = write_timing(request, repetitions, watch);
+        interrupted = runs < repetitions, told = told || runs > 0;
+    }
+    if (interrupted) terminal.note(told ? "interrupted; what was done is written" : "interrupted before a run was complete: there is nothing to report");
     return interrupted ? exit_interrupted : exit_done;
 }
 

@@ -4,12 +4,30 @@
 
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
 namespace kagero {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// The file that a symbolic link names, whether or not it is there.
+fs::path target_of(fs::path path) {
+    constexpr int most_links = 40;
+    std::error_code failure;
+    for (int i = 0; i < most_links && fs::is_symlink(path, failure); ++i) {
+        const fs::path named = fs::read_symlink(path, failure);
+        if (failure) break;
+        path = path.parent_path() / named;  // or `named`, where that is absolute
+    }
+    return path;
+}
+
+}  // namespace
 
 void check_file_writable(const std::string& path) {
     std::error_code ignored;
@@ -18,7 +36,7 @@ void check_file_writable(const std::string& path) {
     if (const fs::file_status found = fs::status(path, failure); found.type() == fs::file_type::none)
         throw InputError("cannot write '" + path + "': " + failure.message());
     if (fs::is_directory(path, ignored)) throw InputError("cannot write '" + path + "': it is a directory; name a file");
-    fs::path directory = fs::path(path).parent_path();
+    fs::path directory = target_of(path).parent_path();
     if (directory.empty()) directory = ".";
     const std::string shown = directory.string();
     if (!fs::exists(directory, ignored))
@@ -57,8 +75,7 @@ PartialFile::PartialFile(const std::string& path) : final_(path) {
         return;
     }
     // Through a symbolic link, the file that it names is replaced, not the link.
-    fs::path target = path;
-    if (fs::is_symlink(target, ignored)) target = fs::weakly_canonical(target, ignored);
+    const fs::path target = target_of(path);
     final_ = target.string();
     constexpr std::size_t longest_stem = 100;  // of 255 bytes that a name may have
     const std::string name = "." + target.filename().string().substr(0, longest_stem) + ".part" + std::to_string(getpid());
@@ -84,6 +101,7 @@ void PartialFile::complete() {
 void write_file(const std::string& path, const std::function<void(std::ostream&)>& write) {
     PartialFile file(path);
     std::ofstream out(file.temporary(), std::ios::binary);
+    if (!out) throw RunError("cannot write '" + path + "': " + std::strerror(errno));
     write(out);
     out.close();
     if (!out) throw RunError("cannot write '" + path + "': is the disk full?");

@@ -226,9 +226,11 @@ StudyPoint Study::measure(Timed& timed) {
 
 bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
     const RayErrors& e = point.errors;
+    if (double(e.flips) > 0.01 * double(reference.decided)) return false;
+    if (e.compared == 0) return reference.decided > 0;  // rays that are all captured end nowhere in particular
     // Of what is closer to the reference than that is to the truth nobody knows how close it is to that.
     const double unknown = spread == &RayErrors::pixels ? reference.pixels.p99 : spread == &RayErrors::position ? reference.uncertainty.p99 : reference.direction.p99;
-    return e.compared > 0 && std::max((e.*spread).p99, unknown) <= error && double(e.flips) <= 0.01 * double(reference.decided);
+    return std::max((e.*spread).p99, unknown) <= error;
 }
 
 ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {

@@ -135,8 +135,8 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
                                                    : "stratified space: coordinates that do not occur in H", why_all);
     parts.add(plan.job.rescaled, "time transformation K = \u03a9 (H \u2212 H0)", why_not_rescaled(plan, space));
     if (plan.scene.space.formula) explain_formula(plan, parts);
-    else parts.add(!plan.programs.empty(), "an interpreter: H times " + plan.scene.integrator.rescale + " is compiled for no space",
-                   "H and its rescaling are compiled");
+    else if (plan.programs.empty()) parts.add(false, "an interpreter of H", "H and its rescaling are compiled");
+    else parts.always("an interpreter: H times " + plan.scene.integrator.rescale + " is compiled for no space");
     const bool implicit = bent && method.implicit && (method.collocates || !is_separable(plan));
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
               : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");

@@ -30,30 +30,37 @@ struct SpreadPerPixel {
         const Covariance p(places);
         const double spread = 0.5 * (p.xx + p.yy), area = p.xx * p.yy - p.xy * p.xy;
         if (!(spread > 0)) return;
-        if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {  // alike each way, as the pixels of a quad: all that they show counts
-            const Covariance c(pairs);
-            xx = c.xx / spread, xy = c.xy / spread, yy = c.yy / spread;
+        const Covariance all(pairs);
+        if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {  // alike each way, as the pixels of a quad
+            xx = all.xx / spread, xy = all.xy / spread, yy = all.yy / spread;
             return;
         }
-        // Else by the linear map that fits best.
+        // Else by the linear map that fits best, and what that leaves: where light is focused, all.
         along_a_line = area <= 1e-6 * spread * spread;
         std::vector<Double3> points;
         for (const auto& [x, y] : pairs) points.push_back({x, y, 0});
-        const Patch m = slope_of(points, places);
-        xx = m.right[0] * m.right[0] + m.below[0] * m.below[0], yy = m.right[1] * m.right[1] + m.below[1] * m.below[1];
-        xy = m.right[0] * m.right[1] + m.below[0] * m.below[1];
+        const auto [right, below] = slope_of(points, places);
+        const auto mapped = [&](std::size_t i, std::size_t k) {
+            return p.xx * right[i] * right[k] + p.xy * (right[i] * below[k] + below[i] * right[k]) + p.yy * below[i] * below[k];
+        };
+        const auto per_pixel = [&](std::size_t i, std::size_t k, double whole) {
+            return right[i] * right[k] + below[i] * below[k] + (whole - mapped(i, k)) / spread;
+        };
+        xx = per_pixel(0, 0, all.xx), xy = per_pixel(0, 1, all.xy), yy = per_pixel(1, 1, all.yy);
     }
 };
+
+Double3 point_of(const RayEnd& end) {
+    return {end.q[0], end.q[1], end.q[2]};
+}
+Double3 point_of(const Sighting& ray) {
+    return point_of(*ray.end);
+}
 
 /// Whether two rays end on the same face of the same object.
 bool meet_same(const Plan& plan, const RayEnd& a, const RayEnd& b) {
     if (b.status != Status::hit || a.surface != b.surface) return false;
-    return a.primitive == b.primitive ||
-           plan.geometry->face_of(a.surface, a.primitive) == plan.geometry->face_of(b.surface, b.primitive);
-}
-
-Double3 point_of(const Sighting& ray) {
-    return {ray.end->q[0], ray.end->q[1], ray.end->q[2]};
+    return plan.geometry->on_same_face(a.surface, a.primitive, point_of(a), b.primitive, point_of(b));
 }
 
 }  // namespace

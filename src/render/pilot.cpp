@@ -66,7 +66,7 @@ void fit_to_error(Plan& plan) {
         plan.remarks.push_back(remark.str());
         return;
     }
-    plan.pilot->estimate = std::max(best->errors.pixels.p99, study.reference.pixels.p99);
+    if (best->errors.compared > 0) plan.pilot->estimate = std::max(best->errors.pixels.p99, study.reference.pixels.p99);
     auto variant = find_variant(plan, curve->method, *kernel, best->step);
     if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
     follow(plan, *variant);

@@ -41,6 +41,7 @@ Json hamiltonian_items(const Module& module) {
                          {"method", info.method},
                          {"step", info.step}});
         if (info.step_parameter) items.back()["step_goes_with"] = info.step_parameter;
+        if (info.index_parameter) items.back()["step_goes_against"] = info.index_parameter;
         if (info.orbit_method) items.back()["orbit_method"] = info.orbit_method, items.back()["orbit_step"] = info.orbit_step;
     }
     return items;

@@ -193,8 +193,18 @@ Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primiti
     return object_color(content_->objects[surface], primitive, point, toward, redshift, patch);
 }
 
-std::uint32_t SceneGeometry::face_of(std::uint32_t surface, std::uint32_t primitive) const {
-    return content_->objects[surface].paints.size() == 6 ? primitive / 2 : 0;
+bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point, std::uint32_t other_primitive,
+                                 const Double3& other) const {
+    const ShadedObject& object = content_->objects[surface];
+    if (primitive == other_primitive) return true;
+    if (object.shape != Shape::mesh) return object.paints.size() != 6 || primitive / 2 == other_primitive / 2;
+    constexpr double steepest = 0.5;  // sine of the angle between the way and the triangles
+    const Double3 way = subtract(other, point);
+    const auto leads_along = [&](std::uint32_t triangle) {
+        const double* plane = &object.planes[4 * std::size_t{triangle}];
+        return std::abs(dot({plane[0], plane[1], plane[2]}, way)) <= steepest * length(way);
+    };
+    return leads_along(primitive) && leads_along(other_primitive);
 }
 
 Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {

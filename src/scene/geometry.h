@@ -43,8 +43,9 @@ public:
     /// `redshift` the frequency seen over the frequency sent, which matters to disks. Images and checkers are averaged over the patch.
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
                          double redshift = 1, const Patch& patch = {}) const;
-    /// The face of a box or room that a primitive belongs to, in the order of ObjectDescription::faces; 0 on all else.
-    std::uint32_t face_of(std::uint32_t surface, std::uint32_t primitive) const;
+    /// Whether two places, on primitives of a surface, belong together: on the same face of a box or room; on a mesh only where the way from
+    /// one to the other leads along it, and not from one of its parts to another behind.
+    bool on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point, std::uint32_t other_primitive, const Double3& other) const;
     /// Linear colour of the sky in a unit direction; `far`: of that of a wormhole's other universe.
     /// Averaged over the footprint where the sky is an image or checkered.
     Float3 sky_color(const Double3& direction, bool far = false, const Footprint& footprint = {}) const;

@@ -115,13 +115,17 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
     return find(section, "tolerance") && !is_adaptive && !info.creased ? adaptive : info.method;
 }
 
-/// The default step, in proportion to the length of the medium that it is for.
+/// The default step, in proportion to the length of the medium that it is for; and to the inverse of its index, as what counts is the way
+/// of a step.
 double default_step(const HamiltonianInfo& info, const SpaceDescription& space) {
-    if (!info.step_parameter) return info.step;
-    const auto named = [&](const ParameterInfo& parameter) { return parameter.name == std::string_view(info.step_parameter); };
-    const ParameterInfo& parameter = *std::find_if(info.parameters, info.parameters + info.parameter_count, named);
-    const double ratio = space.parameters[static_cast<std::size_t>(&parameter - info.parameters)].second / parameter.fallback;
-    return info.step * (std::string_view(parameter.unit).starts_with("1/") ? 1 / ratio : ratio);
+    const auto over_default = [&](const char* name) {
+        if (!name) return 1.0;
+        const auto named = [&](const ParameterInfo& parameter) { return parameter.name == std::string_view(name); };
+        const ParameterInfo& parameter = *std::find_if(info.parameters, info.parameters + info.parameter_count, named);
+        const double ratio = space.parameters[static_cast<std::size_t>(&parameter - info.parameters)].second / parameter.fallback;
+        return std::string_view(parameter.unit).starts_with("1/") ? 1 / ratio : ratio;
+    };
+    return info.step * over_default(info.step_parameter) / over_default(info.index_parameter);
 }
 
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {

@@ -3,6 +3,7 @@
 #include "scene/mesh.h"
 
 #include "scene/ply_check.h"
+#include "scene/value.h"
 #include "scene/vector3.h"
 
 #include <assimp/postprocess.h>
@@ -12,6 +13,7 @@
 #include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/LogStream.hpp>
+#include <limits>
 #include <mutex>
 #include <numbers>
 
@@ -23,6 +25,7 @@ struct Collected {
     TriangleMesh mesh;
     bool has_normals = false, has_uv = false;  ///< of any part
     std::size_t others = 0;                    ///< points and lines
+    std::size_t without_uv = 0;                ///< vertices
     std::vector<std::string> warnings;
 };
 
@@ -54,6 +57,7 @@ void append_vertices(const ObjectDescription& object, const aiMesh& part, const 
     }
     out.has_normals = out.has_normals || part.HasNormals();
     out.has_uv = out.has_uv || part.HasTextureCoords(0);
+    if (!part.HasTextureCoords(0)) out.without_uv += part.mNumVertices;
 }
 
 void append_part(const ObjectDescription& object, const aiMesh& part, const aiMatrix4x4& to_file, Collected& out) {
@@ -205,6 +209,18 @@ std::size_t drop_degenerate(TriangleMesh& mesh) {
     return dropped;
 }
 
+/// How far rounding to single precision, in which files are read, may move a vertex; as a share of the mesh's size.
+double rounded_off(const TriangleMesh& mesh) {
+    double size = 0, farthest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        double least = std::numeric_limits<double>::infinity(), greatest = -least;
+        for (std::size_t i = k; i < mesh.vertices.size(); i += 3)
+            least = std::min(least, mesh.vertices[i]), greatest = std::max(greatest, mesh.vertices[i]);
+        size = std::max(size, greatest - least), farthest = std::max({farthest, std::abs(least), std::abs(greatest)});
+    }
+    return 0.5 * double(std::numeric_limits<float>::epsilon()) * farthest / size;
+}
+
 }  // namespace
 
 TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_center, std::vector<std::string>& remarks) {
@@ -212,6 +228,8 @@ TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_cen
     TriangleMesh& mesh = collected.mesh;
     if (!collected.has_normals) mesh.normals.clear();
     if (!collected.has_uv) mesh.uv.clear();
+    constexpr double visible = 1e-3;
+    const double rounded = rounded_off(mesh);
     place_in_space(object, space_center, mesh);
     const std::size_t degenerate = drop_degenerate(mesh);
     if (mesh.triangles.empty()) refuse(object, "has no triangle with an area");
@@ -221,7 +239,12 @@ TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_cen
     if (collected.others > 0) remarks.push_back(start + std::to_string(collected.others) + " points or lines left out");
     if (mesh.uv.empty() && object.paint.kind != Paint::Kind::color) {
         remarks.push_back(start + "no texture coordinates in the file: the whole mesh takes the paint's colour at (0, 0)");
+    } else if (collected.without_uv > 0 && object.paint.kind != Paint::Kind::color) {
+        remarks.push_back(start + std::to_string(collected.without_uv) + " vertices without texture coordinates take the paint's colour at (0, 0)");
     }
+    if (rounded > visible)
+        remarks.push_back(start + "its coordinates lie so far from the origin of the file, which is read in single precision, that vertices move by up to " +
+                          written(rounded) + " of its size");
     return std::move(mesh);
 }
 

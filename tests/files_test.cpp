@@ -66,6 +66,18 @@ TEST_F(Files, ALongNameIsOne) {
     EXPECT_EQ(run("render hole.toml --quiet -o loop.exr").status, 2);
 }
 
+TEST_F(Files, ALinkIsFollowedWhetherOrNotItsFileIsThere) {
+    std::filesystem::create_directory(directory_ / "there");
+    std::filesystem::create_symlink("there/picture.exr", directory_ / "link.exr");
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_EQ(run("render hole.toml --quiet -o link.exr").status, 0);
+        EXPECT_TRUE(std::filesystem::is_symlink(directory_ / "link.exr"));
+        EXPECT_TRUE(std::filesystem::is_regular_file(directory_ / "there" / "picture.exr"));
+    }
+    std::filesystem::create_symlink("nowhere/picture.exr", directory_ / "lost.exr");
+    EXPECT_EQ(run("render hole.toml --quiet -o lost.exr").status, 2);
+}
+
 // Whoever asks for a report too gets the same picture.
 TEST_F(Files, APictureDoesNotDependOnTheReport) {
     const std::string render = "render hole.toml --quiet --layers color,energy_error ";

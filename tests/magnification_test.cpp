@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace kagero::test {
 namespace {
 
@@ -99,6 +101,26 @@ TEST(Magnification, AroundAHoleIsThatOfItsLens) {
             ++compared;
         }
     EXPECT_GT(compared, 200);
+}
+
+// On Einstein's ring two sides of the sky fall on one block of pixels: however many rays tell so, it is seen as large as it is.
+TEST(Magnification, DoesNotDependOnSamples) {
+    const auto seen = [](const char* spp) {
+        const auto plan = plan_of_text(scene("hamiltonian = \"schwarzschild\"\nrg = 1\n", "fov = 30\n"), {"film.size=[96,48]", spp});
+        Film film = rendered(*plan);
+        std::vector<double> all;
+        const double pixel = 2 * std::tan(std::numbers::pi / 12) / 48;
+        for (std::uint32_t y = 0; y < 48; ++y)
+            for (std::uint32_t x = 0; x < 96; ++x)
+                if (std::hypot(x + 0.5 - 48, y + 0.5 - 24) * pixel > 0.38) all.push_back(*film.pixel("magnification", x, y));
+        return all;
+    };
+    const auto once = seen("film.spp=1");
+    EXPECT_GT(*std::max_element(once.begin(), once.end()), 5);
+    for (const char* spp : {"film.spp=2", "film.spp=4", "film.spp=16"}) {
+        const auto often = seen(spp);
+        for (std::size_t i = 0; i < once.size(); ++i) ASSERT_LT(std::abs(std::log(often[i] / once[i])), std::log(1.6)) << spp << " " << i << " " << once[i];
+    }
 }
 
 }  // namespace

@@ -56,6 +56,24 @@ TEST_P(Media, StratifiedSpacesNeedNotStepAlongTheirLayers) {
     }
 }
 
+// A factor of the index changes no ray, nor how it is stepped along by default.
+TEST_P(Media, RaysDoNotDependOnAFactorOfTheIndex) {
+    const std::vector<RayInput> rays{{{-0.7, 0.2, 0.1}, {0.3, 0.85, 0.19}}, {{0.3, -0.1, 0.4}, {-0.5, 0.2, 0.4}}};
+    for (const char* space : {"hamiltonian = \"fiber\"", "hamiltonian = \"fisheye\"", "hamiltonian = \"shimmer\""}) {
+        std::vector<RayEnd> ends[3];
+        const char* const indices[] = {"1.5", "1e-4", "1e4"};
+        for (std::size_t i = 0; i < 3; ++i)
+            ends[i] = trace_all(medium(std::string(space) + "\nn0 = " + indices[i], "escape_radius = 1.2"), rays);
+        for (const std::size_t i : {1u, 2u})
+            for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+                SCOPED_TRACE(testing::Message() << space << ", n0 = " << indices[i] << ", ray " << ray);
+                ASSERT_EQ(ends[i][ray].status, ends[0][ray].status);
+                EXPECT_EQ(ends[i][ray].steps, ends[0][ray].steps);
+                for (int k = 0; k < 3; ++k) EXPECT_NEAR(ends[i][ray].q[k], ends[0][ray].q[k], accuracy);
+            }
+    }
+}
+
 /// The circle of a ray in Maxwell's fisheye of radius 1: it leaves q along d, in their plane, and the origin has the power −1 with
 /// respect to it (Born & Wolf, §4.2.2).
 struct FisheyeCircle {

@@ -212,6 +212,24 @@ TEST(FilteredFloor, IsFlatTowardsTheHorizon) {
     EXPECT_LT(rms(off), 0.01);  // of single rays: 0.375
 }
 
+// Two parts of a mesh, one far behind the other, each within one bright square: between them no pixel sees the dark one.
+TEST(FilteredMesh, IsNotAveragedAcrossItsSilhouette) {
+    const auto path = std::filesystem::temp_directory_path() / ("kagero-parts-" + std::to_string(::getpid()) + ".obj");
+    std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -60 -60 -100\nv 60 -60 -100\nv 60 60 -100\nv -60 60 -100\n"
+                           "vt 0.05 0.1\nvt 0.15 0.1\nvt 0.15 0.2\nvt 0.05 0.2\nvt 0.55 0.1\nvt 0.65 0.1\nvt 0.65 0.2\nvt 0.55 0.2\n"
+                           "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n";
+    for (const char* spp : {"film.spp=1", "film.spp=4"}) {
+        const auto plan = plan_of_text("space.hamiltonian = \"flat\"\nintegrator.escape_radius = 500\n"
+                                       "camera = { position = [0.013, 0.021, 3], look_at = [0.013, 0.021, 0], up = [0, 1, 0], fov = 50 }\nfilm.size = [60, 40]\n"
+                                       "[[object]]\nshape = \"mesh\"\nfile = \"" + path.string() + "\"\nchecker = [4, 1]\ncolor = [1, 1, 1]\n", {spp});
+        Film film(60, 40, plan->scene.film.layers);
+        render(*plan, film);
+        for (std::uint32_t y = 0; y < 40; ++y)
+            for (std::uint32_t x = 0; x < 60; ++x) ASSERT_NEAR(*film.pixel("color", x, y), 1, 1e-6) << spp << " " << x << "," << y;
+    }
+    std::filesystem::remove(path);
+}
+
 /// The room with its hole, as single rays see it without their neighbours.
 double single_ray_color(const Plan& plan, const RayEnd& end, std::size_t channel) {
     if (end.status != Status::hit) return 0;

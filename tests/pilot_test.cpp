@@ -41,6 +41,15 @@ TEST_F(MaxPixelError, IsReported) {
     EXPECT_TRUE(exists("b.exr"));
 }
 
+// Deep in a shadow all rays are captured: nothing is off by anything.
+TEST_F(MaxPixelError, IsMetWhereAllRaysAreCaptured) {
+    const Outcome met = run("render hole.toml --size 16x16 -o a.exr --quiet --json -D camera.fov=0.5 -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(met.status, 0) << met.err;
+    EXPECT_EQ(json::parse(met.out)["status"]["captured"], 256);
+    EXPECT_EQ(json::parse(met.out)["pixel_error_estimate"], 0);
+    EXPECT_EQ(run("compare hole.toml --size 8x8 --rounds 1 --quiet --strategy packet --equal-error 0.25 -D camera.fov=0.5").status, 0);
+}
+
 TEST_F(MaxPixelError, LooserBoundsCostLess) {
     const auto gradients = [&](const char* bound) {
         const Outcome outcome = run(std::string("render hole.toml --size 64x32 -o a.exr --quiet --json -D integrator.max_pixel_error=") + bound);

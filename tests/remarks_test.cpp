@@ -25,8 +25,8 @@ radius = 0.75
 
 const char* const disk_in_a_formula = R"([space]
 hamiltonian = "formula"
-H = "0.5 * (px*px + py*py + pz*pz)"
-level = 0.5
+H = '0.5 * (px*px + py*py + pz*pz)'
+H0 = 0.5
 [camera]
 position = [4, 0, 1]
 look_at = [0, 0, 0]

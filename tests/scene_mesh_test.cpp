@@ -93,6 +93,24 @@ TEST_F(LoadMesh, DropsDegenerateTrianglesWithARemark) {
     EXPECT_EQ(remarks_[0], "object thing: 1 triangles without area left out");
 }
 
+TEST_F(LoadMesh, RemarksOnCoordinatesThatSinglePrecisionDoesNotHold) {
+    mesh("near.obj", "v 500 4000 0\nv 501 4000 0\nv 501 4001 0\nf 1 2 3\n");
+    EXPECT_TRUE(remarks_.empty());
+    mesh("far.obj", "v 500000.1 4000000.1 0\nv 500001.1 4000000.1 0\nv 500001.1 4000001.1 0\nf 1 2 3\n");
+    ASSERT_EQ(remarks_.size(), 1u);
+    EXPECT_NE(remarks_[0].find("single precision"), std::string::npos) << remarks_[0];
+}
+
+TEST_F(LoadMesh, RemarksOnPartsWithoutTextureCoordinates) {
+    const std::string parts = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\ng a\nf 1/1 2/2 3/3\ng b\nf 1 3 4\n";
+    mesh("plain.obj", parts);
+    EXPECT_TRUE(remarks_.empty());
+    object_.paint.kind = Paint::Kind::checker;
+    mesh("parts.obj", parts);
+    ASSERT_EQ(remarks_.size(), 1u);
+    EXPECT_NE(remarks_[0].find("3 vertices without texture coordinates"), std::string::npos) << remarks_[0];
+}
+
 TEST_F(LoadMesh, TriangulatesAndPlaces) {
     object_.scale = 2;
     object_.rotate = {90, 0, 90};  // x → y, y → z, z → x

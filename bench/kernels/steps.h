@@ -5,7 +5,7 @@
 #pragma once
 
 #include "kernels/numeric/peak.h"
-#include "kernels/stepping/operations.h"
+#include "kernels/stepping/methods.h"
 #include "kernels/stepping/space_kernel.h"
 #include "kernels/tracing/packets.h"
 

@@ -35,7 +35,7 @@ __attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
         f.end.captured = max(f.end.captured, norm(f.end.q()) - V(f.capture_within));
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     const V terms = max(here.terms, f.start.energy_terms);
-    f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & is_finite(terms);
+    f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite
     if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
     if (f.want_path) f.energy = system.energy(f.end) + V(S(system.level()));
 }

@@ -1,0 +1,156 @@
+// Of all that may end a ray in one step, what it meets first does: surfaces, the edges of media and of capture, the escape sphere; and
+// surfaces close to where it starts.
+#include "plan_fixture.h"
+
+#include "scene/value.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace kagero::test {
+namespace {
+
+const std::string view = "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n";
+
+/// A medium whose rays bend a little, with some edges.
+std::string medium(const std::string& edges, const std::string& objects = "") {
+    return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 - 0.1*exp(-x^2))\"\n" + edges + "\n[integrator]\nescape_radius = 50\n" + view + objects;
+}
+std::string wall(double x) {
+    return "[[object]]\nshape = \"rectangle\"\norigin = [" + std::to_string(x) + ", -5, -5]\nedge_u = [0, 10, 0]\nedge_v = [0, 0, 10]\n";
+}
+std::string ball(double radius) {
+    return "[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = " + std::to_string(radius) + "\n";
+}
+
+class FirstEdge : public testing::TestWithParam<const char*> {
+protected:
+    std::vector<RayEnd> ends_of(const std::string& scene, const Overrides& how, const std::vector<RayInput>& rays) const {
+        const auto plan = plan_of_text(scene, how, with_strategy(GetParam()), false);
+        std::vector<RayEnd> ends;
+        trace(*plan, start_rays(*plan, rays, ""), ends);
+        return ends;
+    }
+    static std::vector<RayInput> rays_along_x() {
+        std::vector<RayInput> rays;
+        for (int i = 0; i < 40; ++i) rays.push_back({{0.02 * i, 0.01 * i, 0}, {1, 0.02, 0.001 * i}});
+        return rays;
+    }
+};
+
+const Overrides methods[] = {{"integrator.method=rkf78"}, {"integrator.method=gauss8", "integrator.step=0.1"}, {"integrator.method=rk4", "integrator.step=0.5"}};
+
+TEST_P(FirstEdge, OfAMediumHidesWhatLiesBeyond) {
+    for (const auto& [edge, status] : {std::pair{"domain", Status::escaped}, std::pair{"capture", Status::captured}})
+        for (const double beyond : {1.001, 1.02, 1.3})
+            for (const Overrides& how : methods) {
+                SCOPED_TRACE(testing::Message() << edge << ", wall at " << beyond << ", " << how[0]);
+                for (const RayEnd& end : ends_of(medium(std::string(edge) + " = \"1 - x\"", wall(beyond)), how, rays_along_x())) {
+                    ASSERT_EQ(end.status, status);
+                    EXPECT_NEAR(end.q[0], 1, 1e-9);
+                }
+            }
+}
+
+TEST_P(FirstEdge, DoesNotHideWhatLiesBefore) {
+    for (const double before : {0.8, 0.999})
+        for (const Overrides& how : methods)
+            for (const RayEnd& end : ends_of(medium("domain = \"1 - x\"", wall(before)), how, rays_along_x())) {
+                ASSERT_EQ(end.status, Status::hit);
+                EXPECT_NEAR(end.q[0], before, 1e-9);
+            }
+}
+
+TEST_P(FirstEdge, OfSeveralEndsTheRay) {
+    for (const Overrides& how : methods) {
+        SCOPED_TRACE(how[0]);
+        for (const RayEnd& end : ends_of(medium("capture = \"1 - x\"\ndomain = \"1.05 - x\""), how, rays_along_x())) {
+            ASSERT_EQ(end.status, Status::captured);
+            EXPECT_NEAR(end.q[0], 1, 1e-9);
+        }
+        for (const RayEnd& end : ends_of(medium("capture = \"1.05 - x\"\ndomain = \"1 - x\""), how, rays_along_x())) {
+            ASSERT_EQ(end.status, Status::escaped);
+            EXPECT_NEAR(end.q[0], 1, 1e-9);
+        }
+        for (const RayEnd& end : ends_of(medium("domain = \"50.02 - sqrt(x^2 + y^2 + z^2)\""), how, rays_along_x()))
+            EXPECT_NEAR(std::hypot(end.q[0], end.q[1], end.q[2]), 50, 1e-8);
+    }
+}
+
+// Nothing within a horizon is seen from without: rays of b < 3√3/2 r_g are captured, and no others.
+TEST_P(FirstEdge, OfAHoleIsTheHorizon) {
+    std::vector<RayInput> rays;
+    for (int i = 0; i < 40; ++i) rays.push_back({{0, -10, 0}, {0.0137 * (i - 19.5), 1, 0.004 * i}});
+    const Overrides ways[] = {{}, {"integrator.method=orbit-srkn11", "integrator.step=0.05"}, {"integrator.method=orbit-srkn11", "integrator.step=1"},
+                              {"integrator.symmetry=none"}, {"integrator.method=gauss8"}, {"integrator.method=dp54", "integrator.tolerance=1e-3"}};
+    for (const double radius : {0.9, 0.99})
+        for (const Overrides& how : ways) {
+            SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << (how.empty() ? "default" : how[0]));
+            const auto ends = ends_of("space = { hamiltonian = \"schwarzschild\", rg = 1 }\n" + view + ball(radius), how, rays);
+            for (std::size_t i = 0; i < ends.size(); ++i) {
+                const double x = rays[i].direction[0], z = rays[i].direction[2], across = std::hypot(x, z) / std::hypot(x, 1, z);
+                const double b = 10 * across / std::sqrt(1 - 1.0 / 10), critical = 1.5 * std::numbers::sqrt3;
+                if (std::abs(b - critical) < 0.02) continue;
+                EXPECT_EQ(ends[i].status, b < critical ? Status::captured : Status::escaped) << b;
+            }
+        }
+}
+
+// Light with p_t < 0, as a falling observer sees it, comes close to the horizon and never through: whatever reaches from without to within.
+TEST_P(FirstEdge, IsTheHorizonForLightThatNeverReachesIt) {
+    const std::string scene = "space = { hamiltonian = \"schwarzschild\", rg = 1 }\nintegrator.escape_radius = 30\n[camera]\nposition = [-6, 0, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
+                              "observer = \"falling\"\n[film]\nsize = [36, 24]\nlayers = [\"status\"]\n"
+                              "[[object]]\nshape = \"rectangle\"\norigin = [-8, -8, -0.3]\nedge_u = [16, 0, 0]\nedge_v = [0, 16, 0]\n";
+    std::vector<std::uint64_t> captured;
+    for (const Overrides& how : {Overrides{}, {"integrator.symmetry=none"}, {"integrator.method=rkf78"}, {"integrator.method=gauss8"}}) {
+        const auto plan = plan_of_text(scene, how, with_strategy(GetParam()));
+        Film film(36, 24, plan->scene.film.layers);
+        const RunReport report = render(*plan, film);
+        EXPECT_EQ(report.status[static_cast<int>(Status::failed)], 0u);
+        captured.push_back(report.status[static_cast<int>(Status::captured)]);
+    }
+    for (const std::uint64_t count : captured) EXPECT_NEAR(double(count), double(captured.front()), 1);
+    EXPECT_GT(captured.front(), 40u);
+}
+
+// As close as Embree's floats tell places apart: 6e-8 of the scene.
+TEST_P(FirstEdge, MayBeCloseToTheStart) {
+    const std::string floor = "[[object]]\nshape = \"rectangle\"\norigin = [-1, -1, 0]\nedge_u = [2, 0, 0]\nedge_v = [0, 2, 0]\n";
+    for (const char* space : {"hamiltonian = \"flat\"", "hamiltonian = \"gradient\"\ng = 1e-3", "hamiltonian = \"schwarzschild\"\nrg = 0.01\ncenter = [0, 0, 3]"}) {
+        SCOPED_TRACE(space);
+        const std::string scene = "[space]\n" + std::string(space) + view + floor;
+        std::vector<RayInput> rays;
+        for (const double height : {1e-3, 1e-5, 6e-6, 1e-6, 3e-7}) rays.push_back({{0.1, 0.2, height}, {0.3, 0.2, -1}});
+        for (const RayEnd& end : ends_of(scene, {}, rays)) EXPECT_EQ(end.status, Status::hit);
+        // … but what a ray starts on it leaves behind.
+        for (const RayEnd& end : ends_of(scene, {}, {{{0.1, 0.2, 0}, {0.3, 0.2, -1}}, {{0.1, 0.2, 0}, {0.3, 0.2, 1}}})) EXPECT_EQ(end.status, Status::escaped);
+    }
+}
+
+// What passes through Ellis's throat, b < a (Müller 2004), does so by the coarsest steps, and the smallest throat.
+TEST_P(FirstEdge, LiesBehindAThroatForRaysThatPassIt) {
+    for (const double throat : {1.0, 1e-3, 1e-9})
+        for (const Overrides& how : {Overrides{"integrator.method=rk4", "integrator.step=3"}, {"integrator.method=dp5", "integrator.step=2"}, {"integrator.symmetry=none"},
+                                     {"integrator.method=rkf78", "integrator.rescale=none"}}) {
+            std::vector<RayInput> rays;
+            const double distance = 6 * std::max(throat, 0.1), areal = distance + 0.25 * throat * throat / distance;
+            for (int i = 0; i < 20; ++i) {
+                const double sine = 0.1 * (i + 0.5) * throat / areal;
+                rays.push_back({{-distance, 0, 0}, {std::sqrt(1 - sine * sine), sine * std::cos(i), sine * std::sin(i)}});
+            }
+            const auto ends = ends_of("space = { hamiltonian = \"wormhole\", throat = " + written(throat) + " }\nintegrator.escape_radius = 20\n" + view,
+                                      how, rays);
+            for (std::size_t i = 0; i < ends.size(); ++i) {
+                SCOPED_TRACE(testing::Message() << "throat " << throat << ", " << how[0] << ", b/a = " << 0.1 * (double(i) + 0.5));
+                ASSERT_EQ(ends[i].status, Status::escaped);
+                EXPECT_EQ(std::hypot(ends[i].q[0], ends[i].q[1], ends[i].q[2]) < 0.5 * throat, i < 10);
+            }
+        }
+}
+
+INSTANTIATE_TEST_SUITE_P(Strategies, FirstEdge, testing::Values("scalar", "packet"), [](const auto& chosen) { return std::string(chosen.param); });
+
+}  // namespace
+}  // namespace kagero::test

@@ -90,8 +90,9 @@ TEST_P(FirstEdge, OfAHoleIsTheHorizon) {
             SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << (how.empty() ? "default" : how[0]));
             const auto ends = ends_of("space = { hamiltonian = \"schwarzschild\", rg = 1 }\n" + view + ball(radius), how, rays);
             for (std::size_t i = 0; i < ends.size(); ++i) {
-                const double x = rays[i].direction[0], z = rays[i].direction[2], across = std::hypot(x, z) / std::hypot(x, 1, z);
-                const double b = 10 * across / std::sqrt(1 - 1.0 / 10), critical = 1.5 * std::numbers::sqrt3;
+                // dr/dλ = −√(1 − (1 − 1/r) b²/r²), r dφ/dλ = b/r.
+                const double slope = std::hypot(rays[i].direction[0], rays[i].direction[2]);
+                const double b = 10 * slope / std::sqrt(1 + slope * slope * (1 - 1.0 / 10)), critical = 1.5 * std::numbers::sqrt3;
                 if (std::abs(b - critical) < 0.02) continue;
                 EXPECT_EQ(ends[i].status, b < critical ? Status::captured : Status::escaped) << b;
             }

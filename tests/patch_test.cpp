@@ -220,7 +220,7 @@ TEST(FilteredMesh, IsNotAveragedAcrossItsSilhouette) {
                            "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n";
     for (const char* spp : {"film.spp=1", "film.spp=4"}) {
         const auto plan = plan_of_text("space.hamiltonian = \"flat\"\nintegrator.escape_radius = 500\n"
-                                       "camera = { position = [0.013, 0.021, 3], look_at = [0.013, 0.021, 0], up = [0, 1, 0], fov = 50 }\nfilm.size = [60, 40]\n"
+                                       "camera = { position = [0.013, 0.021, 3], look_at = [0.013, 0.021, 0], up = [0, 1, 0], fov = 40 }\nfilm.size = [60, 40]\n"
                                        "[[object]]\nshape = \"mesh\"\nfile = \"" + path.string() + "\"\nchecker = [4, 1]\ncolor = [1, 1, 1]\n", {spp});
         Film film(60, 40, plan->scene.film.layers);
         render(*plan, film);

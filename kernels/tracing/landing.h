@@ -77,7 +77,9 @@ public:
         if (edge_) deliver_to_edge(full);
         deliver(mask, full);
         keep_grazing_hits(surfaces, beside, on_chord);
-        lost |= unrefined & ~surfaces, unrefined &= surfaces;
+        // What dense output does not tell of the escape sphere stands where the landing is on it.
+        const MaskOf<V> on_it = abs(level_.value(flow.end.q())) <= V(S(beyond_doubt)) * sqrt(level_.radius2);
+        lost |= unrefined & ~surfaces & ~to_bits(on_it), unrefined &= surfaces;
     }
 
     /// Of lanes that have landed, none of them on other surfaces than those of `surfaces`, those that did on the escape sphere.
@@ -87,7 +89,8 @@ public:
     /// Of lanes that have landed, those that crossed another edge before: there its number has fallen below zero.
     std::uint64_t landed_beyond(Edge edge) const {
         if (task_.job.hit == HitModel::chord) return 0;
-        const V &before = edge == Edge::capture ? whole.start.captured : whole.start.domain, &height = edge == Edge::capture ? flow.end.captured : flow.end.domain;
+        const V& before = edge == Edge::capture ? whole.start.captured : whole.start.domain;
+        const V& height = edge == Edge::capture ? flow.end.captured : flow.end.domain;
         return waiting & ~(lost | unrefined | turning_) & to_bits(height < V(S(-beyond_doubt)) * abs(before));
     }
     /// The same of the escape sphere, for those that started within it.

@@ -39,12 +39,12 @@ struct SpreadPerPixel {
         along_a_line = area <= 1e-6 * spread * spread;
         std::vector<Double3> points;
         for (const auto& [x, y] : pairs) points.push_back({x, y, 0});
-        const auto [right, below] = slope_of(points, places);
+        const Patch m = slope_of(points, places);
         const auto mapped = [&](std::size_t i, std::size_t k) {
-            return p.xx * right[i] * right[k] + p.xy * (right[i] * below[k] + below[i] * right[k]) + p.yy * below[i] * below[k];
+            return p.xx * m.right[i] * m.right[k] + p.xy * (m.right[i] * m.below[k] + m.below[i] * m.right[k]) + p.yy * m.below[i] * m.below[k];
         };
         const auto per_pixel = [&](std::size_t i, std::size_t k, double whole) {
-            return right[i] * right[k] + below[i] * below[k] + (whole - mapped(i, k)) / spread;
+            return m.right[i] * m.right[k] + m.below[i] * m.below[k] + (whole - mapped(i, k)) / spread;
         };
         xx = per_pixel(0, 0, all.xx), xy = per_pixel(0, 1, all.xy), yy = per_pixel(1, 1, all.yy);
     }

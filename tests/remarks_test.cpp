@@ -8,32 +8,22 @@
 namespace kagero::test {
 namespace {
 
-const char* const ball = R"([space]
-hamiltonian = "schwarzschild"
-[camera]
-position = [4, 0, 0]
+const std::string view = R"([camera]
+position = [4, 0, 1]
 look_at = [0, 0, 0]
 up = [0, 0, 1]
 [film]
 size = [8, 6]
-[[object]]
+)";
+
+const std::string ball = "[space]\nhamiltonian = \"schwarzschild\"\n" + view + R"([[object]]
 name = "ball"
 shape = "sphere"
 center = [0, 3, 0]
 radius = 0.75
 )";
 
-const char* const disk_in_a_formula = R"([space]
-hamiltonian = "formula"
-H = '0.5 * (px*px + py*py + pz*pz)'
-H0 = 0.5
-[camera]
-position = [4, 0, 1]
-look_at = [0, 0, 0]
-up = [0, 0, 1]
-[film]
-size = [8, 6]
-[[object]]
+const std::string disk_in_a_formula = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n" + view + R"([[object]]
 name = "ring"
 shape = "disk"
 center = [0, 0, 0]

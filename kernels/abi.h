@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 17;
+inline constexpr std::uint32_t abi_version = 18;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -106,7 +106,7 @@ struct Surface {
     double radius;
 };
 
-/// A lower bound of the distance to the nearest surface, constant in each cubic cell.
+/// Lower bounds of the distance from the centres of cubic cells to the nearest surface.
 struct ClearanceGrid {
     const float* distance;  ///< x fastest
     std::uint32_t cells[3];

@@ -1,4 +1,5 @@
 // Surfaces: colours, orientation of textures, the clearance grid.
+#include "kernels/tracing/clearance.h"
 #include "scene/clearance.h"
 #include "scene/geometry.h"
 #include "scene/texture.h"
@@ -150,9 +151,7 @@ TEST_F(SceneSurfaces, ClearanceIsALowerBound) {
         const Double3 q{coordinate(random), coordinate(random), coordinate(random)};
         const double ball = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2);
         const double distance = std::min(ball, distance_to_box_shell(q, 1));
-        std::size_t index[3];
-        for (std::size_t k = 0; k < 3; ++k) index[k] = static_cast<std::size_t>((q[k] - grid.origin[k]) / grid.cell);
-        const double bound = static_cast<double>(grid.distance[(index[2] * grid.cells[1] + index[1]) * grid.cells[0] + index[0]]);
+        const double bound = clearance_at<double>(grid, {q[0], q[1], q[2]});
         ASSERT_LE(bound, distance);
         ASSERT_GE(bound, distance - diagonal - 1e-4);
     }
@@ -188,9 +187,7 @@ TEST_F(SceneSurfaces, ClearanceOfAFlatSceneIsMeasuredInStretchedSpace) {
             const double a = angle(random), z = 0.5 * coordinate(random), r = std::sqrt(0.25 - z * z);
             ball = std::min(ball, stretched_way({10 + r * std::cos(a), 5 + r * std::sin(a), z}));
         }
-        std::size_t index[3];
-        for (std::size_t k = 0; k < 3; ++k) index[k] = static_cast<std::size_t>((q[k] * grid.stretch[k] - grid.origin[k]) / grid.cell);
-        const double bound = static_cast<double>(grid.distance[(index[2] * grid.cells[1] + index[1]) * grid.cells[0] + index[0]]);
+        const double bound = clearance_at<double>(grid, {q[0], q[1], 25 * q[2]});
         ASSERT_LE(bound, std::min(walls, ball));
         if (length(subtract(q, {10, 5, 0})) > 40) {
             ASSERT_GE(bound, walls - diagonal - 1e-3);

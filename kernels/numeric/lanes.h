@@ -296,6 +296,15 @@ KAGERO_INLINE V lanes_of(const double* numbers) {
 }
 /// … and to one.
 template <class V>
+KAGERO_INLINE void to_doubles(const V& v, double* numbers) {
+    if constexpr (lane_count<V> == 1) {
+        *numbers = static_cast<double>(v);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        KAGERO_EACH_REGISTER(registers::to_doubles(v.v[i], numbers + i * V::width))
+    }
+}
+template <class V>
 KAGERO_INLINE void to_floats(const V& v, float* numbers) {
     if constexpr (lane_count<V> == 1) {
         *numbers = static_cast<float>(v);

@@ -76,11 +76,15 @@ KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t all) { m = _mm_castsi128_p
 KAGERO_INLINE void set_bits(__m128& m, std::uint64_t all) { m = _mm_castsi128_ps(own_bit(all, _mm_setr_epi32(1, 2, 4, 8))); }
 #endif
 
-/// One register from doubles in memory, and one register to floats there.
+/// One register from doubles in memory, and one register to doubles or floats there.
 #if defined(__AVX512F__)
 KAGERO_INLINE void from_doubles(__m512d& v, const double* from) { v = _mm512_loadu_pd(from); }
 KAGERO_INLINE void from_doubles(__m512& v, const double* from) {
     v = _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(_mm512_loadu_pd(from))), _mm512_cvtpd_ps(_mm512_loadu_pd(from + 8)), 1);
+}
+KAGERO_INLINE void to_doubles(__m512d v, double* to) { _mm512_storeu_pd(to, v); }
+KAGERO_INLINE void to_doubles(__m512 v, double* to) {
+    _mm512_storeu_pd(to, _mm512_cvtps_pd(_mm512_castps512_ps256(v))), _mm512_storeu_pd(to + 8, _mm512_cvtps_pd(_mm512_extractf32x8_ps(v, 1)));
 }
 KAGERO_INLINE void to_floats(__m512d v, float* to) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m512 v, float* to) { _mm512_storeu_ps(to, v); }
@@ -89,6 +93,10 @@ KAGERO_INLINE void from_doubles(__m256d& v, const double* from) { v = _mm256_loa
 KAGERO_INLINE void from_doubles(__m256& v, const double* from) {
     v = _mm256_set_m128(_mm256_cvtpd_ps(_mm256_loadu_pd(from + 4)), _mm256_cvtpd_ps(_mm256_loadu_pd(from)));
 }
+KAGERO_INLINE void to_doubles(__m256d v, double* to) { _mm256_storeu_pd(to, v); }
+KAGERO_INLINE void to_doubles(__m256 v, double* to) {
+    _mm256_storeu_pd(to, _mm256_cvtps_pd(_mm256_castps256_ps128(v))), _mm256_storeu_pd(to + 4, _mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
+}
 KAGERO_INLINE void to_floats(__m256d v, float* to) { _mm_storeu_ps(to, _mm256_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m256 v, float* to) { _mm256_storeu_ps(to, v); }
 #else
@@ -96,6 +104,8 @@ KAGERO_INLINE void from_doubles(__m128d& v, const double* from) { v = _mm_loadu_
 KAGERO_INLINE void from_doubles(__m128& v, const double* from) {
     v = _mm_movelh_ps(_mm_cvtpd_ps(_mm_loadu_pd(from)), _mm_cvtpd_ps(_mm_loadu_pd(from + 2)));
 }
+KAGERO_INLINE void to_doubles(__m128d v, double* to) { _mm_storeu_pd(to, v); }
+KAGERO_INLINE void to_doubles(__m128 v, double* to) { _mm_storeu_pd(to, _mm_cvtps_pd(v)), _mm_storeu_pd(to + 2, _mm_cvtps_pd(_mm_movehl_ps(v, v))); }
 KAGERO_INLINE void to_floats(__m128d v, float* to) { _mm_storel_pi(reinterpret_cast<__m64*>(to), _mm_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m128 v, float* to) { _mm_storeu_ps(to, v); }
 #endif

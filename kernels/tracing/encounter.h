@@ -4,6 +4,7 @@
 /// grid. Where the budget is short the dense output is cut into chords that stay within the tolerance and Embree is asked.
 #pragma once
 
+#include "kernels/tracing/clearance.h"
 #include "kernels/tracing/segment_query.h"
 #include "kernels/tracing/stopwatch.h"
 #include "kernels/tracing/surface.h"
@@ -14,24 +15,6 @@
 
 namespace kagero {
 
-/// Lower bounds of the distances from q to the nearest surface; all in the grid's stretched space.
-template <class V>
-V clearance_at(const ClearanceGrid& grid, const Vec3<V>& q) {
-    using S = ScalarOf<V>;
-    const V per_cell(S(1 / grid.cell)), zero(S(0));
-    const V at[3] = {q.x, q.y, q.z};
-    V cell[3], beyond2 = zero;
-    for (int k = 0; k < 3; ++k) {
-        const V u = at[k] - V(S(grid.origin[k])), beyond = max(max(-u, u - V(S(grid.cells[k] * grid.cell))), zero);
-        beyond2 = mul_add(beyond, beyond, beyond2);
-        const V into = u * per_cell;
-        cell[k] = min(pick(into > zero, into, zero), V(S(grid.cells[k] - 1)));  // 0 where it is not a number
-    }
-    const V inside = look_up(grid.distance, cell[0], cell[1], cell[2], int(grid.cells[0]), int(grid.cells[1]));
-    const MaskOf<V> outside = beyond2 > zero;
-    return any(outside) ? pick(outside, root(beyond2), inside) : inside;
-}
-
 template <class V>
 class Encounter {
     using S = ScalarOf<V>;
@@ -40,8 +23,8 @@ class Encounter {
 public:
     /// What each hit lane met.
     std::uint32_t surface[W], primitive[W];
-    alignas(64) double from[W], to[W];  ///< the piece of the step that was hit, as fractions
-    alignas(64) double t[W];            ///< where on that piece's chord, from Embree
+    V from = S(0), to = S(0);  ///< the piece of the step that was hit, as fractions
+    V t = S(0);                ///< where on that piece's chord, from Embree
     std::uint64_t ticks = 0;
 
     explicit Encounter(const Task<V>& task) : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
@@ -69,10 +52,7 @@ public:
     }
 
     /// Where on their step lanes hit something, about: as fractions.
-    V place() const {
-        const V begin = lanes_of<V>(from);
-        return mul_add(lanes_of<V>(t), lanes_of<V>(to) - begin, begin);
-    }
+    V place() const { return mul_add(t, to - from, from); }
     /// Lanes go back to where their step began, of which nothing is known any more.
     void go_back(std::uint64_t lanes) { budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_); }
 
@@ -116,30 +96,29 @@ private:
         return root(max(max(first, dot(last, last)), dot(way, way)));
     }
 
-    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries piece after piece but those that the
-    /// clearance in the middle of one tells not to meet anything: a piece's chord is no farther from there than the curve goes.
+    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries those that the clearance in the middle
+    /// of one does not tell to meet nothing: a piece's chord is no farther from there than the curve goes. Lanes wait for each other at
+    /// such pieces, so that one query serves many.
     std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
         const V one(S(1)), half(S(0.5)), piece = chord_only_ ? one : length_of_pieces(curve.sagitta());
         const std::uint64_t cut = geometry_.clearance ? asking & to_bits(piece < one) : 0;  // a whole step was told to ask
         const V pieces_per_way = cut ? recip(V(spare) * piece * root(curve.speed2(stretch_))) : one;
         std::uint64_t hits = 0, now = asking;
         V s0(S(0));
-        Vec3<V> a = curve.point[0];
         while (now) {
-            V count = one;
-            std::uint64_t near = now;
-            if (now & cut) {
+            for (std::uint64_t going = now & cut; going;) {
                 const V clearance = clearance_at(*geometry_.clearance, stretched(curve.at(mul_add(half, piece, s0))));
                 const V clear = nearest_whole(min(V(S(most_pieces)), clearance * pieces_per_way));
-                near &= ~(cut & to_bits(clear >= one));
-                count = max(pick(from_bits<V>(cut), clear, one), one);
+                const MaskOf<V> passes = from_bits<V>(going) & (clear >= one);
+                s0 = pick(passes, min(mul_add(clear, piece, s0), one), s0);
+                const std::uint64_t ended = to_bits(passes & (s0 >= one));
+                going = to_bits(passes) & ~ended, now &= ~ended;
             }
-            const V s1 = min(mul_add(count, piece, s0), one);
-            const MaskOf<V> to_end = s1 >= one;
-            const Vec3<V> b = pick<V>(to_end, curve.point[curve.degree], curve.at(s1));
-            if (near) hits |= ask_piece(a, b, s0, s1, near);
-            now &= ~(hits | to_bits(to_end));
-            a = b, s0 = s1;
+            if (!now) break;
+            const V s1 = min(s0 + piece, one);
+            hits |= ask_piece(curve.at(s0), curve.at(s1), s0, s1, now);
+            now &= ~(hits | to_bits(s1 >= one));
+            s0 = s1;
         }
         return hits;
     }
@@ -155,41 +134,44 @@ private:
             to_floats((end - start) * scale, segments.dir[k]);
         };
         to_embree(a.x, b.x, 0), to_embree(a.y, b.y, 1), to_embree(a.z, b.z, 2);
-        std::fill_n(segments.near, W, 0.0f);
+        std::fill_n(segments.near, W, 0.0f), std::fill_n(segments.t, W, 0.0f);
         const std::uint64_t fresh = now & fresh_;
         fresh_ &= ~now;
         skip_what_lies_beyond(a, b, segments);
-        double begin[W], length[W];  // the part of each piece that is asked about, as fractions of the piece
-        std::fill_n(begin, W, 0.0), std::fill_n(length, W, 1.0);
+        V begin(S(0)), length(S(1));  // the part of each piece that is asked about, as fractions of the piece
         for (const int i : lanes_in(now & ~to_bits(size < V(S(far_away))))) {
-            if (!clip(a, b, i, segments, begin[i], length[i])) now &= ~(std::uint64_t(1) << i);
+            if (!clip(a, b, i, segments, begin, length)) now &= ~(std::uint64_t(1) << i);
         }
         queries_ = pick(from_bits<V>(now), queries_ + V(S(1)), queries_);
         std::uint64_t hits = query(geometry_.embree_scene, segments, now);
         if (hits & fresh) hits = ask_beyond_start(a, segments, hits, fresh);
+        if (!hits) return 0;
+        const MaskOf<V> here = from_bits<V>(hits);
+        alignas(64) double place[W];
+        std::copy_n(segments.t, W, place);
+        t = pick(here, mul_add(length, lanes_of<V>(place), begin), t);
+        from = pick(here, s0, from), to = pick(here, s1, to);
         for (const int i : lanes_in(hits)) {
             surface[i] = segments.surface[i], primitive[i] = segments.primitive[i];
-            t[i] = begin[i] + length[i] * double(segments.t[i]);
-            from[i] = double(get_lane(s0, i)), to[i] = double(get_lane(s1, i));
         }
         return hits;
     }
 
     /// Those of `fresh` whose start lies on the surface that they hit there do not count that hit: they are asked again, from a little way on.
     std::uint64_t ask_beyond_start(const Vec3<V>& a, Segments<W>& segments, std::uint64_t hits, std::uint64_t fresh) {
-        float offset[W];  // as a fraction of the segment
-        std::uint64_t close = 0;
-        for (int i = 0; i < W; ++i) {
+        const auto length = [&segments](int i) {
             const float x = segments.dir[0][i], y = segments.dir[1][i], z = segments.dir[2][i];
-            offset[i] = std::min(0.5f, start_offset / std::max(std::sqrt(x * x + y * y + z * z), start_offset));
-            close |= std::uint64_t(segments.t[i] <= offset[i]) << i;
-        }
+            return std::sqrt(x * x + y * y + z * z);
+        };
+        std::uint64_t close = 0;
+        for (int i = 0; i < W; ++i) close |= std::uint64_t(segments.t[i] * length(i) <= start_offset) << i;
         close &= hits & fresh;
         if (!close) return hits;
         const V size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + V(S(1 / geometry_.scale));
         const V height = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close).value(a);
         const std::uint64_t on_it = close & to_bits(abs(height) <= V(S(4) * machine_epsilon<S>) * size);
-        for (const int i : lanes_in(on_it)) segments.near[i] = std::max(segments.near[i], offset[i]);
+        for (const int i : lanes_in(on_it))
+            segments.near[i] = std::max(segments.near[i], std::min(0.5f, start_offset / std::max(length(i), start_offset)));
         return (hits & ~on_it) | query(geometry_.embree_scene, segments, on_it);
     }
 
@@ -205,7 +187,7 @@ private:
     }
 
     /// Cuts a segment down, in double, to the cube ±far_away/2 around the scene; false when it misses it.
-    bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, double& begin, double& length) const {
+    bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, V& begin, V& length) const {
         const double head[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
         const double tail[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
         double enter = 0, leave = 1, org[3], dir[3];
@@ -216,9 +198,10 @@ private:
             if (dir[k] != 0) enter = std::max(enter, std::min(u, v)), leave = std::min(leave, std::max(u, v));
         }
         if (!(enter < leave)) return false;
-        begin = enter, length = leave - enter;
-        segments.near[i] = float(std::clamp((double(segments.near[i]) - begin) / length, 0.0, 1.0));
-        for (int k = 0; k < 3; ++k) segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(length * dir[k]);
+        const double rest = leave - enter;
+        set_lane(begin, i, S(enter)), set_lane(length, i, S(rest));
+        segments.near[i] = float(std::clamp((double(segments.near[i]) - enter) / rest, 0.0, 1.0));
+        for (int k = 0; k < 3; ++k) segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(rest * dir[k]);
         return true;
     }
 

@@ -11,7 +11,7 @@ std::uint64_t PacketTracer<V>::wait_for_surface(std::uint64_t hits) {
     if (!hits) return 0;
     const Encounter<V>& encounter = *encounter_;
     const Curve<V> curve = task_.curve(flow_);
-    const V from = lanes_of<V>(encounter.from), to = lanes_of<V>(encounter.to), t = lanes_of<V>(encounter.t);
+    const V &from = encounter.from, &to = encounter.to, &t = encounter.t;
     const Vec3<V> a = curve.at(from), b = curve.at(to), hit = advance(a, t, b - a);
     const std::uint64_t accepted = hits & ~to_bits(is_beyond(hit));
     if (!accepted) return 0;
@@ -182,24 +182,19 @@ template <class V>
 void PacketTracer<V>::write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure) {
     if (!lanes) return;
     const V square = dot(f.end.velocity, f.end.velocity), inverse = V(S(1)) / sqrt(square);
-    const V usable = pick(is_finite(inverse), inverse, V(S(0)));
-    const Vec3<V> along = usable * f.end.velocity;
-    for (; lanes; lanes &= lanes - 1) {
-        const int i = __builtin_ctzll(lanes);
+    const Vec3<V> along = pick(is_finite(inverse), inverse, V(S(0))) * f.end.velocity;
+    alignas(64) double y[6][W], v[3][W], pt[W], parameter[W], energy[W];
+    for (int k = 0; k < 6; ++k) to_doubles(f.end.y[k], y[k]);
+    to_doubles(along.x, v[0]), to_doubles(along.y, v[1]), to_doubles(along.z, v[2]);
+    to_doubles(f.start.y[6], pt), to_doubles(f.end.parameter, parameter), to_doubles(worst_energy_, energy);
+    for (const int i : lanes_in(lanes)) {
         RayEnd& e = *ends_[i];
-        const Vec3<double> v = lane_of(along, i);
-        for (int k = 0; k < 3; ++k) e.q[k] = double(get_lane(f.end.y[k], i)), e.p[k] = double(get_lane(f.end.y[3 + k], i));
-        e.v[0] = v.x, e.v[1] = v.y, e.v[2] = v.z;
-        e.pt = double(get_lane(f.start.y[6], i));
-        e.parameter = double(get_lane(f.end.parameter, i));
-        e.energy_error = double(get_lane(worst_energy_, i));
-        e.steps = static_cast<std::uint32_t>(get_lane(steps_, i));
-        e.gradients = static_cast<std::uint32_t>(get_lane(f.gradients, i));
-        e.iterations = 0;
-        tell_iterations(i, flow_.open_iterations);
-        e.queries = encounter_ ? encounter_->queries_of(i) : 0;
-        e.occupancy = 0, e.surface = e.primitive = 0;
-        e.status = status, e.failure = failure, e.unrefined = false;
+        e = {.q = {y[0][i], y[1][i], y[2][i]}, .p = {y[3][i], y[4][i], y[5][i]}, .v = {v[0][i], v[1][i], v[2][i]}, .pt = pt[i],
+             .parameter = parameter[i], .energy_error = energy[i], .steps = static_cast<std::uint32_t>(get_lane(steps_, i)),
+             .gradients = static_cast<std::uint32_t>(get_lane(f.gradients, i)), .iterations = 0,
+             .queries = encounter_ ? encounter_->queries_of(i) : 0, .occupancy = 0, .surface = 0, .primitive = 0, .status = status,
+             .failure = failure, .unrefined = false};
+        if (flow_.issued_iterations > 0) tell_iterations(i, flow_.open_iterations);
         counters_.steps += e.steps, counters_.gradients += e.gradients, counters_.queries += e.queries;
         // A failed ray ends where its last good step did, which has been reported.
         if (job_.path_sink && e.steps > 0 && status != Status::failed) report_path(f, std::uint64_t(1) << i, false);

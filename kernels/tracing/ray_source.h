@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/abi.h"
+#include "kernels/numeric/bits.h"
 
 #include <cmath>
 #include <limits>
@@ -70,17 +71,16 @@ public:
     std::uint64_t take(std::uint64_t free, RayStarts<W>& starts, RayEnd* (&ends)[W], std::uint64_t (&numbers)[W]) {
         alignas(64) double middle_x[W], middle_y[W];
         std::uint64_t taken = 0;
+        const std::uint32_t row_length = job_.camera ? job_.camera->width : 0, tile_width = tile_.x1 - tile_.x0;
         const auto put = [&](int lane, std::uint32_t x, std::uint32_t y) {
-            ends[lane] = ends_ + std::size_t(y - tile_.y0) * (tile_.x1 - tile_.x0) + (x - tile_.x0);
-            numbers[lane] = job_.camera ? std::uint64_t(y) * job_.camera->width + x : x;
+            ends[lane] = ends_ + std::size_t(y - tile_.y0) * tile_width + (x - tile_.x0);
+            numbers[lane] = std::uint64_t(y) * row_length + x;
             middle_x[lane] = x + 0.5, middle_y[lane] = y + 0.5;
-            if (!job_.camera) starts.put(lane, job_.rays[x]);
         };
-        starts.captured = starts.escaped = 0;
         if (free == all_lanes<W> && row_ == 0 && column_ == 0 && x_ >= tile_.x0 && y_ >= tile_.y0 && x_ + width_ <= tile_.x1 && y_ + height_ <= tile_.y1) {
-            int lane = 0;
-            for (std::uint32_t row = 0; row < height_; ++row)
-                for (std::uint32_t column = 0; column < width_; ++column) put(lane++, x_ + column, y_ + row);
+            const std::uint32_t x0 = x_, y0 = y_, in_row = width_ - 1;
+            const int row_shift = __builtin_ctz(width_);  // a power of two, as W is
+            for (int i = 0; i < W; ++i) put(i, x0 + (std::uint32_t(i) & in_row), y0 + (std::uint32_t(i) >> row_shift));
             next_block();
             taken = free;
         } else {
@@ -94,7 +94,12 @@ public:
                 put(__builtin_ctzll(free), x, y);
             }
         }
-        if (job_.camera) look(*job_.camera, middle_x, middle_y, starts);
+        if (job_.camera) {
+            look(*job_.camera, middle_x, middle_y, starts);
+        } else {
+            starts.captured = starts.escaped = 0;
+            for (const int i : lanes_in(taken)) starts.put(i, job_.rays[numbers[i]]);
+        }
         return taken;
     }
 

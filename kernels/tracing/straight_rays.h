@@ -16,7 +16,7 @@ void PacketTracer<V>::end_straight() {
     std::uint64_t hits = encounter_ ? encounter_->meet_straight(flow_, leaving) : 0;
     V fraction(S(0));
     if (hits) {
-        fraction = chord_fraction(encounter_->levels(hits), from, to, lanes_of<V>(encounter_->t));
+        fraction = chord_fraction(encounter_->levels(hits), from, to, encounter_->t);
         hits &= ~to_bits(is_beyond(advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
     if (hits != leaving)

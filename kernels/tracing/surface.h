@@ -27,9 +27,15 @@ struct Level {
     /// dg along v.
     KAGERO_INLINE V slope(const Vec3<V>& q, const Vec3<V>& v) const { return (a + a) * dot(q - center, v) + dot(normal, v); }
 
+    /// `set(number, other)` for each number of two levels.
+    template <class Other, class F>
+    static void each(Level& level, const Level<Other>& other, const F& set) {
+        set(level.a, other.a), set(level.radius2, other.radius2), set(level.d, other.d);
+        set(level.center.x, other.center.x), set(level.center.y, other.center.y), set(level.center.z, other.center.z);
+        set(level.normal.x, other.normal.x), set(level.normal.y, other.normal.y), set(level.normal.z, other.normal.z);
+    }
     void take(const MaskOf<V>& lanes, const Level& from) {
-        a = pick(lanes, from.a, a), radius2 = pick(lanes, from.radius2, radius2), d = pick(lanes, from.d, d);
-        center = pick<V>(lanes, from.center, center), normal = pick<V>(lanes, from.normal, normal);
+        each(*this, from, [&lanes](V& number, const V& other) { number = pick(lanes, other, number); });
     }
 };
 
@@ -40,22 +46,29 @@ Level<V> sphere_level(const V& radius) {
     return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero};
 }
 
-/// What the lanes of `lanes` met, each its own surface: the plane of a triangle, or a sphere.
+/// The plane of one triangle, or a sphere.
+inline Level<double> level_of(const Surface& surface, std::uint32_t primitive) {
+    if (surface.kind == Surface::Kind::sphere) {
+        const double* c = surface.center;
+        return {0.5 / surface.radius, surface.radius * surface.radius, {c[0], c[1], c[2]}, {0, 0, 0}, 0};
+    }
+    const double* plane = surface.planes + 4 * std::size_t(primitive);
+    return {0, 0, {0, 0, 0}, {plane[0], plane[1], plane[2]}, plane[3]};
+}
+
+/// What the lanes of `lanes` met, each its own surface, where they are not all on the same. Other lanes have any.
 template <class V>
 Level<V> levels_of(const Surface* surfaces, const std::uint32_t* surface, const std::uint32_t* primitive, std::uint64_t lanes) {
-    constexpr int W = lane_count<V>;
-    static constexpr double nothing[4] = {};
-    alignas(64) double a[W], radius2[W], center[3][W], plane[4][W];
-    for (int i = 0; i < W; ++i) {
-        const Surface* s = (lanes >> i) & 1 ? surfaces + surface[i] : nullptr;
-        const bool ball = s && s->kind == Surface::Kind::sphere;
-        const double *c = ball ? s->center : nothing, *n = s && !ball ? s->planes + 4 * std::size_t(primitive[i]) : nothing;
-        a[i] = ball ? 0.5 / s->radius : 0, radius2[i] = ball ? s->radius * s->radius : 0;
-        for (int k = 0; k < 3; ++k) center[k][i] = c[k];
-        for (int k = 0; k < 4; ++k) plane[k][i] = n[k];
+    using S = ScalarOf<V>;
+    const int first = __builtin_ctzll(lanes);
+    const Level<double> g = level_of(surfaces[surface[first]], primitive[first]);
+    Level<V> levels;
+    Level<V>::each(levels, g, [](V& number, double on_all) { number = V(S(on_all)); });
+    for (const int i : lanes_in(lanes)) {
+        if (surface[i] == surface[first] && primitive[i] == primitive[first]) continue;
+        Level<V>::each(levels, level_of(surfaces[surface[i]], primitive[i]), [i](V& number, double here) { set_lane(number, i, S(here)); });
     }
-    return {lanes_of<V>(a), lanes_of<V>(radius2), {lanes_of<V>(center[0]), lanes_of<V>(center[1]), lanes_of<V>(center[2])},
-            {lanes_of<V>(plane[0]), lanes_of<V>(plane[1]), lanes_of<V>(plane[2])}, lanes_of<V>(plane[3])};
+    return levels;
 }
 
 /// Where the straight segment a → b meets the surface, as a fraction; the root nearest to `near`, which Embree found in float. Refinement

@@ -24,7 +24,7 @@ double seconds_of(Plan& plan, const Variant& variant, const std::vector<RayStart
 
 Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* stop) {
     StudyOptions options;
-    options.errors_only = true;
+    options.pixel_bound = pixels;
     const ErrorStudy study = study_error(plan, options, {}, stop);
     Candidates found{study.sample.starts, {}};
     for (const StudyCurve& curve : study.curves) {

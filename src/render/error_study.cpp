@@ -45,7 +45,7 @@ ErrorStudy Study::run() {
     choose_timed_rays();
     climb_all();
     choose_shown();
-    if (!study_.options.errors_only) {
+    if (!study_.options.pixel_bound) {
         take_times();
         choose_cheapest();
         study_.strategies = strategy_times(plan_, study_.sample.starts, study_.options.threads, stop_);
@@ -110,7 +110,7 @@ void Study::choose_timed_rays() {
 void Study::climb_all() {
     const auto ladders = choose_ladders(plan_, {study_.options.quick, study_.options.full, study_.options.strategy, study_.options.precision}, study_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
-        if (study_.options.errors_only && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
+        if (study_.options.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
         climb(ladders[i]);
         tell(climbing() * double(i + 1) / double(ladders.size()));
     }
@@ -161,6 +161,23 @@ void Study::climb(const Ladder& ladder) {
     curve.floor = slope.floor;
     if (!curve.info->adaptive) curve.order = slope.order;
     if (curve.points.empty()) study_.curves.pop_back();
+    else if (study_.options.pixel_bound) close_in(curve, variant);
+}
+
+/// Bisects between the longest step that is within the bound and the next longer one, which is not.
+void Study::close_in(StudyCurve& curve, Variant variant) {
+    constexpr int bisections = 4;
+    const auto within = [&](const StudyPoint& point) { return is_within(point, study_.options.pixel_bound, &RayErrors::pixels, study_.reference); };
+    auto longest = std::find_if(curve.points.begin(), curve.points.end(), within);
+    if (longest == curve.points.begin() || longest == curve.points.end()) return;
+    double too_long = std::prev(longest)->step;
+    if (curve.loose) variant.solver_tolerance = longest->solver_tolerance;
+    for (int i = 0; i < bisections && !stopped(); ++i) {
+        variant.step = std::sqrt(too_long * longest->step);
+        Timed timed{variant, 0, 0, 0, 0, 0, {}, {}};
+        if (const StudyPoint point = measure(timed); within(point)) longest = curve.points.insert(longest, point);
+        else too_long = variant.step;
+    }
 }
 
 /// Packets in double precision; where they were not studied, what was.
@@ -206,7 +223,7 @@ StudyPoint Study::measure(Timed& timed) {
         point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
         point.queries = double(work.queries) / rays, point.iterations = double(work.active_iterations) / rays;
         if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
-        if (study_.options.errors_only) return point;
+        if (study_.options.pixel_bound) return point;
         timed.most_steps = enough_steps(ends);
         double seconds = report.seconds;
         if (study_.options.quick) {

@@ -14,7 +14,9 @@ struct StudyOptions {
     bool quick = false;                     ///< a handful of methods, in double precision
     bool full = false;                      ///< every method one ray at a time too
     std::string strategy = "auto", precision = "auto";  ///< of the methods that are studied; "auto": every one
-    bool errors_only = false;               ///< of packets alone; nothing is timed, followed or drawn
+    /// Where it is not 0, errors of packets alone are measured, and nothing is timed, followed or drawn: sought are the longest steps whose 99th
+    /// percentile of the error, in pixels, is within this.
+    double pixel_bound = 0;
     unsigned threads = 1;                   ///< of the timed runs
     unsigned repeats = 5;                   ///< at least; of a quick study 1, for runs that take long
 };

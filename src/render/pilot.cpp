@@ -41,7 +41,7 @@ void fit_to_error(Plan& plan) {
     const double bound = plan.scene.integrator.max_pixel_error;
     StudyOptions options;
     options.width = options.height = pilot_grid;
-    options.quick = options.errors_only = true;
+    options.quick = true, options.pixel_bound = bound;
     options.threads = plan.threads;
     const ErrorStudy study = study_error(plan, options);
     const StudyCurve* curve = nullptr;

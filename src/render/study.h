@@ -43,6 +43,7 @@ private:
     void choose_timed_rays();
     void climb_all();
     void climb(const Ladder& ladder);
+    void close_in(StudyCurve& curve, Variant variant);
     void choose_shown();
     bool set_loose_tolerance(Variant& variant) const;
     StudyPoint measure(Timed& timed);

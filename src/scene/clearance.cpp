@@ -91,11 +91,11 @@ double stretched_distance(const Geometry& geometry, RTCScene scene, const Double
     return query.nearest;
 }
 
-/// Lower bounds for one row of cells along x. Distance changes by at most the way gone, so each cell limits the next one's
+/// Lower bounds for the centres of one row of cells along x. Distance changes by at most the way gone, so each cell limits the next one's
 /// search.
 void fill_row(const Geometry& geometry, RTCScene scene, const ClearanceGrid& grid, std::uint32_t y, std::uint32_t z, float* row) {
-    const double half_diagonal = 0.5 * std::sqrt(3.0) * grid.cell;
-    const double float_error = 4e-6 / geometry.scale;  // of Embree's boxes, whose coordinates are of order one: 2^-18
+    // Of Embree's boxes, whose coordinates are of order one, 2^-18; and of what kernels make of these numbers in float.
+    const double float_error = 5e-6 / geometry.scale;
     const Double3 stretch{grid.stretch[0], grid.stretch[1], grid.stretch[2]};
     double limit = std::numeric_limits<double>::infinity();
     for (std::uint32_t x = 0; x < grid.cells[0]; ++x) {
@@ -103,7 +103,7 @@ void fill_row(const Geometry& geometry, RTCScene scene, const ClearanceGrid& gri
                              (grid.origin[2] + (z + 0.5) * grid.cell) / stretch[2]};
         const double distance = stretched_distance(geometry, scene, stretch, center, limit);
         limit = distance + grid.cell + float_error;
-        const double bound = std::max(0.0, distance - half_diagonal - float_error);
+        const double bound = std::max(0.0, distance - float_error);
         row[x] = bound > 0 ? std::nextafter(static_cast<float>(bound), 0.0f) : 0.0f;
     }
 }

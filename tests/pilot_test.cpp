@@ -3,9 +3,13 @@
 #include "plan_fixture.h"
 #include "sample_error.h"
 
+#include "render/error_study.h"
 #include "render/pilot.h"
 
 #include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
 
 namespace kagero::test {
 namespace {
@@ -48,6 +52,25 @@ TEST_F(MaxPixelError, IsMetWhereAllRaysAreCaptured) {
     EXPECT_EQ(json::parse(met.out)["status"]["captured"], 256);
     EXPECT_EQ(json::parse(met.out)["pixel_error_estimate"], 0);
     EXPECT_EQ(run("compare hole.toml --size 8x8 --rounds 1 --quiet --strategy packet --equal-error 0.25 -D camera.fov=0.5").status, 0);
+}
+
+// A sixteenth of an octave longer, a step would not do.
+TEST_F(MaxPixelError, TakesTheLongestSteps) {
+    const auto plan = plan_of_file(scene_file("room.toml"), {"film.size=[64, 64]"});
+    StudyOptions options;
+    options.width = options.height = 16, options.quick = true, options.pixel_bound = 0.25;
+    const ErrorStudy study = study_error(*plan, options);
+    std::size_t bounded = 0;
+    for (const StudyCurve& curve : study.curves) {
+        SCOPED_TRACE(curve.method);
+        const auto longest = std::find_if(curve.points.begin(), curve.points.end(), [&](const StudyPoint& point) {
+            return is_within(point, options.pixel_bound, &RayErrors::pixels, study.reference);
+        });
+        if (curve.info->adaptive || longest == curve.points.begin() || longest == curve.points.end()) continue;
+        EXPECT_LE(std::prev(longest)->step, 1.0001 * std::exp2(1.0 / 16) * longest->step);
+        ++bounded;
+    }
+    EXPECT_GE(bounded, 3u);
 }
 
 TEST_F(MaxPixelError, LooserBoundsCostLess) {

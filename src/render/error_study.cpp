@@ -166,17 +166,24 @@ void Study::climb(const Ladder& ladder) {
 
 /// Bisects between the longest step that is within the bound and the next longer one, which is not.
 void Study::close_in(StudyCurve& curve, Variant variant) {
-    constexpr int bisections = 4;
+    constexpr int doublings = 3, bisections = 4;
+    const auto measured = [&](double step) {
+        variant.step = step;
+        Timed timed{variant, 0, 0, 0, 0, 0, {}, {}};
+        return measure(timed);
+    };
     const auto within = [&](const StudyPoint& point) { return is_within(point, study_.options.pixel_bound, &RayErrors::pixels, study_.reference); };
     auto longest = std::find_if(curve.points.begin(), curve.points.end(), within);
-    if (longest == curve.points.begin() || longest == curve.points.end()) return;
-    double too_long = std::prev(longest)->step;
+    if (longest == curve.points.end()) return;
     if (curve.loose) variant.solver_tolerance = longest->solver_tolerance;
-    for (int i = 0; i < bisections && !stopped(); ++i) {
-        variant.step = std::sqrt(too_long * longest->step);
-        Timed timed{variant, 0, 0, 0, 0, 0, {}, {}};
-        if (const StudyPoint point = measure(timed); within(point)) longest = curve.points.insert(longest, point);
-        else too_long = variant.step;
+    for (int i = 0; i < doublings && longest == curve.points.begin() && !stopped(); ++i) {
+        longest = curve.points.insert(longest, measured(2 * longest->step));
+        if (!within(*longest)) ++longest;
+    }
+    for (int i = 0; i < bisections && longest != curve.points.begin() && !stopped(); ++i) {
+        const StudyPoint point = measured(std::sqrt(std::prev(longest)->step * longest->step));
+        longest = curve.points.insert(longest, point);
+        if (!within(point)) ++longest;
     }
 }
 

@@ -198,8 +198,8 @@ struct FormulaNode {
     double value;  ///< of a number
 };
 
-/// A Hamiltonian written in a scene: expressions as places in one list of nodes, −1 where there is none. Where `energy` is −1 H and all
-/// that it states of itself are those of a compiled Hamiltonian, and the expressions but say how it is rescaled.
+/// A Hamiltonian written in a scene: expressions as places in one list of nodes, −1 where there is none. Where `energy` is −1, H and
+/// what it states are those of the compiled Hamiltonian `hamiltonian`, and `rescale` is the only expression.
 struct Formula {
     const FormulaNode* nodes;
     std::uint32_t node_count;

@@ -76,13 +76,9 @@ constexpr KernelInfo kernel_infos[] = {
     gang_of<PacketDouble, 256>(Precision::float64),
     gang_of<PacketFloat, 128>(Precision::float32),
     gang_of<PacketFloat, 256>(Precision::float32),
-    compared_kernel_of<PerRayStages>(),
-    compared_kernel_of<PerRayGradient>(),
-    compared_kernel_of<AutoVectorized>(),
-    compared_kernel_of<FewDouble>(),
-    compared_kernel_of<ManyDouble>(),
-    compared_kernel_of<FewFloat>(),
-    compared_kernel_of<ManyFloat>(),
+#define KAGERO_WAY(WAY) compared_kernel_of<WAY>(),
+    KAGERO_WAYS(KAGERO_WAY)
+#undef KAGERO_WAY
 };
 
 /// Calls visit.operator()<H>() with the Hamiltonian of an index; `formula` has no type of its own and is served before.

@@ -308,18 +308,22 @@ TEST(PositionError, IsNotANumberWhereThereIsNone) {
 
 // What a ray needs does not depend on the strategy; a packet of one ray is always full.
 TEST(IterationsAndOccupancy, BelongToRaysAndToPackets) {
-    const auto in_packets = plan_of_text(hole_scene, {"integrator.method=\"gauss8\"", "integrator.step=0.1"});
-    const auto alone = plan_of_text(hole_scene, {"integrator.method=\"gauss8\"", "integrator.step=0.1"}, with_strategy("scalar"));
     Film packets(48, 48, {"occupancy", "newton", "steps"}), single(48, 48, {"occupancy", "newton"});
-    const RunReport report = render(*in_packets, packets);
-    render(*alone, single);
+    RunReport report;
     double least = 1;
-    for (std::size_t i = 0; i < 48 * 48; ++i) {
-        EXPECT_EQ(packets.plane("newton")[i], single.plane("newton")[i]);
-        EXPECT_GE(packets.plane("newton")[i], packets.plane("steps")[i]);
-        EXPECT_EQ(single.plane("occupancy")[i], 1);
-        EXPECT_LE(packets.plane("occupancy")[i], 1);
-        least = std::min(least, double(packets.plane("occupancy")[i]));
+    for (const char* method : {"gauss8", "verlet"}) {
+        const Overrides how{std::string("integrator.method=") + method, "integrator.step=0.1"};
+        const auto in_packets = plan_of_text(hole_scene, how), alone = plan_of_text(hole_scene, how, with_strategy("scalar"));
+        report = render(*in_packets, packets);
+        render(*alone, single);
+        least = 1;
+        for (std::size_t i = 0; i < 48 * 48; ++i) {
+            EXPECT_EQ(packets.plane("newton")[i], single.plane("newton")[i]) << method;
+            EXPECT_GE(packets.plane("newton")[i], packets.plane("steps")[i]) << method;
+            EXPECT_EQ(single.plane("occupancy")[i], 1);
+            EXPECT_LE(packets.plane("occupancy")[i], 1);
+            least = std::min(least, double(packets.plane("occupancy")[i]));
+        }
     }
     const double mean = double(report.counters.active_lane_steps) / double(report.counters.issued_lane_steps);
     EXPECT_GT(least, 0);

@@ -54,6 +54,18 @@ TEST_P(FirstEdge, OfAMediumHidesWhatLiesBeyond) {
             }
 }
 
+// The whole step leads through the edge and out again; what is met in between lies beyond the edge all the same.
+TEST_P(FirstEdge, OfALayerThinnerThanAStepHidesWhatLiesInIt) {
+    for (const auto& [edge, status] : {std::pair{"domain", Status::escaped}, std::pair{"capture", Status::captured}})
+        for (const Overrides& how : methods) {
+            SCOPED_TRACE(testing::Message() << edge << ", " << how[0]);
+            for (const RayEnd& end : ends_of(medium(std::string(edge) + " = \"abs(x - 1) - 0.02\"", wall(1)), how, rays_along_x())) {
+                ASSERT_EQ(end.status, status);
+                EXPECT_NEAR(end.q[0], 0.98, 1e-9);
+            }
+        }
+}
+
 TEST_P(FirstEdge, DoesNotHideWhatLiesBefore) {
     for (const double before : {0.8, 0.999})
         for (const Overrides& how : methods)

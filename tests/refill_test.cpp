@@ -46,6 +46,7 @@ void expect_same(const RayEnd& a, const RayEnd& b) {
     EXPECT_EQ(a.parameter, b.parameter);
     EXPECT_EQ(a.steps, b.steps);
     EXPECT_EQ(a.gradients, b.gradients);
+    EXPECT_EQ(a.iterations, b.iterations);
     EXPECT_EQ(a.surface, b.surface);
 }
 
@@ -132,6 +133,7 @@ TEST(Refill, ChangesNoPicture) {
     const Film on = picture("on"), off = picture("off");
     for (const char* layer : {"steps", "status", "gradients"})
         EXPECT_TRUE(std::equal(on.plane(layer), on.plane(layer) + 40 * 30, off.plane(layer))) << layer;
+    EXPECT_TRUE(std::equal(on.plane("color"), on.plane("color") + 3 * 40 * 30, off.plane("color")));
 }
 
 }  // namespace

@@ -74,9 +74,7 @@ class Spread:
         self.median, self.least, self.greatest = statistics.median(values), min(values), max(values)
 
 
-def row_of(report, strategy, precision, form=None, lanes=None, best=True):
-    """The quickest row of a comparison that has all this; the usual width is the first of its kind that `kagero list` shows."""
-    rows = [r for r in report["rows"] if r["strategy"] == strategy and r["precision"] == precision]
-    rows = [r for r in rows if (form is None or r["form"] == form) and r["form"] != "auto-vectorized"]
-    rows = [r for r in rows if lanes is None or r["lanes"] == lanes]
-    return max(rows, key=lambda r: r["speedup"]) if rows and best else (rows[0] if rows else None)
+def row_of(report, strategy, precision):
+    """The quickest row of a comparison that has both, of code that the compiler has not vectorized by itself."""
+    rows = [r for r in report["rows"] if r["strategy"] == strategy and r["precision"] == precision and r["form"] != "auto-vectorized"]
+    return max(rows, key=lambda r: r["speedup"], default=None)

@@ -50,9 +50,7 @@ __attribute__((noinline)) void interpret(const Code& code, int first, int end, T
         switch (run.kind) {
 #define KAGERO_RUN(OP) \
     case kind_of(Op::OP): run_of<Op::OP, T, N>(at, run, s, last); break;
-            KAGERO_RUN(add) KAGERO_RUN(sub) KAGERO_RUN(mul) KAGERO_RUN(neg) KAGERO_RUN(recip) KAGERO_RUN(sqrt) KAGERO_RUN(rsqrt)
-            KAGERO_RUN(exp) KAGERO_RUN(log) KAGERO_RUN(sin) KAGERO_RUN(cos) KAGERO_RUN(tan) KAGERO_RUN(tanh) KAGERO_RUN(atan2)
-            KAGERO_RUN(min) KAGERO_RUN(max) KAGERO_RUN(at_least) KAGERO_RUN(mul_add) KAGERO_RUN(mul_sub) KAGERO_RUN(neg_mul_add)
+            KAGERO_OPERATIONS(KAGERO_RUN)
 #undef KAGERO_RUN
 #define KAGERO_RUN(OP) \
     case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(at, run, s, last); break;

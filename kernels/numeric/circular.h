@@ -4,7 +4,7 @@
 /// quadrant picks one. Within 2 ulp of 1; arguments too large for this, and what is not finite, go to the standard library one by one.
 #pragma once
 
-#include "kernels/numeric/lanes.h"
+#include "kernels/numeric/lane_memory.h"
 
 #include <array>
 
@@ -50,10 +50,7 @@ KAGERO_INLINE V taylor(const V& square) {
 /// The lanes of `far` one by one, the others as they are. Out of line: it is hardly ever needed.
 template <int quarters, class V>
 [[gnu::noinline, gnu::cold]] V far_circular(const V& x, V value, std::uint64_t far) {
-    for (; far; far &= far - 1) {
-        const int i = __builtin_ctzll(far);
-        set_lane(value, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
-    }
+    for (const int i : lanes_in(far)) set_lane(value, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
     return value;
 }
 

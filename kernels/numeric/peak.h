@@ -1,7 +1,7 @@
 /// What the processor can do at most: multiply-adds that wait for nothing but themselves, the roof of a roofline.
 #pragma once
 
-#include "kernels/numeric/lanes.h"
+#include "kernels/numeric/lane_memory.h"
 
 namespace kagero {
 

@@ -46,13 +46,6 @@ inline Matrix<3> inverse_square_root(const Matrix<3>& h) {
     return z;
 }
 
-/// H − H0 at some (p_x, p_y, p_z, p_t), with first and second derivatives by them.
-struct MomentumExpansion {
-    double value;
-    std::array<double, 4> gradient;
-    Matrix<4> hessian;
-};
-
 /// Directions of the rest frame of an observer with the lowered 4-velocity u_a, of any length, to momenta. The frame's axes are the
 /// coordinate axes projected orthogonally to u and orthonormalised symmetrically, E = h^(−1/2) e; the ray, followed backward from the eye,
 /// is p = −u + d·E. With `time` −1 the observer lives in the metric with t → −t, which is the one given: its time is −t, and so is its p_t.

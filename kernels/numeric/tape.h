@@ -20,6 +20,11 @@ enum class Op : unsigned char {
     mul_add, mul_sub, neg_mul_add,                      // a·b + c, a·b − c, c − a·b
 };
 
+/// Calls a macro with every operation that is no leaf.
+#define KAGERO_OPERATIONS(X)                                                                                          \
+    X(add) X(sub) X(mul) X(neg) X(recip) X(sqrt) X(rsqrt) X(exp) X(log) X(sin) X(cos) X(tan) X(tanh) X(atan2) X(min)   \
+    X(max) X(at_least) X(mul_add) X(mul_sub) X(neg_mul_add)
+
 /// Of the standard library, that is.
 constexpr bool is_function(Op op) { return op >= Op::exp && op <= Op::atan2; }
 
@@ -197,6 +202,52 @@ KAGERO_RECORD_UNARY(tan, unary(Op::tan, a.node))
 KAGERO_RECORD_UNARY(tanh, unary(Op::tanh, a.node))
 #undef KAGERO_RECORD_UNARY
 
+/// What an operation at node i of the tape hands on to its operands of its own derivative, node d: `give(operand, amount)`.
+template <class Give>
+constexpr void give_operands(Tape& t, int i, int d, const Give& give) {
+    const Node n = t.nodes[i];
+    switch (n.op) {
+        case Op::add: give(n.a, d), give(n.b, d); break;
+        case Op::sub: give(n.a, d), give(n.b, t.neg(d)); break;
+        case Op::mul:
+            if (const int root = t.root_of(i); root >= 0) {
+                // √s, written s·(1/√s): half of 1/√s, not a difference of two large terms.
+                give(t.nodes[root].a, t.mul(t.constant(0.5), t.mul(d, root)));
+            } else if (n.a == n.b) {
+                give(n.a, t.mul(t.mul(t.constant(2), d), n.a));
+            } else {
+                give(n.a, t.mul(d, n.b)), give(n.b, t.mul(d, n.a));
+            }
+            break;
+        case Op::neg: give(n.a, t.neg(d)); break;
+        case Op::recip: give(n.a, t.neg(t.mul(d, t.mul(i, i)))); break;
+        case Op::rsqrt: give(n.a, t.mul(t.constant(-0.5), t.mul(t.mul(d, i), t.mul(i, i)))); break;
+        case Op::sqrt: give(n.a, t.mul(t.constant(0.5), t.mul(d, t.recip(i)))); break;
+        case Op::exp: give(n.a, t.mul(d, i)); break;
+        case Op::log: give(n.a, t.mul(d, t.recip(n.a))); break;
+        case Op::sin: give(n.a, t.mul(d, t.unary(Op::cos, n.a))); break;
+        case Op::cos: give(n.a, t.neg(t.mul(d, t.unary(Op::sin, n.a)))); break;
+        case Op::tan: give(n.a, t.mul(d, t.add(t.constant(1), t.mul(i, i)))); break;
+        case Op::tanh: give(n.a, t.mul(d, t.sub(t.constant(1), t.mul(i, i)))); break;
+        case Op::atan2: {
+            const int over = t.mul(d, t.recip(t.add(t.mul(n.a, n.a), t.mul(n.b, n.b))));
+            give(n.a, t.mul(over, n.b)), give(n.b, t.neg(t.mul(over, n.a)));
+            break;
+        }
+        case Op::min: {
+            const int first = t.binary(Op::at_least, n.b, n.a);
+            give(n.a, t.mul(d, first)), give(n.b, t.mul(d, t.sub(t.constant(1), first)));
+            break;
+        }
+        case Op::max: {
+            const int first = t.binary(Op::at_least, n.a, n.b);
+            give(n.a, t.mul(d, first)), give(n.b, t.mul(d, t.sub(t.constant(1), first)));
+            break;
+        }
+        default: break;  // leaves and steps have no derivative; fused operations appear only after recording
+    }
+}
+
 /// Adds to the tape the derivatives of node `output` with respect to the leaves `wanted`; `gradient[k]` receives their nodes.
 /// Branches that do not reach a wanted leaf cost nothing.
 template <int N>
@@ -220,47 +271,7 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wa
     for (int i = last; i >= 0; --i) {
         const int d = adjoint[i];
         if (d < 0 || !reaches[i]) continue;
-        const Node n = t.nodes[i];
-        switch (n.op) {
-            case Op::add: give(n.a, d), give(n.b, d); break;
-            case Op::sub: give(n.a, d), give(n.b, t.neg(d)); break;
-            case Op::mul:
-                if (const int root = t.root_of(i); root >= 0) {
-                    // √s, written s·(1/√s): half of 1/√s, not a difference of two large terms.
-                    give(t.nodes[root].a, t.mul(t.constant(0.5), t.mul(d, root)));
-                } else if (n.a == n.b) {
-                    give(n.a, t.mul(t.mul(t.constant(2), d), n.a));
-                } else {
-                    give(n.a, t.mul(d, n.b)), give(n.b, t.mul(d, n.a));
-                }
-                break;
-            case Op::neg: give(n.a, t.neg(d)); break;
-            case Op::recip: give(n.a, t.neg(t.mul(d, t.mul(i, i)))); break;
-            case Op::rsqrt: give(n.a, t.mul(t.constant(-0.5), t.mul(t.mul(d, i), t.mul(i, i)))); break;
-            case Op::sqrt: give(n.a, t.mul(t.constant(0.5), t.mul(d, t.recip(i)))); break;
-            case Op::exp: give(n.a, t.mul(d, i)); break;
-            case Op::log: give(n.a, t.mul(d, t.recip(n.a))); break;
-            case Op::sin: give(n.a, t.mul(d, t.unary(Op::cos, n.a))); break;
-            case Op::cos: give(n.a, t.neg(t.mul(d, t.unary(Op::sin, n.a)))); break;
-            case Op::tan: give(n.a, t.mul(d, t.add(t.constant(1), t.mul(i, i)))); break;
-            case Op::tanh: give(n.a, t.mul(d, t.sub(t.constant(1), t.mul(i, i)))); break;
-            case Op::atan2: {
-                const int over = t.mul(d, t.recip(t.add(t.mul(n.a, n.a), t.mul(n.b, n.b))));
-                give(n.a, t.mul(over, n.b)), give(n.b, t.neg(t.mul(over, n.a)));
-                break;
-            }
-            case Op::min: {
-                const int first = t.binary(Op::at_least, n.b, n.a);
-                give(n.a, t.mul(d, first)), give(n.b, t.mul(d, t.sub(t.constant(1), first)));
-                break;
-            }
-            case Op::max: {
-                const int first = t.binary(Op::at_least, n.a, n.b);
-                give(n.a, t.mul(d, first)), give(n.b, t.mul(d, t.sub(t.constant(1), first)));
-                break;
-            }
-            default: break;  // leaves and steps have no derivative; fused operations appear only after recording
-        }
+        give_operands(t, i, d, give);
     }
     for (int k = 0; k < N; ++k) gradient[k] = adjoint[wanted[k]] < 0 ? t.constant(0) : adjoint[wanted[k]];
 }

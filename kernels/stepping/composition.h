@@ -122,14 +122,14 @@ private:
         f.open_iterations += evaluations, f.issued_iterations += i;
         if (any(convergence.open())) {
             const MaskOf<V> open = convergence.open(), solved = f.solved;
-            const V gradients = f.gradients;
+            const V gradients = f.gradients, iterations = f.open_iterations;
             // Copies, so that the variables of the loop above stay in registers.
             const Vec3<V> q_now = q, p_now = p;
             const V tau_now = tau;
             const Vec3<V> other = Shared<V>::newton(side, as_called<V>(system), f, q_now, p_now, tau_now, side == Side::kick ? p_now : q_now);
             x = pick<V>(open, other, x);
             f.solved = solved & (f.solved | !open);
-            f.gradients = pick(open, f.gradients, gradients);
+            f.gradients = pick(open, f.gradients, gradients), f.open_iterations = pick(open, f.open_iterations, iterations);
         }
         return x;
     }

@@ -130,7 +130,7 @@ template <class H, bool Rescaled>
 struct Master {
     Tape tape{};
     std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
-    std::array<int, 1> energy{};    ///< H − H0 (of H: present where not Rescaled)
+    std::array<int, 1> energy{};    ///< H − H0; filled in only where not Rescaled
     std::array<int, 1> pace{};      ///< Ω
     std::array<int, surveyed> survey{};
 

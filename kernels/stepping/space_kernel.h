@@ -28,11 +28,11 @@ template <class V>
 struct SpaceKernel {
     /// Puts the system with these parameters into storage.
     void (*construct)(SystemStorage&, const double* parameters);
-    /// H is not smooth where Flow::side changes sign: steps must end there.
+    /// H is not smooth where Waypoint::side changes sign: steps must end there.
     bool creased;
-    /// No step may be longer than Flow::scale.
+    /// No step may be longer than Waypoint::scale.
     bool scaled;
-    /// Rays end where Flow::domain, or Flow::captured, is not positive.
+    /// Rays end where Waypoint::domain, or Waypoint::captured, is not positive.
     bool bounded, capturing;
     /// Coordinates that do not occur in K.
     Axes cyclic;
@@ -50,7 +50,7 @@ struct SpaceKernel {
     /// The first two for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
-    /// Flow::side at a state; of what is creased alone.
+    /// Waypoint::side at a state; of what is creased alone.
     V (*side)(const SystemStorage&, const State<V>&);
     /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone have them.
     Listed<double> (*derivatives)(const SystemStorage&);

@@ -15,7 +15,7 @@ namespace kagero {
 
 /// What is seen at the ends of rays: two numbers, and how they move with the end and with the unit direction there.
 template <class V>
-struct View {
+struct Sight {
     Vec3<V> normal;  ///< of what rays end on
     Vec3<V> by_position[2], by_direction[2];
 };
@@ -26,7 +26,7 @@ using Rows = V[2][6];
 
 /// The flow of H at one place, K being Ω(H − H0).
 template <class V>
-struct Place {
+struct SweptPlace {
     V slope[6];       ///< ∂K/Ω
     V curvature[36];  ///< ∂²K/Ω
     V inverse_pace;   ///< 1/Ω
@@ -48,7 +48,7 @@ struct SweptSystem {
 template <class V>
 struct Sweep {
     State<V> state;
-    Place<V> place;  ///< at the state; where H is not smooth, just after it
+    SweptPlace<V> place;  ///< at the state; where H is not smooth, just after it
     Rows<V> rows;
     V bound;         ///< of how far roundings move the two numbers, in units of half the last place of 1
 };
@@ -59,8 +59,8 @@ namespace detail {
 inline constexpr double aside = 1e-6;
 
 template <class V>
-Place<V> place_at(const SweptSystem<V>& system, const State<V>& state) {
-    Place<V> place;
+SweptPlace<V> place_at(const SweptSystem<V>& system, const State<V>& state) {
+    SweptPlace<V> place;
     differentiate(system.derivatives, state.y, place.slope, place.curvature);
     place.inverse_pace = recip(system.kernel.pace(system.storage, state));
     for (V& s : place.slope) s = s * place.inverse_pace;
@@ -79,7 +79,7 @@ State<V> between(const State<V>& a, const State<V>& b, double s) {
 
 /// The middle of a step on the Hermite curve.
 template <class V>
-State<V> middle_of(const State<V>& a, const Place<V>& at_a, const State<V>& b, const Place<V>& at_b, const V& length) {
+State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>& b, const SweptPlace<V>& at_b, const V& length) {
     State<V> y = between(a, b, 0.5);
     const V eighth = V(0.125) * length;
     for (int k = 0; k < 3; ++k) {
@@ -100,7 +100,7 @@ void transposed(const V (&curvature)[36], const V (&row)[6], V (&out)[6]) {
 
 /// A step of the transposed variational equation, back from `late` to `early`.
 template <class V>
-void carry_back(const Place<V>& late, const Place<V>& middle, const Place<V>& early, const V& length, V (&row)[6]) {
+void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const SweptPlace<V>& early, const V& length, V (&row)[6]) {
     V slope[4][6], at[6];
     const auto moved = [&](const V& by, const V (&along)[6]) {
         for (int i = 0; i < 6; ++i) at[i] = mul_add(by, along[i], row[i]);
@@ -116,7 +116,7 @@ void carry_back(const Place<V>& late, const Place<V>& middle, const Place<V>& ea
 
 /// Back through a surface where the slope of K jumps, across itself, from `before` to `after`.
 template <class V>
-void carry_through(const Place<V>& before, const Place<V>& after, Rows<V>& rows) {
+void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows<V>& rows) {
     const auto jump = [&](int k) { return after.slope[k] - before.slope[k]; };
     const MaskOf<V> crossed = before.side * after.side < V(0.0);
     const V inverse = recip(dot({jump(0), jump(1), jump(2)}, before.velocity()));
@@ -137,7 +137,7 @@ V reach(const Rows<V>& rows, const V* x) {
 /// What the roundings of a step do, beside those of the state at its end: in the sums that move it, in the places of the stages, and in
 /// the derivatives, looked at in the middle.
 template <class V>
-V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const Place<V>& place, const V& length, const RoundingCounts& counts,
+V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const SweptPlace<V>& place, const V& length, const RoundingCounts& counts,
                const Rows<V>& rows) {
     V flow[6], seeds[12];
     Rows<V> by_stages;
@@ -157,7 +157,7 @@ V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const Place
 
 /// Where rays end.
 template <class V>
-void begin_sweep(const SweptSystem<V>& system, const View<V>& view, Sweep<V>& s) {
+void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s) {
     using namespace detail;
     s.place = place_at(system, s.state);
     const Vec3<V> velocity = s.place.velocity();
@@ -190,14 +190,14 @@ template <class V>
 void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& length, const RoundingCounts& counts, Sweep<V>& s) {
     using namespace detail;
     const bool creased = system.kernel.creased;
-    Place<V> late = s.place;
+    SweptPlace<V> late = s.place;
     if (creased) {
         late = place_at(system, between(s.state, from, aside));
         carry_through(late, s.place, s.rows);
     }
-    const Place<V> early = place_at(system, creased ? between(from, s.state, aside) : from);
+    const SweptPlace<V> early = place_at(system, creased ? between(from, s.state, aside) : from);
     const State<V> middle = middle_of(from, early, s.state, late, length);
-    const Place<V> between_them = place_at(system, middle);
+    const SweptPlace<V> between_them = place_at(system, middle);
     const V of_state = V(counts.state) * reach(s.rows, s.state.y);
     Rows<V> rows_there;
     for (int r = 0; r < 2; ++r) {

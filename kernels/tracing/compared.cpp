@@ -45,13 +45,7 @@ const char* compared_refusal(std::uint32_t hamiltonian, std::uint32_t integrator
 #define KAGERO_WAY(WAY)                                                                  \
     template void trace_compared<WAY>(const Job*, const Tile*, RayEnd*, Counters*);      \
     template const char* compared_refusal<WAY>(std::uint32_t, std::uint32_t, bool, bool);
-KAGERO_WAY(PerRayGradient)
-KAGERO_WAY(PerRayStages)
-KAGERO_WAY(AutoVectorized)
-KAGERO_WAY(FewDouble)
-KAGERO_WAY(ManyDouble)
-KAGERO_WAY(FewFloat)
-KAGERO_WAY(ManyFloat)
+KAGERO_WAYS(KAGERO_WAY)
 #undef KAGERO_WAY
 
 }  // namespace kagero

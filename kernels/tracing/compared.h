@@ -49,6 +49,9 @@ using ManyDouble = Many<PacketDouble>;
 using FewFloat = Few<PacketFloat>;
 using ManyFloat = Many<PacketFloat>;
 
+/// Calls a macro with every way, in the order in which `kagero list strategies` shows them.
+#define KAGERO_WAYS(X) X(PerRayStages) X(PerRayGradient) X(AutoVectorized) X(FewDouble) X(ManyDouble) X(FewFloat) X(ManyFloat)
+
 /// Whether a Hamiltonian is on the short list.
 template <class H>
 inline constexpr bool is_compared = false;

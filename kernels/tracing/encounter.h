@@ -53,8 +53,11 @@ public:
 
     /// Where on their step lanes hit something, about: as fractions.
     V place() const { return mul_add(t, to - from, from); }
-    /// Lanes go back to where their step began, of which nothing is known any more.
-    void go_back(std::uint64_t lanes) { budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_); }
+    /// Lanes go back to where their step began, of which nothing is known any more; those of `at_start` to where their ray did.
+    void go_back(std::uint64_t lanes, std::uint64_t at_start) {
+        budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_);
+        fresh_ |= at_start;
+    }
 
     /// What the lanes of `hits` met.
     Level<V> levels(std::uint64_t hits) const { return levels_of<V>(geometry_.surfaces, surface, primitive, hits); }
@@ -74,12 +77,13 @@ private:
         if (!geometry_.clearance) return active;
         const V reach = reach_of(flow) * V(spare);  // no shorter than the way to the step's end
         const std::uint64_t short_of = active & ~to_bits(reach < budget_);
-        budget_ -= reach;
+        const MaskOf<V> going = from_bits<V>(active);  // others take their step again
+        budget_ = pick(going, budget_ - reach, budget_);
         if (!short_of) return 0;
         const Curve<V> curve = task_.curve(flow);
         const Vec3<V> middle = curve.middle(), rest = stretched(flow.end.q() - middle);
         const V clearance = clearance_at(*geometry_.clearance, stretched(middle)), shorter = max(clearance, V(S(0))) * V(1 / spare);
-        budget_ = max(budget_, mul_add(-root(dot(rest, rest)), V(spare), clearance));
+        budget_ = pick(going, max(budget_, mul_add(-root(dot(rest, rest)), V(spare), clearance)), budget_);
         return short_of & ~to_bits(curve.reach2(middle, stretch_) < shorter * shorter);
     }
 

@@ -48,14 +48,14 @@ public:
         lo_ = pick(here, lo, lo_), hi_ = pick(here, hi, hi_), s_ = pick(here, s, s_);
         waiting |= lanes;
     }
-    /// Lanes of `from` that leave the medium during their step, or are captured, or turn: where the Hamiltonian's `domain`, or `captured`,
-    /// falls to zero, or the way along the radius.
-    void wait_for_edge(const Leg<V>& from, std::uint64_t lanes, Edge edge) {
+    /// Lanes that leave the medium during their step, or are captured, or turn: where the Hamiltonian's `domain`, or `captured`, falls to
+    /// zero, or the way along the radius. The step starts at `start`; `beyond` the edge they are at the fraction `place` of it.
+    void wait_for_edge(const Waypoint<V>& start, const Waypoint<V>& beyond, const V& place, std::uint64_t lanes, Edge edge) {
         const auto height = [&](const Waypoint<V>& at) {
-            return edge == Edge::turn ? along_radius(from.start, at) : edge == Edge::capture ? at.captured : at.domain;
+            return edge == Edge::turn ? along_radius(start, at) : edge == Edge::capture ? at.captured : at.domain;
         };
-        const V inside = height(from.start), outside = height(from.end);
-        wait(lanes, Level<V>::none(), V(S(0)), V(S(1)), inside / (inside - outside));
+        const V inside = height(start), outside = height(beyond);
+        wait(lanes, Level<V>::none(), V(S(0)), place, place * inside / (inside - outside));
         edge_ |= lanes;
         if (edge == Edge::capture) captured |= lanes;
         if (edge == Edge::turn) turning_ |= lanes;
@@ -82,7 +82,7 @@ public:
         lost |= unrefined & ~surfaces & ~to_bits(on_it), unrefined &= surfaces;
     }
 
-    /// Of lanes that have landed, none of them on other surfaces than those of `surfaces`, those that did on the escape sphere.
+    /// The lanes that have landed on the escape sphere: on no edge, and on none of `surfaces`, which are all that have met one.
     std::uint64_t on_sphere(std::uint64_t surfaces) const {
         return task_.job.hit == HitModel::chord ? 0 : waiting & ~(lost | edge_ | surfaces);
     }
@@ -100,6 +100,8 @@ public:
         const V square(radius * radius);
         return waiting & ~(lost | unrefined | turning_) & to_bits((dot(a, a) < square) & (dot(q, q) > V(S(1 + beyond_doubt)) * square));
     }
+    /// Where on their step lanes have landed, as fractions.
+    const V& place() const { return s_; }
     /// Lanes take up the whole of their step again, to land elsewhere on it.
     void take_again(std::uint64_t lanes) {
         Leg<V>& leg = flow;
@@ -220,7 +222,7 @@ private:
             return pick(turning, along_radius(whole.start, at), pick(capture, at.captured, at.domain));
         };
         MaskOf<V> open = edge;
-        V last_s(zero), last_height = height_at(flow.start), inside(zero), outside(S(1)), reach = close;
+        V last_s(zero), last_height = height_at(flow.start), inside(zero), outside = pick(edge, hi_, V(S(1))), reach = close;
         for (int i = 0; i < max_corrections; ++i) {
             if (!task_.resumes) task_.begin(flow);  // every time: what a lane computes must not depend on how long others take
             flow.h = pick(edge, s_ * full, zero);
@@ -239,7 +241,7 @@ private:
             lost |= to_bits(open & !usable);
             open = open & usable & (outside - inside > V(S(2)) * reach);
             if (!any(open)) break;
-            if (i + 1 == max_corrections) lost |= to_bits(open & (outside - inside > V(S(1024)) * close));
+            if (i + 1 == max_corrections) lost |= to_bits(open & (outside - inside > V(torn) * close));
             else s_ = pick(open, next, s_);
         }
         if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));
@@ -254,7 +256,7 @@ private:
         const std::uint64_t smooth = lost & surfaces & ~lossy_;
         if (!smooth) return;
         const Vec3<V> way = whole.end.q() - whole.start.q();
-        const V away = level_.value(curve_.at(beside)), near(S(0.01));
+        const V away = level_.value(curve_.at(beside)), near(grazes);
         const std::uint64_t grazing = smooth & to_bits(away * away <= near * near * dot(way, way));
         const MaskOf<V> here = from_bits<V>(grazing);
         s_ = pick(here, beside, s_);
@@ -278,6 +280,10 @@ private:
     static constexpr S settled = S(1e-3);
     /// Of what an edge's number is where the step starts: to less, landing does not tell which of two edges comes first.
     static constexpr S beyond_doubt = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
+    /// Of `close`, to which the two places around an edge come together: where they stay so far apart the way is torn.
+    static constexpr S torn = 1024;
+    /// Of a step's chord: a curve so close to a surface that the chord meets has grazed it.
+    static constexpr S grazes = S(0.01);
     /// Of a step, beyond which nothing is sought: what lies before its start was met by the step before.
     static constexpr S least_fraction = S(-1e-3), greatest_fraction = S(1.25);
 

@@ -55,7 +55,7 @@ public:
     void step(RayQueue<W>& queue) {
         constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
         advance_once();
-        while (job_.refill && !task_.passes() && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue);
+        while (job_.refill && !task_.passes() && !task_.in_closed_form() && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue);
     }
     /// Counts a step that others take while all rays here are done.
     void idle() { counters_.issued_lane_steps += W; }
@@ -92,8 +92,9 @@ private:
     std::uint64_t wait_for_surface(std::uint64_t hits);
     std::uint64_t excursions(std::uint64_t lanes, V& exit, V& farthest) const;
     void leave_sphere(std::uint64_t lanes);
-    void wait_for_sphere(const Leg<V>& step, std::uint64_t lanes);
-    void wait_for_edge(std::uint64_t lanes, Edge edge) { landing_->wait_for_edge(flow_, lanes, edge), landing_->take(flow_, lanes); }
+    void wait_for_sphere(const Waypoint<V>& from, const Waypoint<V>& to, const V& place, std::uint64_t lanes);
+    void wait_for_edge(std::uint64_t lanes, Edge edge);
+    void note_direction(std::uint64_t lanes);
     std::uint64_t come_back(const Leg<V>& landed) const;
     void land();
     void land_once(bool more);
@@ -120,7 +121,7 @@ private:
     std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
     std::uint64_t outward_ = 0;     ///< lanes whose rays move away from the origin where their step starts
     V steps_;                       ///< whole numbers up to `most_counted`, exactly
-    V iterations_before_, iterations_after_;  ///< Flow::open_iterations when the lane's ray entered, and left to wait: idle lanes count on
+    V iterations_after_;            ///< Flow::open_iterations when the lane's ray left to wait: idle lanes count on
     std::uint64_t active_before_ = 0, issued_before_ = 0;  ///< lane-steps, when the packet began
     std::uint64_t filled_ = 0;      ///< lanes that have, or had, a ray
     std::uint8_t halvings_[W] = {};
@@ -228,6 +229,13 @@ std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
     staying &= ~limited;
     outward_ = (outward_ & ~staying) | (outward & staying);
     return moving & ~staying;
+}
+
+/// Whether rays move away from the origin, where their step starts.
+template <class V>
+void PacketTracer<V>::note_direction(std::uint64_t lanes) {
+    const std::uint64_t outward = to_bits(dot(flow_.start.q(), flow_.start.velocity) > V(S(0)));
+    outward_ = (outward_ & ~lanes) | (outward & lanes);
 }
 
 /// The step of `lanes` becomes the start of the next for those that stay.

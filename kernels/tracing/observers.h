@@ -13,6 +13,13 @@
 
 namespace kagero {
 
+/// H − H0 at some (p_x, p_y, p_z, p_t), with first and second derivatives by them.
+struct MomentumExpansion {
+    double value;
+    std::array<double, 4> gradient;
+    Matrix<4> hessian;
+};
+
 template <class H>
 MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)[3], double pt) {
     using First = Dual<double, 4>;

@@ -21,6 +21,7 @@ void PacketTracer<V>::pass() {
     counters_.issued_lane_steps += way.issued_steps * W, counters_.active_lane_steps += way.active_lane_steps;
     if (active_ == arrived) active_ = 0;
     else commit(usable, usable & ~arrived);
+    note_direction(usable);
 }
 
 }  // namespace kagero

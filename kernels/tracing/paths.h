@@ -25,8 +25,8 @@ public:
     /// Points of the longest path.
     std::uint32_t longest() const { return longest_; }
 
-    View<V> view() const {
-        View<V> v;
+    Sight<V> view() const {
+        Sight<V> v;
         for (std::uint32_t i = 0; i < W; ++i) {
             set(v.normal, i, paths_[i]->normal);
             for (int r = 0; r < 2; ++r) set(v.by_position[r], i, paths_[i]->by_position[r]), set(v.by_direction[r], i, paths_[i]->by_direction[r]);

@@ -69,17 +69,24 @@ void PacketTracer<V>::leave_sphere(std::uint64_t lanes) {
     if (passing) wait_for_edge(passing, Edge::turn);
     const std::uint64_t waiting = lanes & ~passing;
     if (!waiting) return;
-    wait_for_sphere(flow_, waiting);
+    wait_for_sphere(flow_.start, flow_.end, V(S(1)), waiting);
     landing_->take(flow_, waiting);
 }
 
-/// Lanes of a step that ends beyond the escape sphere, on either side.
+/// Lanes whose step from `from` leads out of the escape sphere, on either side: at the fraction `place` of it they are at `to`, beyond.
 template <class V>
-void PacketTracer<V>::wait_for_sphere(const Leg<V>& step, std::uint64_t lanes) {
-    const V zero(S(0)), one(S(1)), inner(S(job_.inner_escape_radius)), outer(S(job_.escape_radius));
-    const Vec3<V> a = step.start.q(), b = step.end.q();
+void PacketTracer<V>::wait_for_sphere(const Waypoint<V>& from, const Waypoint<V>& to, const V& place, std::uint64_t lanes) {
+    const V inner(S(job_.inner_escape_radius)), outer(S(job_.escape_radius));
+    const Vec3<V> a = from.q(), b = to.q();
     const Level<V> sphere = sphere_level<V>(pick(dot(b, b) <= inner * inner, inner, outer));
-    landing_->wait(lanes, sphere, zero, one, chord_fraction(sphere, a, b, one));
+    landing_->wait(lanes, sphere, V(S(0)), place, place * chord_fraction(sphere, a, b, V(S(1))));
+}
+
+/// Lanes whose step ends beyond an edge of the medium, or captured, or past where they turn.
+template <class V>
+void PacketTracer<V>::wait_for_edge(std::uint64_t lanes, Edge edge) {
+    landing_->wait_for_edge(flow_.start, flow_.end, V(S(1)), lanes, edge);
+    landing_->take(flow_, lanes);
 }
 
 /// Whether rays that have landed on the escape sphere move inward there, or in the other universe outward: they have left it before.
@@ -127,10 +134,12 @@ void PacketTracer<V>::land_once(bool more) {
     fell_on_surface_ &= ~(again | elsewhere);
     landing.clear();
     if (!elsewhere) return;
+    const Waypoint<V> beyond = landing.flow.end;
+    const V place = landing.place();
     landing.take_again(elsewhere);
-    if (captured_before) landing.wait_for_edge(landing.whole, captured_before, Edge::capture);
-    if (out_before) landing.wait_for_edge(landing.whole, out_before, Edge::domain);
-    if (away_before) wait_for_sphere(landing.whole, away_before);
+    if (captured_before) landing.wait_for_edge(landing.whole.start, beyond, place, captured_before, Edge::capture);
+    if (out_before) landing.wait_for_edge(landing.whole.start, beyond, place, out_before, Edge::domain);
+    if (away_before) wait_for_sphere(landing.whole.start, beyond, place, away_before);
 }
 
 /// Lanes whose step cannot be ended where it should be: it was too long. They take half of it from where it began; returned are those that
@@ -149,9 +158,8 @@ std::uint64_t PacketTracer<V>::go_back(std::uint64_t lanes) {
     flow_.take(whole, here);
     nominal_ = pick(here, task_.method.info.adaptive ? whole.h : V(S(job_.step)), nominal_);
     steps_ = pick(here, steps_ - V(S(1)), steps_);
-    const std::uint64_t outward = to_bits(dot(flow_.start.q(), flow_.start.velocity) > V(S(0)));
-    outward_ = (outward_ & ~again) | (outward & again);
-    if (encounter_) encounter_->go_back(again);
+    note_direction(again);
+    if (encounter_) encounter_->go_back(again, again & to_bits(steps_ <= V(S(0))));
     active_ |= again, repeated_ |= again;
     restart(again, whole.h * V(S(0.5)));
     return again;
@@ -206,7 +214,7 @@ template <class V>
 void PacketTracer<V>::tell_iterations(int lane, const V& now) {
     std::uint32_t& iterations = ends_[lane]->iterations;
     counters_.active_iterations -= iterations;
-    iterations = static_cast<std::uint32_t>(get_lane(now, lane) - get_lane(iterations_before_, lane));
+    iterations = static_cast<std::uint32_t>(get_lane(now, lane));
     counters_.active_iterations += iterations;
 }
 
@@ -215,7 +223,7 @@ template <class V>
 void PacketTracer<V>::tell_occupancy(std::uint64_t lanes) {
     const std::uint64_t issued = counters_.issued_lane_steps - issued_before_;
     const float occupancy = issued > 0 ? float(double(counters_.active_lane_steps - active_before_) / double(issued)) : 0;
-    for (; lanes; lanes &= lanes - 1) ends_[__builtin_ctzll(lanes)]->occupancy = occupancy;
+    for (const int i : lanes_in(lanes)) ends_[i]->occupancy = occupancy;
 }
 
 template <class V>

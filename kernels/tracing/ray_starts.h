@@ -20,7 +20,7 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
     filled_ = lanes;
-    flow_.open_iterations = iterations_before_ = iterations_after_ = steps_ = nominal_ = flow_.h = V(S(0));
+    flow_.open_iterations = iterations_after_ = steps_ = nominal_ = flow_.h = V(S(0));
     tried_h_ = tried_side_ = V(S(0));
     put(starts, lanes, flow_);
     task_.begin(flow_);
@@ -49,7 +49,7 @@ void PacketTracer<V>::refill(RayQueue<W>& queue) {
         for (int k = 0; k < 6; ++k) flow_.stage[i][k] = pick(here, fresh.stage[i][k], flow_.stage[i][k]);
     filled_ |= lanes;
     steps_ = pick(here, V(S(0)), steps_);
-    iterations_before_ = pick(here, flow_.open_iterations, iterations_before_);
+    flow_.open_iterations = pick(here, V(S(0)), flow_.open_iterations);
     worst_energy_ = pick(here, flow_.energy_error, worst_energy_);
     repeated_ &= ~lanes, fell_on_surface_ &= ~lanes;
     for (const int i : lanes_in(lanes)) {
@@ -95,8 +95,7 @@ void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     const MaskOf<V> here = from_bits<V>(lanes);
     nominal_ = pick(here, pick(from_bits<V>(entered), V(S(job_.step)), V(S(0))), nominal_);
     active_ |= entered;
-    const std::uint64_t outward = to_bits(dot(flow_.start.q(), flow_.start.velocity) > V(S(0)));
-    outward_ = (outward_ & ~lanes) | (outward & lanes);
+    note_direction(lanes);
     make_harmless(all_lanes<W> & ~active_ & ~usable);
     flow_.h = pick(here, step_length(), flow_.h);
     report_path(flow_, entered, true);

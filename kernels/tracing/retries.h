@@ -44,7 +44,8 @@ V PacketTracer<V>::length_to_crease(std::uint64_t lanes, const V& first) {
     const V next = pick(from_bits<V>(fresh), first, pick((secant > V(S(0))) & (secant < flow_.h), secant, chord));
     const MaskOf<V> here = from_bits<V>(lanes);
     tried_h_ = pick(here, flow_.h, tried_h_), tried_side_ = pick(here, flow_.end.side, tried_side_);
-    return min(next, V(S(0.98)) * flow_.h);
+    constexpr S shorter = S(0.98);  // than the last try, always: that ended across
+    return min(next, V(shorter) * flow_.h);
 }
 
 /// Those of `lanes` whose step is the first of its start.

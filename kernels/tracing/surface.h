@@ -4,7 +4,6 @@
 #include "kernels/abi.h"
 #include "kernels/stepping/implicit.h"
 
-#include <cmath>
 
 namespace kagero {
 

@@ -32,9 +32,7 @@ CompareOptions compare_options(const Arguments& arguments, const Options& option
     CompareOptions compared;
     compared.isas = isas_for(options.isa == "auto" ? "all" : options.isa);
     if (options.threads) compared.threads = options.threads;
-    for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet})
-        if (options.strategy == name_of(strategy)) compared.strategy = strategy;
-    if (options.precision != "auto") compared.precision = options.precision == "float" ? Precision::float32 : Precision::float64;
+    compared.strategy = strategy_named(options.strategy), compared.precision = precision_named(options.precision);
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
         for (const std::string& word : split(arguments.lanes, ','))
             compared.lanes.push_back(count_of("--lanes", word, most_lanes));

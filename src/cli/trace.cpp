@@ -105,7 +105,7 @@ std::size_t write_timing(const Request& request, std::uint32_t repetitions, cons
 }
 
 void check_combination(const Arguments& arguments) {
-    if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, {"static", "zamo", "falling", "coordinate"});
+    if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, observer_names());
     if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))
         throw InputError("--parameter: " + arguments.parameter + " is not greater than 0, where rays start");
     if (arguments.path && !arguments.json.empty())

@@ -92,7 +92,7 @@ Failure place_observer(Plan& plan, StartMap& map) {
 [[noreturn]] void refuse_observer(Plan& plan, Failure failure) {
     const CameraDescription& camera = plan.scene.camera;
     std::string others;
-    for (const char* name : {"static", "zamo", "falling", "coordinate"}) {
+    for (const std::string& name : observer_names()) {
         StartMap map;
         plan.view.observer = observer_named(name);
         if (place_observer(plan, map) == Failure::none) enumerate(others, name);

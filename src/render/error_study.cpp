@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace kagero {
 namespace {
@@ -17,6 +16,10 @@ constexpr double most_work_quick = 2e7;
 /// The same before a method has shown as many steps as others, but enough for its order.
 constexpr double hopeless_work_quick = 4e8;
 constexpr std::size_t steps_for_order = 3;
+/// A finer step gains nothing where the error, below this share of the scene, falls to no less than so much of what it was.
+constexpr double resolved = 1e-5, hardly_less = 0.7;
+/// Work rises where a point does so many times that of the one before; the next will, of a tenth of the tolerance or half the step.
+constexpr double rises_by = 1.2, next_tolerance = 1.5, next_halving = 2;
 /// A quick study measures errors on all rays and threads, but times one block of neighbours in so many.
 constexpr std::size_t rays_in_a_block = 64, blocks_per_one = 4;
 /// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
@@ -137,15 +140,15 @@ void Study::climb(const Ladder& ladder) {
         if (point.errors.compared > 0) least_work_ = std::min(least_work_, work);
         const bool enough = n + 1 >= ladder.least;
         const double error = errors.back(), before = n > 0 ? errors[n - 1] : error;
-        if (enough && error < 1e-5 * size && error > 0.7 * before) {
+        if (enough && error < resolved * size && error > hardly_less * before) {
             curve.stopped = "rounding: a finer step gains nothing";
             break;
         }
         const double limit = study_.options.quick ? absurd_work_quick : absurd_work;
         // Long steps of implicit methods may cost more than shorter ones, whose equations are solved sooner.
-        const bool rises = n > 0 && work > 1.2 * work_before;
+        const bool rises = n > 0 && work > rises_by * work_before;
         work_before = work;
-        const double next = (curve.info->adaptive ? 1.5 : 2.0) * work;
+        const double next = (curve.info->adaptive ? next_tolerance : next_halving) * work;
         if (enough && rises && next > limit * least_work_) {
             curve.stopped =
                 "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";

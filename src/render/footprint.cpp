@@ -31,7 +31,7 @@ struct SpreadPerPixel {
         const double spread = 0.5 * (p.xx + p.yy), area = p.xx * p.yy - p.xy * p.xy;
         if (!(spread > 0)) return;
         const Covariance all(pairs);
-        if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {  // alike each way, as the pixels of a quad
+        if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {  // alike each way, as the pixels of a block
             xx = all.xx / spread, xy = all.xy / spread, yy = all.yy / spread;
             return;
         }
@@ -85,23 +85,23 @@ Footprint spread_of(const std::vector<Double3>& directions, const std::vector<st
     return {scaled(along, major), scaled(across, minor)};
 }
 
-SkyFootprints footprints_of(Quad& quad, std::uint32_t spp) {
+SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp) {
     const double share = 1 / std::sqrt(static_cast<double>(spp));
     SkyFootprints footprints;
     bool captured = false, under[2] = {false, false};
-    for (const Sighting& ray : quad.rays) {
+    for (const Sighting& ray : block.rays) {
         captured = captured || ray.end->status == Status::captured;
         if (ray.end->status == Status::escaped) under[ray.sky.far] = true;
     }
     footprints.torn = captured || (under[false] && under[true]);
     for (const bool far : {false, true}) {
-        quad.group_points.clear(), quad.group_places.clear();
-        for (std::size_t i = 0; i < quad.rays.size(); ++i) {
-            if (quad.rays[i].end->status != Status::escaped || quad.rays[i].sky.far != far) continue;
-            quad.group_points.push_back(quad.rays[i].sky.direction), quad.group_places.push_back(quad.places[i]);
+        block.group_points.clear(), block.group_places.clear();
+        for (std::size_t i = 0; i < block.rays.size(); ++i) {
+            if (block.rays[i].end->status != Status::escaped || block.rays[i].sky.far != far) continue;
+            block.group_points.push_back(block.rays[i].sky.direction), block.group_places.push_back(block.places[i]);
         }
         Footprint& f = far ? footprints.far : footprints.near;
-        f = spread_of(quad.group_points, quad.group_places);
+        f = spread_of(block.group_points, block.group_places);
         f = {scaled(f.major, share), scaled(f.minor, share)};
     }
     return footprints;
@@ -126,9 +126,9 @@ Patch slope_of(const std::vector<Double3>& points, const std::vector<std::array<
             add(scaled(with_x, -p.xy / area), scaled(with_y, p.xx / area))};
 }
 
-void find_patches(const Plan& plan, Quad& quad, std::uint32_t spp) {
+void find_patches(const Plan& plan, PixelBlock& block, std::uint32_t spp) {
     const double share = 1 / std::sqrt(static_cast<double>(spp));
-    std::vector<Sighting>& rays = quad.rays;
+    std::vector<Sighting>& rays = block.rays;
     for (std::size_t first = 0; first < rays.size(); ++first) {
         const RayEnd& end = *rays[first].end;
         if (end.status != Status::hit) continue;
@@ -143,10 +143,10 @@ void find_patches(const Plan& plan, Quad& quad, std::uint32_t spp) {
             for (Sighting& ray : rays) ray.patch = patch;
             return;
         }
-        quad.group_points.clear(), quad.group_places.clear();
+        block.group_points.clear(), block.group_places.clear();
         for (std::size_t i = first; i < rays.size(); ++i)
-            if (of_group(rays[i])) quad.group_points.push_back(point_of(rays[i])), quad.group_places.push_back(quad.places[i]);
-        const Patch slope = slope_of(quad.group_points, quad.group_places);
+            if (of_group(rays[i])) block.group_points.push_back(point_of(rays[i])), block.group_places.push_back(block.places[i]);
+        const Patch slope = slope_of(block.group_points, block.group_places);
         const Patch patch{scaled(slope.right, share), scaled(slope.below, share)};
         for (std::size_t i = first; i < rays.size(); ++i)
             if (of_group(rays[i])) rays[i].patch = patch;

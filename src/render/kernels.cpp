@@ -52,19 +52,6 @@ std::string lanes_text(const Plan& plan, KernelWish wish) {
     return text;
 }
 
-}  // namespace
-
-KernelWish wish_of(const Plan& plan) {
-    KernelWish wish;
-    for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet})
-        if (plan.options.strategy == name_of(strategy)) wish.strategy = strategy;
-    wish.precision = plan.options.precision == "float" ? Precision::float32 : Precision::float64;
-    wish.lanes = plan.scene.integrator.lanes;
-    return wish;
-}
-
-namespace {
-
 /// The first that is wished for and serves, or the widest; null where none does, and why not.
 const KernelInfo* serving_kernel(const Plan& plan, const KernelWish& wish, std::string& why) {
     const KernelInfo* chosen = nullptr;
@@ -78,6 +65,14 @@ const KernelInfo* serving_kernel(const Plan& plan, const KernelWish& wish, std::
 }
 
 }  // namespace
+
+KernelWish wish_of(const Plan& plan) {
+    KernelWish wish;
+    wish.strategy = strategy_named(plan.options.strategy);
+    wish.precision = precision_named(plan.options.precision).value_or(Precision::float64);
+    wish.lanes = plan.scene.integrator.lanes;
+    return wish;
+}
 
 const KernelInfo* find_kernel(const Plan& plan, const KernelWish& wish) {
     std::string why;

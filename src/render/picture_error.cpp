@@ -22,11 +22,13 @@ std::unique_ptr<Plan> small_plan(const Plan& plan, std::uint32_t width) {
     return small;
 }
 
-Film picture(Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
+/// Null where the run was interrupted.
+std::unique_ptr<Film> picture(Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
     const PlanAs as(plan, variant);
-    Film film(plan.scene.film.width, plan.scene.film.height, {"color"});
-    seconds = render(plan, film, {.stop = stop}).seconds;
-    return film;
+    auto film = std::make_unique<Film>(plan.scene.film.width, plan.scene.film.height, std::vector<std::string>{"color"});
+    const RunReport report = render(plan, *film, {.stop = stop});
+    seconds = report.seconds;
+    return report.interrupted ? nullptr : std::move(film);
 }
 
 void compare(const Film& should, const Film& is, PictureError& error) {
@@ -56,7 +58,7 @@ ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& referen
     Film film(small->scene.film.width, small->scene.film.height, {"color", "position_error"});
     small->scene.film.spp = 1;
     if (kernel_makes_rays(*small)) small->job.camera = &small->camera;
-    render(*small, film, {.stop = stop});
+    if (render(*small, film, {.stop = stop}).interrupted) return {};
     ErrorMap map{film.width(), film.height(), {}, {}, {}};
     const std::size_t pixels = std::size_t(map.width) * map.height;
     map.color.assign(film.plane("color"), film.plane("color") + 3 * pixels);
@@ -65,9 +67,9 @@ ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& referen
     for (std::uint32_t y = 0; y < map.height; ++y)
         for (std::uint32_t x = 0; x < map.width; ++x) starts.push_back(pixel_ray(*small, x, y));
     std::vector<RayEnd> should, is;
-    trace(*small, starts, is);
+    if (trace(*small, starts, is, {.stop = stop}).interrupted) return {};
     const PlanAs as(*small, reference);
-    trace(*small, starts, should);
+    if (trace(*small, starts, should, {.stop = stop}).interrupted) return {};
     for (std::size_t i = 0; i < pixels; ++i)
         map.truth.push_back(float(pixel_error(*small, in_space(*small, should[i]), in_space(*small, is[i]))));
     return map;
@@ -77,14 +79,16 @@ std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, 
                                          const std::vector<Variant>& variants, const std::atomic<bool>* stop) {
     const auto small = small_plan(plan, width);
     double unused = 0;
-    const Film should = picture(*small, reference, stop, unused);
+    const auto should = picture(*small, reference, stop, unused);
     std::vector<PictureError> errors;
     for (const Variant& variant : variants) {
-        if (stop && *stop) break;
-        PictureError& error = errors.emplace_back();
+        PictureError error;
+        const auto is = should ? picture(*small, variant, stop, error.seconds) : nullptr;
+        if (!is) break;
         const IntegratorInfo& info = info_of(plan, variant);
         error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision, error.step = variant.step;
-        compare(should, picture(*small, variant, stop, error.seconds), error);
+        compare(*should, *is, error);
+        errors.push_back(std::move(error));
     }
     return errors;
 }

@@ -211,16 +211,28 @@ const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled
 }
 
 ObserverKind observer_named(const std::string& name) {
-    for (const auto& [known, kind] : {std::pair{"static", ObserverKind::static_}, std::pair{"zamo", ObserverKind::zamo},
-                                      std::pair{"falling", ObserverKind::falling}, std::pair{"coordinate", ObserverKind::coordinate}})
-        if (name == known) return kind;
-    throw InputError("there is no observer '" + name + "'; known are static, zamo, falling, coordinate");
+    const std::vector<std::string>& names = observer_names();
+    const auto known = std::find(names.begin(), names.end(), name);
+    if (known != names.end()) return static_cast<ObserverKind>(known - names.begin());
+    std::string there_are;
+    for (const std::string& other : names) enumerate(there_are, other);
+    throw InputError("there is no observer '" + name + "'; known are " + there_are);
 }
 const char* name_of(Strategy strategy) {
     constexpr const char* names[] = {"scalar", "per-ray", "packet"};
     return names[static_cast<int>(strategy)];
 }
 const char* name_of(Precision precision) { return precision == Precision::float64 ? "double" : "float"; }
+std::optional<Strategy> strategy_named(const std::string& name) {
+    for (const Strategy strategy : {Strategy::scalar, Strategy::per_ray, Strategy::packet})
+        if (name == name_of(strategy)) return strategy;
+    return std::nullopt;
+}
+std::optional<Precision> precision_named(const std::string& name) {
+    for (const Precision precision : {Precision::float64, Precision::float32})
+        if (name == name_of(precision)) return precision;
+    return std::nullopt;
+}
 const char* name_of(Status status) {
     constexpr const char* names[status_count] = {"hit", "escaped", "captured", "step_limit", "failed"};
     return names[static_cast<int>(status)];

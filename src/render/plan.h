@@ -96,11 +96,14 @@ bool step_is_length(const Plan& plan);
 /// Null where a method serves the plan's space, else why not. A formula knows itself whether it is rescaled.
 const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled);
 
-/// "static" | "zamo" | "falling" | "coordinate"
+/// Of observer_names().
 ObserverKind observer_named(const std::string& name);
 const char* name_of(Strategy);
 const char* name_of(Precision);
 const char* name_of(Status);
+/// None of "auto".
+std::optional<Strategy> strategy_named(const std::string& name);
+std::optional<Precision> precision_named(const std::string& name);
 const char* describe(Failure);
 
 }  // namespace kagero

@@ -91,16 +91,16 @@ private:
     }
     /// To colour the rays of a block.
     double operations_of_the_sky(const RayEnd* ends) const {
-        Quad quad;
+        PixelBlock block;
         for (std::uint32_t i = 0; i < edge_ * edge_; ++i) {
-            Sighting& ray = quad.rays.emplace_back();
+            Sighting& ray = block.rays.emplace_back();
             ray.end = ends + i;
             if (ray.end->status == Status::escaped) ray.sky = sky_view(plan_, *ray.end);
-            quad.places.push_back({double(i % edge_), double(i / edge_)});
+            block.places.push_back({double(i % edge_), double(i / edge_)});
         }
-        const SkyFootprints footprints = footprints_of(quad, plan_.scene.film.spp);
+        const SkyFootprints footprints = footprints_of(block, plan_.scene.film.spp);
         int probes = 0;
-        for (const Sighting& ray : quad.rays) probes += probes_of(plan_, ray, footprints);
+        for (const Sighting& ray : block.rays) probes += probes_of(plan_, ray, footprints);
         const double lanes = double(plan_.kernel->lanes) / plan_.kernel->registers;
         return lanes * operations_of_a_probe * probes;
     }

@@ -43,7 +43,7 @@ struct Roof {
 /// 1 … N, or its powers of two and N where that is many.
 std::vector<unsigned> thread_counts(unsigned most) {
     std::vector<unsigned> counts;
-    for (unsigned n = 1; n<most; n = most> 8 ? 2 * n : n + 1) counts.push_back(n);
+    for (unsigned n = 1; n < most; n = (most > 8) ? 2 * n : n + 1) counts.push_back(n);
     counts.push_back(most);
     return counts;
 }

@@ -9,7 +9,7 @@
 namespace kagero {
 
 enum class Schedule {
-    scanline,   ///< line by line, as in Satoh (2003): bands as wide as the picture (of at most 4096 rays) and as high as a packet, from the top
+    scanline,   ///< line by line, as in Satoh (2003): bands as wide as the picture, or as a thread holds rays, and as high as a packet, from the top
     tiles,      ///< squares, row by row
     predicted,  ///< squares, the costliest first, by a sparse first pass
 };

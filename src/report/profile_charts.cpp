@@ -34,17 +34,23 @@ std::string seconds_text(double seconds) {
     return seconds >= 1 ? rounded(seconds) + " s" : rounded(1e3 * seconds) + " ms";
 }
 
+/// What all tiles cover.
+Tile extent_of(const std::vector<TileRecord>& tiles) {
+    Tile all{~0u, ~0u, 0, 0};
+    for (const TileRecord& t : tiles)
+        all = {std::min(all.x0, t.tile.x0), std::min(all.y0, t.tile.y0), std::max(all.x1, t.tile.x1), std::max(all.y1, t.tile.y1)};
+    return all;
+}
+
 /// The film's tiles at (left, top), as wide as `width`; `share` of each is 0 … 1.
 template <class Share>
 std::string film_of_tiles(const Profile& profile, double left, double top, double width, const Share& share) {
-    const auto& tiles = profile.recording.tiles;
-    std::uint32_t x0 = ~0u, y0 = ~0u, x1 = 0;
-    for (const TileRecord& t : tiles) x0 = std::min(x0, t.tile.x0), y0 = std::min(y0, t.tile.y0), x1 = std::max(x1, t.tile.x1);
-    const double scale = width / double(x1 - x0);
+    const Tile all = extent_of(profile.recording.tiles);
+    const double scale = width / double(all.x1 - all.x0);
     std::string body;
-    for (const TileRecord& t : tiles)
+    for (const TileRecord& t : profile.recording.tiles)
         body += rectangle(
-            left + scale * (t.tile.x0 - x0), top + scale * (t.tile.y0 - y0), scale * (t.tile.x1 - t.tile.x0),
+            left + scale * (t.tile.x0 - all.x0), top + scale * (t.tile.y0 - all.y0), scale * (t.tile.x1 - t.tile.x0),
             scale * (t.tile.y1 - t.tile.y0), "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
             "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + seconds_text(t.processor));
     return body;
@@ -90,21 +96,17 @@ std::string threads_chart(const Profile& profile) {
 
 std::string tiles_map(const Profile& profile) {
     constexpr double width = 455;
-    const auto& tiles = profile.recording.tiles;
-    double predicted = 0, measured = 0;
-    std::uint32_t x0 = ~0u, y0 = ~0u, x1 = 0, y1 = 0;
-    for (const TileRecord& t : tiles) {
-        // By area: tiles at the film's edge are smaller.
-        const double area = double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0);
-        predicted = std::max(predicted, t.predicted / area), measured = std::max(measured, t.processor / area);
-        x0 = std::min(x0, t.tile.x0), y0 = std::min(y0, t.tile.y0), x1 = std::max(x1, t.tile.x1), y1 = std::max(y1, t.tile.y1);
-    }
+    const Tile all = extent_of(profile.recording.tiles);
+    // By area: tiles at the film's edge are smaller.
     const auto area = [](const TileRecord& t) { return double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0); };
+    double predicted = 0, measured = 0;
+    for (const TileRecord& t : profile.recording.tiles)
+        predicted = std::max(predicted, t.predicted / area(t)), measured = std::max(measured, t.processor / area(t));
     std::string body = anchored_text(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
                        anchored_text(485 + width / 2, 14, "middle", "measured");
     body += film_of_tiles(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
     body += film_of_tiles(profile, 485, 22, width, [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
-    return svg(940, 24 + width * double(y1 - y0) / double(x1 - x0), "Predicted and measured cost of tiles", body);
+    return svg(940, 24 + width * double(all.y1 - all.y0) / double(all.x1 - all.x0), "Predicted and measured cost of tiles", body);
 }
 
 std::string prediction_chart(const Profile& profile) {

@@ -7,7 +7,6 @@
 #include "report/profile_numbers.h"
 #include "report/profile_report.h"
 
-#include <algorithm>
 #include <filesystem>
 
 namespace kagero {

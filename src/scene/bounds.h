@@ -4,6 +4,7 @@
 #include "scene/vector3.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace kagero {
 

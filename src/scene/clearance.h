@@ -18,7 +18,7 @@ double distance_to_surfaces(const Geometry& geometry, const Double3& q, double l
 /// factor of 32: rays that graze the ground of a wide landscape go far before they need ask.
 Double3 clearance_stretch(const Bounds& bounds);
 
-/// In every cubic cell of stretched space a lower bound of the distance from anywhere in it to the nearest surface, at least 0. The grid
+/// In every cubic cell of stretched space a lower bound of the distance from its centre to the nearest surface, at least 0. The grid
 /// covers `bounds`, slightly enlarged, with `cells` cells along its longest edge. `stretched` is the committed RTCScene in which
 /// coordinates are stretched as well.
 Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds, std::uint32_t cells);

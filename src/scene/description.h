@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -64,6 +63,9 @@ struct IntegratorDescription {
     std::optional<RescalingDescription> rescaling;   ///< … of a compiled Hamiltonian; those of a formula are among its nodes
 };
 
+/// "static", "zamo", "falling", "coordinate", as ObserverKind has them.
+const std::vector<std::string>& observer_names();
+
 struct CameraDescription {
     std::string type = "perspective";  ///< "perspective" | "equirectangular" | "orthographic"
     Double3 position{}, look_at{}, up{0, 1, 0};
@@ -97,6 +99,9 @@ struct SkyDescription {
 };
 
 enum class Shape { rectangle, box, room, sphere, mesh, disk };
+/// What scenes call them, in the same order; and the faces of a box or room, in that of ObjectDescription::faces.
+const std::vector<std::string>& shape_names();
+const std::vector<std::string>& face_names();
 enum class Shading { emission, lambert };
 
 struct ObjectDescription {

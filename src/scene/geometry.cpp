@@ -178,7 +178,6 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted)
 }
 
 SceneGeometry::~SceneGeometry() = default;
-SceneGeometry::SceneGeometry(SceneGeometry&&) noexcept = default;
 
 const Geometry* SceneGeometry::kernel_view() const {
     return content_->embree ? &content_->geometry : nullptr;

@@ -33,7 +33,6 @@ public:
     /// Loads meshes and textures, builds everything wanted. Throws InputError for data that cannot be used.
     explicit SceneGeometry(const SceneDescription& scene, const Parts& wanted = everything);
     ~SceneGeometry();
-    SceneGeometry(SceneGeometry&&) noexcept;
 
     /// What the kernels need, in coordinates relative to `space.center`; null when the scene has no objects.
     const Geometry* kernel_view() const;

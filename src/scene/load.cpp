@@ -41,6 +41,7 @@ std::string read_text(const std::string& path) {
         text.append(buffer, static_cast<std::size_t>(file.gcount()));
         if (text.size() > greatest_size) throw InputError({path, 0, 0}, "is larger than 64 MiB: not a scene file");
     }
+    if (file.bad()) throw RunError("cannot read '" + path + "' to its end");
     return text;
 }
 
@@ -184,8 +185,7 @@ CameraDescription load_camera(const Section& section) {
     if (camera.type == "orthographic") keys.emplace_back("height");
     only_keys(section, keys);
     if (const Value* observer = find(section, "observer")) {
-        static const std::vector<std::string> known{"static", "zamo", "falling", "coordinate"};
-        camera.observer = known[to_choice(*observer, "camera.observer", known)], camera.observer_place = observer->place;
+        camera.observer = observer_names()[to_choice(*observer, "camera.observer", observer_names())], camera.observer_place = observer->place;
     }
     const Value& position = need(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
@@ -242,6 +242,11 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
     if (!space.far_sided)
         throw InputError(far->place, "sky.far: " + written(space.hamiltonian) + " has one universe and one sky: leave the table out");
     return load_sky({far, "sky.far", far->place}, directory);
+}
+
+const std::vector<std::string>& observer_names() {
+    static const std::vector<std::string> names{"static", "zamo", "falling", "coordinate"};
+    return names;
 }
 
 SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue) {

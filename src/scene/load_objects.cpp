@@ -7,14 +7,22 @@
 
 namespace kagero {
 
+const std::vector<std::string>& shape_names() {
+    static const std::vector<std::string> names{"rectangle", "box", "room", "sphere", "mesh", "disk"};
+    return names;
+}
+
+const std::vector<std::string>& face_names() {
+    static const std::vector<std::string> names{"px", "nx", "py", "ny", "pz", "nz"};
+    return names;
+}
+
 namespace {
 
 constexpr Range color_range{0, 1e6};
 constexpr Range checker_range{0, 1e6, true};
 /// Kelvin: colder bodies do not glow, and hotter ones have all the same colour.
 constexpr Range temperature_range{500, 1e9};
-
-const std::vector<std::string> shape_names{"rectangle", "box", "room", "sphere", "mesh", "disk"};
 
 /// The keys of a shape beside those that all objects have.
 std::vector<std::string> keys_of(Shape shape) {
@@ -61,17 +69,16 @@ void load_rectangle(const Section& section, ObjectDescription& object) {
 }
 
 void load_faces(const Section& section, const std::string& directory, ObjectDescription& object) {
-    static const std::vector<std::string> face_names{"px", "nx", "py", "ny", "pz", "nz"};
     object.faces.fill(object.paint);
     const Value* table = find(section, "faces");
     if (!table) return;
     const std::string name = full_name(section, "faces");
     if (table->kind != Value::Kind::table) fail(*table, name, "a table { px = …, nx, py, ny, pz, nz }");
-    only_keys({table, name, table->place}, face_names);
+    only_keys({table, name, table->place}, face_names());
     for (std::size_t i = 0; i < 6; ++i) {
-        const Value* face = find(*table, face_names[i]);
+        const Value* face = find(*table, face_names()[i]);
         if (!face) continue;
-        const std::string face_name = name + '.' + face_names[i];
+        const std::string face_name = name + '.' + face_names()[i];
         Paint& paint = object.faces[i];
         if (face->kind == Value::Kind::array) {
             paint = {};
@@ -141,7 +148,7 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
     object.name = name;
     object.place = table.place;
     const Value& shape = need(section, "shape");
-    object.shape = static_cast<Shape>(to_choice(shape, full_name(section, "shape"), shape_names));
+    object.shape = static_cast<Shape>(to_choice(shape, full_name(section, "shape"), shape_names()));
     only_keys(section, keys_of(object.shape));
     object.paint = load_paint(section, object.paint, CheckerKey::counts, directory);
     if (const Value* shading = find(section, "shading")) {

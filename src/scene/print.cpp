@@ -53,12 +53,11 @@ bool same(const Paint& a, const Paint& b) {
 }
 
 void print_faces(std::ostringstream& out, const ObjectDescription& object) {
-    static const char* const names[] = {"px", "nx", "py", "ny", "pz", "nz"};
     out << "\n[object.faces]\n";
     for (std::size_t i = 0; i < 6; ++i) {
         std::string text;
         for (const std::string& pair : paint_pairs(object.faces[i], false)) enumerate(text, pair);
-        out << names[i] << " = { " << text << " }\n";
+        out << face_names()[i] << " = { " << text << " }\n";
     }
 }
 
@@ -94,11 +93,10 @@ void print_shape(const KeyLine& line, const ObjectDescription& object) {
 }
 
 void print_object(std::ostringstream& out, const ObjectDescription& object) {
-    static const char* const shapes[] = {"rectangle", "box", "room", "sphere", "mesh", "disk"};
     const KeyLine line{out};
     out << "\n[[object]]\n";
     line("name", object.name);
-    line("shape", std::string(shapes[static_cast<int>(object.shape)]));
+    line("shape", shape_names()[static_cast<std::size_t>(object.shape)]);
     print_shape(line, object);
     if (object.temperature > 0) line("temperature", object.temperature);
     else for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';

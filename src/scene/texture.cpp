@@ -17,8 +17,8 @@ double floor_of(double x) {
     return whole > x ? whole - 1 : whole;
 }
 
-int wrapped(double index, int size, Edge edge) {
-    if (edge == Edge::clamp) return static_cast<int>(std::clamp(index, 0.0, size - 1.0));
+int wrapped(double index, int size, BeyondEdge edge) {
+    if (edge == BeyondEdge::clamp) return static_cast<int>(std::clamp(index, 0.0, size - 1.0));
     const double rest = index - floor_of(index / size) * size;
     return std::clamp(static_cast<int>(rest), 0, size - 1);
 }
@@ -29,7 +29,7 @@ struct Neighbours {
     float share;
 };
 
-Neighbours neighbours(double place, int size, Edge edge) {
+Neighbours neighbours(double place, int size, BeyondEdge edge) {
     const double below = floor_of(place);
     const auto share = static_cast<float>(place - below);
     if (below >= 0 && below + 1 < size) {

@@ -7,13 +7,13 @@
 namespace kagero {
 
 /// What happens beyond an edge of an image.
-enum class Edge { repeat, clamp };
+enum class BeyondEdge { repeat, clamp };
 
 /// … left and right of it, and above and below.
 struct Edges {
-    Edge sides, ends;
+    BeyondEdge sides, ends;
 };
-inline constexpr Edges tiled{Edge::repeat, Edge::repeat}, around{Edge::repeat, Edge::clamp}, framed{Edge::clamp, Edge::clamp};
+inline constexpr Edges tiled{BeyondEdge::repeat, BeyondEdge::repeat}, around{BeyondEdge::repeat, BeyondEdge::clamp}, framed{BeyondEdge::clamp, BeyondEdge::clamp};
 
 /// Bilinear: (0,0) is the lower left corner of the image, (1,1) the upper right.
 Float3 texture_color(const Image& image, double u, double v, Edges edges);

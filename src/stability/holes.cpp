@@ -2,7 +2,6 @@
 #include "stability/cases.h"
 #include "stability/orbits.h"
 
-#include <cmath>
 
 namespace kagero::stability {
 

@@ -21,13 +21,13 @@ struct Path {
 };
 
 /// Where y and z lie at the end, on the plane through the end with this normal.
-View<V> view_on(const Vec3<V>& normal) {
+Sight<V> view_on(const Vec3<V>& normal) {
     const V zero(0.0), one(1.0);
     return {normal, {{zero, one, zero}, {zero, zero, one}}, {{zero, zero, zero}, {zero, zero, zero}}};
 }
 
 /// Rows at the start of a path, from the last lane.
-std::array<std::array<double, 6>, 2> rows_at_start(const SpaceKernel<V>& kernel, const double* parameters, const Path& path, const View<V>& view) {
+std::array<std::array<double, 6>, 2> rows_at_start(const SpaceKernel<V>& kernel, const double* parameters, const Path& path, const Sight<V>& view) {
     SystemStorage system;
     kernel.construct(system, parameters);
     const SweptSystem<V> swept{kernel, system};

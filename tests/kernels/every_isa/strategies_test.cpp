@@ -22,7 +22,7 @@ std::vector<ScalarOf<V>> outcome(const Flow<V>& f, int lane) {
     const auto add = [&](const V& v) { values.push_back(get_lane(v, lane)); };
     for (int k = 0; k < 7; ++k) add(f.end.y[k]);
     add(f.end.velocity.x), add(f.end.velocity.y), add(f.end.velocity.z);
-    add(f.end.parameter), add(f.energy), add(f.energy_error), add(f.end.domain), add(f.end.captured), add(f.gradients);
+    add(f.end.parameter), add(f.energy), add(f.energy_error), add(f.end.domain), add(f.end.captured), add(f.gradients), add(f.open_iterations);
     values.push_back(static_cast<ScalarOf<V>>((to_bits(f.solved) >> lane) & 1));
     return values;
 }

@@ -16,6 +16,12 @@ find_library(EMBREE_LIBRARY NAMES embree4 embree3 REQUIRED)
 add_library(kagero_embree INTERFACE)
 target_include_directories(kagero_embree SYSTEM INTERFACE ${EMBREE_INCLUDE_DIR})
 target_link_libraries(kagero_embree INTERFACE ${EMBREE_LIBRARY})
+# The flag of scenes whose queries bring a filter along.
+if(EMBREE_LIBRARY MATCHES embree4)
+  set(KAGERO_EMBREE_QUERY_FILTER RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS)
+else()
+  set(KAGERO_EMBREE_QUERY_FILTER RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION)
+endif()
 
 # xsimd is headers alone; Debian's CMake package wants to link xtl, which nothing here uses.
 find_path(XSIMD_INCLUDE_DIR xsimd/xsimd.hpp REQUIRED)

@@ -138,6 +138,9 @@ TEST_F(CompareVerb, NarrowsAndRefuses) {
     const Outcome seven = run("compare hole.toml --lanes 7");
     EXPECT_EQ(seven.status, 2);
     EXPECT_NE(seven.err.find("no kernel has 7; lanes there are: 1, "), std::string::npos) << seven.err;
+    const Outcome none = run("compare hole.toml --strategy per-ray --precision float");
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("strategy per-ray, float: there is no such kernel"), std::string::npos) << none.err;
     EXPECT_EQ(run("compare hole.toml --methods gauss7").status, 2);
     EXPECT_EQ(run("compare hole.toml --equal-error 0").status, 2);
     const Outcome table = run("compare hole.toml --rounds 1 --lanes 1");

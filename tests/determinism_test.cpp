@@ -25,7 +25,7 @@ std::unique_ptr<Plan> room(const Options& options, const Overrides& method = {})
     return plan_of_file(KAGERO_SCENES "/room.toml", all, options);
 }
 /// Implicit methods as well: by fixed points, and where those are not found by Newton's method.
-const Overrides methods[] = {{}, {"integrator.method=verlet", "integrator.step=0.4"}, {"integrator.method=gauss8", "integrator.step=0.5"}};
+const Overrides methods[] = {{}, {"integrator.method=verlet", "integrator.step=0.8"}, {"integrator.method=gauss8", "integrator.step=0.5"}};
 
 class Determinism : public ProgramTest {
 protected:

@@ -312,7 +312,7 @@ TEST(IterationsAndOccupancy, BelongToRaysAndToPackets) {
     RunReport report;
     double least = 1;
     for (const char* method : {"gauss8", "verlet"}) {
-        const Overrides how{std::string("integrator.method=") + method, "integrator.step=0.1"};
+        const Overrides how{std::string("integrator.method=") + method, "integrator.step=0.8"};
         const auto in_packets = plan_of_text(hole_scene, how), alone = plan_of_text(hole_scene, how, with_strategy("scalar"));
         report = render(*in_packets, packets);
         render(*alone, single);

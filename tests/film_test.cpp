@@ -205,14 +205,19 @@ TEST_F(FilmOnDisk, NothingButTheFinishedFileIsThere) {
 }
 
 TEST_F(FilmOnDisk, CheckWritableRefusesWhatCannotBeWritten) {
-    EXPECT_NO_THROW(check_writable(path("a.exr"), {"color"}));
-    EXPECT_NO_THROW(check_writable(path("a.exr"), {"steps"}));
-    EXPECT_THROW(check_writable(path("a.png"), {"steps"}), InputError);
-    EXPECT_THROW(check_writable(path("a.xyz"), {"color"}), InputError);
-    EXPECT_THROW(check_writable(path("a"), {"color"}), InputError);
-    EXPECT_THROW(check_writable(path("missing/a.exr"), {"color"}), InputError);
+    EXPECT_NO_THROW(check_writable(path("a.exr"), {"color"}, 8, 6));
+    EXPECT_NO_THROW(check_writable(path("a.exr"), {"steps"}, 8, 6));
+    EXPECT_THROW(check_writable(path("a.png"), {"steps"}, 8, 6), InputError);
+    EXPECT_THROW(check_writable(path("a.xyz"), {"color"}, 8, 6), InputError);
+    EXPECT_THROW(check_writable(path("a"), {"color"}, 8, 6), InputError);
+    EXPECT_THROW(check_writable(path("missing/a.exr"), {"color"}, 8, 6), InputError);
     fs::create_directory(path("folder.exr"));
-    EXPECT_THROW(check_writable(path("folder.exr"), {"color"}), InputError);
+    EXPECT_THROW(check_writable(path("folder.exr"), {"color"}, 8, 6), InputError);
+    for (const auto& [name, most] : {std::pair{"a.jpg", 65500u}, std::pair{"a.webp", 16383u}, std::pair{"a.tga", 65535u}}) {
+        EXPECT_NO_THROW(check_writable(path(name), {"color"}, 1, most)) << name;
+        EXPECT_THROW(check_writable(path(name), {"color"}, most + 1, 1), InputError) << name;
+    }
+    EXPECT_NO_THROW(check_writable(path("a.exr"), {"color"}, 1u << 20, 1));
 }
 
 }  // namespace

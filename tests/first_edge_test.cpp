@@ -151,6 +151,51 @@ TEST_P(FirstEdge, MayBeCloseToTheStart) {
     }
 }
 
+// Closer than Embree's floats can tell; in a closed room, none gets out, and none ends behind its start.
+TEST_P(FirstEdge, MayBeCloserThanFloatsTell) {
+    const std::string room = "[[object]]\nname = \"room\"\nshape = \"room\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n";
+    for (const std::string space : {"hamiltonian = \"flat\"", "hamiltonian = \"schwarzschild\"\nrg = 0.01", "hamiltonian = \"gradient\"\ng = 0.02", "hamiltonian = \"shimmer\""})
+        for (const Overrides& how : {Overrides{}, {"integrator.hit=chord"}, {"integrator.cull=none"}}) {
+            std::vector<RayInput> rays;
+            for (double gap = 1e-14; gap < 1e-4; gap *= 3)
+                for (const double down : {-1.0, 1.0}) rays.push_back({{0.3, 0.5, 1 - gap}, {0.1, -0.2, down}});
+            const auto ends = ends_of("[space]\n" + space + "\n[integrator]\nescape_radius = 4\n" + view + room, how, rays);
+            for (std::size_t i = 0; i < ends.size(); ++i) {
+                SCOPED_TRACE(testing::Message() << space << ", " << (how.empty() ? "" : how[0]) << ", " << 1 - rays[i].position[2]);
+                ASSERT_EQ(ends[i].status, Status::hit);
+                EXPECT_NEAR(ends[i].q[2], i % 2 ? 1 : -1, 1e-9);
+                EXPECT_GT(ends[i].parameter, 0);
+            }
+        }
+    const std::string shell = "[space]\nhamiltonian = \"flat\"\n[integrator]\nescape_radius = 4\n" + view + ball(1);
+    std::vector<RayInput> rays;
+    for (double gap = 1e-14; gap < 1e-4; gap *= 3) rays.push_back({{0, 1 - gap, 0}, {0.1, -1, 0.3}});
+    for (const RayEnd& end : ends_of(shell, {}, rays)) {
+        ASSERT_EQ(end.status, Status::hit);
+        EXPECT_LT(end.q[1], 0);
+    }
+}
+
+// A ray that starts on the floor and bends away from it, however slowly: (5) has the path z = −2 − g λ²/4, which never returns.
+TEST_P(FirstEdge, IsNotTheFloorThatIsLeft) {
+    for (const char* g : {"1e-3", "1e-6"})
+        for (const Overrides& how : {Overrides{}, {"integrator.step=0.01"}, {"integrator.method=gauss8"}}) {
+            const std::string floor = "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-20, -20, -2]\nedge_u = [40, 0, 0]\nedge_v = [0, 40, 0]\n";
+            const auto ends = ends_of(std::string("[space]\nhamiltonian = \"gradient\"\ng = ") + g + "\n[integrator]\nescape_radius = 50\n" + view + floor,
+                                      how, {{{0, 0, -2}, {1, 0, 0}}});
+            EXPECT_EQ(ends[0].status, Status::escaped) << g;
+        }
+}
+
+// On the escape sphere, and along it: there it has left.
+TEST_P(FirstEdge, MayBeTheEscapeSphereAtTheStart) {
+    for (const char* space : {"hamiltonian = \"gradient\"\ng = 1e-3", "hamiltonian = \"luneburg\"", "hamiltonian = \"schwarzschild\"", "hamiltonian = \"flat\""}) {
+        const auto ends = ends_of(std::string("[space]\n") + space + "\n[integrator]\nescape_radius = 50\n" + view, {}, {{{0, 50, 0}, {1, 0, 0}}});
+        EXPECT_EQ(ends[0].status, Status::escaped) << space;
+        EXPECT_NEAR(ends[0].q[1], 50, 1e-12) << space;
+    }
+}
+
 // What passes through Ellis's throat, b < a (Müller 2004), does so by the coarsest steps, and the smallest throat.
 TEST_P(FirstEdge, LiesBehindAThroatForRaysThatPassIt) {
     for (const double throat : {1.0, 1e-3, 1e-9})

@@ -57,6 +57,15 @@ TEST(Remarks, SayThatTheMatterOfADiskStandsStillInAFormula) {
     EXPECT_TRUE(plan_of_text(disk_in_a_formula, {"space={hamiltonian=\"schwarzschild\"}"})->remarks.empty());
 }
 
+TEST(Remarks, NameConstantsAndHelpersThatNoFormulaHas) {
+    const Overrides used{"space.constants.strength=1", "space.H=0.5*(px^2 + py^2 + pz^2 - strength)"};
+    Overrides misspelt = used;
+    misspelt.push_back("space.constants.strenght=2"), misspelt.push_back("space.let.M=x");
+    EXPECT_FALSE(remarks_on(*plan_of_text(disk_in_a_formula, used), "has no effect"));
+    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, misspelt), "space.constants.strenght has no effect: no formula uses it; did you mean strength?"));
+    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, misspelt), "space.let.M has no effect"));
+}
+
 TEST(Remarks, SayThatSingleRaysFitNoPixels) {
     const Overrides fitted{"integrator.max_pixel_error=0.5"};
     EXPECT_TRUE(remarks_on(*plan_of_text(ball, fitted, {}, false), "integrator.max_pixel_error has no effect"));

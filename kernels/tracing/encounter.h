@@ -36,7 +36,7 @@ public:
     void begin(std::uint64_t lanes) {
         budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_);
         queries_ = pick(from_bits<V>(lanes), V(S(0)), queries_);
-        fresh_ |= lanes;
+        fresh_ |= lanes, leaving_ &= ~lanes;
     }
 
     /// Tests the step in `flow` for the lanes of `active`; returns those that hit.
@@ -128,7 +128,15 @@ private:
     }
 
     std::uint64_t ask_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t now) {
+        const std::uint64_t first = now & fresh_, near_start = first | (now & leaving_);
+        fresh_ &= ~now, leaving_ &= ~now;
         Segments<W> segments;
+        V begin(S(0)), length(S(1));  // the part of each piece that is asked about, as fractions of the piece
+        if (near_start) {
+            begin = pick(from_bits<V>(near_start), -head_start(b - a), begin);
+            length = V(S(1)) - begin;
+        }
+        const Vec3<V> from_where = near_start ? advance(a, begin, b - a) : a;
         const V scale(S(geometry_.scale));
         V size(S(0));  // of the greatest coordinate of either end
         const auto to_embree = [&](const V& start, const V& end, int k) {
@@ -137,23 +145,18 @@ private:
             to_floats(from_here, segments.org[k]);
             to_floats((end - start) * scale, segments.dir[k]);
         };
-        to_embree(a.x, b.x, 0), to_embree(a.y, b.y, 1), to_embree(a.z, b.z, 2);
+        to_embree(from_where.x, b.x, 0), to_embree(from_where.y, b.y, 1), to_embree(from_where.z, b.z, 2);
         std::fill_n(segments.near, W, 0.0f), std::fill_n(segments.t, W, 0.0f);
-        const std::uint64_t fresh = now & fresh_;
-        fresh_ &= ~now;
-        skip_what_lies_beyond(a, b, segments);
-        V begin(S(0)), length(S(1));  // the part of each piece that is asked about, as fractions of the piece
+        skip_what_lies_beyond(from_where, b, segments);
         for (const int i : lanes_in(now & ~to_bits(size < V(S(far_away))))) {
             if (!clip(a, b, i, segments, begin, length)) now &= ~(std::uint64_t(1) << i);
         }
         queries_ = pick(from_bits<V>(now), queries_ + V(S(1)), queries_);
         std::uint64_t hits = query(geometry_.embree_scene, segments, now);
-        if (hits & fresh) hits = ask_beyond_start(a, segments, hits, fresh);
+        if (hits & near_start) hits = without_what_is_left(a, b, begin, length, segments, hits, near_start, first);
         if (!hits) return 0;
         const MaskOf<V> here = from_bits<V>(hits);
-        alignas(64) double place[W];
-        std::copy_n(segments.t, W, place);
-        t = pick(here, mul_add(length, lanes_of<V>(place), begin), t);
+        t = pick(here, places_of(segments, begin, length), t);
         from = pick(here, s0, from), to = pick(here, s1, to);
         for (const int i : lanes_in(hits)) {
             surface[i] = segments.surface[i], primitive[i] = segments.primitive[i];
@@ -161,22 +164,46 @@ private:
         return hits;
     }
 
-    /// Those of `fresh` whose start lies on the surface that they hit there do not count that hit: they are asked again, from a little way on.
-    std::uint64_t ask_beyond_start(const Vec3<V>& a, Segments<W>& segments, std::uint64_t hits, std::uint64_t fresh) {
-        const auto length = [&segments](int i) {
-            const float x = segments.dir[0][i], y = segments.dir[1][i], z = segments.dir[2][i];
-            return std::sqrt(x * x + y * y + z * z);
+    /// How far before its start a piece is looked at, as a fraction of it, so that Embree's floats pass over no surface close to the start.
+    V head_start(const Vec3<V>& way) const {
+        const V offset(S(double(start_offset) / geometry_.scale));
+        return offset / max(root(dot(way, way)), offset);
+    }
+    static V places_of(const Segments<W>& segments, const V& begin, const V& length) {
+        alignas(64) double place[W];
+        std::copy_n(segments.t, W, place);
+        return mul_add(length, lanes_of<V>(place), begin);
+    }
+
+    /// Of the rays of `near_start`, some of them in their `first` piece, the hits of what they leave do not count: Embree's floats do not tell
+    /// on which side of a surface they are so close to it. Those rays are asked again, with an eye to each surface.
+    std::uint64_t without_what_is_left(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, Segments<W>& segments,
+                                       std::uint64_t hits, std::uint64_t near_start, std::uint64_t first) {
+        const std::uint64_t asked = hits & near_start;
+        const V least = head_start(b - a);
+        const Level<V> levels = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, asked);
+        const std::uint64_t left = asked & to_bits(leaves(levels, a, b, places_of(segments, begin, length), least, from_bits<V>(first)));
+        if (!left) return hits;
+        leaving_ |= left;
+        const auto meets = [&](int i, std::uint32_t on, std::uint32_t part, float where) {
+            const Vec3<double> start{double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
+            const Vec3<double> end{double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
+            const double place = double(get_lane(length, i)) * double(where) + double(get_lane(begin, i));
+            return !leaves(level_of(geometry_.surfaces[on], part), start, end, place, double(get_lane(least, i)), ((first >> i) & 1) != 0);
         };
-        std::uint64_t close = 0;
-        for (int i = 0; i < W; ++i) close |= std::uint64_t(segments.t[i] * length(i) <= start_offset) << i;
-        close &= hits & fresh;
-        if (!close) return hits;
-        const V size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + V(S(1 / geometry_.scale));
-        const V height = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close).value(a);
-        const std::uint64_t on_it = close & to_bits(abs(height) <= V(S(4) * machine_epsilon<S>) * size);
-        for (const int i : lanes_in(on_it))
-            segments.near[i] = std::max(segments.near[i], std::min(0.5f, start_offset / std::max(length(i), start_offset)));
-        return (hits & ~on_it) | query(geometry_.embree_scene, segments, on_it);
+        return (hits & ~left) | query_carefully(geometry_.embree_scene, segments, left, meets);
+    }
+
+    /// Whether a → b leaves a surface that it seems to meet at `near`: it starts on it, or goes away from it; of a sphere, to where it meets that
+    /// again beyond the fraction `least`. Only where it `may_start_there` a start within roundings counts as one on the surface.
+    template <class W2>
+    MaskOf<W2> leaves(const Level<W2>& g, const Vec3<W2>& a, const Vec3<W2>& b, const W2& near, const W2& least,
+                      const MaskOf<W2>& may_start_there) const {
+        const W2 zero(0), height = g.value(a), size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + W2(ScalarOf<W2>(1 / geometry_.scale));
+        const MaskOf<W2> on_it = may_start_there & (abs(height) <= W2(ScalarOf<W2>(4 * machine_epsilon<S>)) * size);
+        const W2 place = chord_fraction(g, a, b, near), away = height * g.slope(a, b - a);
+        const MaskOf<W2> from_plane = on_it | (away >= zero), from_sphere = (place <= zero) | (on_it & (place <= least));
+        return ((abs(g.a) <= zero) & from_plane) | ((abs(g.a) > zero) & from_sphere);
     }
 
     /// Of a segment that comes from beyond the escape sphere nothing counts before it enters that.
@@ -223,7 +250,7 @@ private:
     static constexpr int most_pieces = 64;
     /// Ways to surfaces are told by float, in a stretched space.
     static constexpr S spare = S(1.01);
-    /// How far from a start on a surface a ray cannot meet any, in Embree's coordinates of order one: some 30 roundings of float.
+    /// Closer to a surface floats do not tell its sides, in Embree's coordinates of order one: some 30 roundings.
     static constexpr float start_offset = 4e-6f;
     /// Beyond this segments are cut down to the scene first, in the same coordinates.
     static constexpr float far_away = 32;
@@ -234,7 +261,8 @@ private:
     S tolerance_;
     bool chord_only_, timed_;
     V budget_ = S(0), queries_ = S(0);
-    std::uint64_t fresh_ = 0;
+    std::uint64_t fresh_ = 0;    ///< lanes of which no piece has been asked about
+    std::uint64_t leaving_ = 0;  ///< lanes that were too close to a surface which they leave, in the piece before
 };
 
 }  // namespace kagero

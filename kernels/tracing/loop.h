@@ -151,11 +151,11 @@ MaskOf<V> PacketTracer<V>::reaches_sphere(const Vec3<V>& q) const {
     return outer | (square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
 }
 
-/// Whether rays at q that move along v are beyond the escape sphere, moving outward; in a wormhole's other universe outward is inward.
+/// Whether rays at q that move along v are beyond the escape sphere, and do not come in; in a wormhole's other universe outward is inward.
 template <class V>
 MaskOf<V> PacketTracer<V>::leaves_space(const Vec3<V>& q, const Vec3<V>& v) const {
     const V outward = dot(q, v), square = dot(q, q);
-    const MaskOf<V> here = (square >= V(S(job_.escape_radius) * S(job_.escape_radius))) & (outward > V(S(0)));
+    const MaskOf<V> here = (square >= V(S(job_.escape_radius) * S(job_.escape_radius))) & (outward >= V(S(0)));
     if (!(job_.inner_escape_radius > 0)) return here;
     return here | ((square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius))) & (outward < V(S(0))));
 }

@@ -158,6 +158,7 @@ std::uint64_t PacketTracer<V>::go_back(std::uint64_t lanes) {
     flow_.take(whole, here);
     nominal_ = pick(here, task_.method.info.adaptive ? whole.h : V(S(job_.step)), nominal_);
     steps_ = pick(here, steps_ - V(S(1)), steps_);
+    flow_.open_iterations = pick(here, iterations_after_, flow_.open_iterations);
     note_direction(again);
     if (encounter_) encounter_->go_back(again, again & to_bits(steps_ <= V(S(0))));
     active_ |= again, repeated_ |= again;

@@ -33,16 +33,31 @@ struct Segments {
 
 namespace detail {
 
-inline void intersect1(RTCScene scene, RTCRayHit* ray) {
+/// What a query takes along to a filter.
 #if RTC_VERSION_MAJOR >= 4
+struct Companion : RTCRayQueryContext {
+#else
+struct Companion : RTCIntersectContext {
+#endif
+    const void* user;
+};
+
+/// `filter`, unless null, may refuse hits.
+inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter = nullptr, const void* user = nullptr) {
+    Companion context;
+    context.user = user;
+#if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&context);
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    if (filter) arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER, arguments.filter = filter;
+    arguments.context = &context;
     rtcIntersect1(scene, ray, &arguments);
 #else
-    RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    context.filter = filter;
     rtcIntersect1(scene, &context, ray);
 #endif
 }
@@ -77,15 +92,16 @@ inline void set_ray(auto& ray, auto&& at, const auto& s, int i) {
     at(ray.time) = 0, at(ray.mask) = 0xffffffffu, at(ray.id) = 0, at(ray.flags) = 0;
 }
 
-template <int W>
-std::uint64_t query_singly(RTCScene scene, Segments<W>& s, std::uint64_t active) {
+/// `ask(i, ray)` intersects the ray of lane i.
+template <int W, class Ask>
+std::uint64_t query_singly(Segments<W>& s, std::uint64_t active, const Ask& ask) {
     std::uint64_t hits = 0;
     for (const int i : lanes_in(active)) {
         RTCRayHit r;
         set_ray(r.ray, [](auto& field) -> auto& { return field; }, s, i);
         r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        intersect1(scene, &r);
+        ask(i, &r);
         if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
         hits |= std::uint64_t(1) << i;
         s.t[i] = r.ray.tfar, s.surface[i] = r.hit.geomID, s.primitive[i] = r.hit.primID;
@@ -132,18 +148,37 @@ inline constexpr int single_query_limit = 3;
 template <int W>
 std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
     const auto scene = static_cast<RTCScene>(embree_scene);
+    const auto singly = [scene](int, RTCRayHit* ray) { detail::intersect1(scene, ray); };
     if constexpr (W % embree_width == 0) {
         std::uint64_t hits = 0;
         constexpr std::uint64_t all = (std::uint64_t(1) << embree_width) - 1;
         for (int first = 0; first < W; first += embree_width) {
             const std::uint64_t here = active & (all << first);
-            if (__builtin_popcountll(here) <= single_query_limit) hits |= detail::query_singly(scene, s, here);
+            if (__builtin_popcountll(here) <= single_query_limit) hits |= detail::query_singly(s, here, singly);
             else hits |= detail::query_packet(scene, s, here, first);
         }
         return hits;
     } else {
-        return detail::query_singly(scene, s, active);
+        return detail::query_singly(s, active, singly);
     }
+}
+
+/// The same one by one, where only hits count that `meets(lane, surface, primitive, t)`.
+template <int W, class Meets>
+std::uint64_t query_carefully(void* embree_scene, Segments<W>& s, std::uint64_t active, const Meets& meets) {
+    struct Candidate {
+        const Meets& meets;
+        int lane;
+    };
+    const RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments* a) {
+        const auto& candidate = *static_cast<const Candidate*>(static_cast<const detail::Companion*>(a->context)->user);
+        if (a->valid[0] != 0 && !candidate.meets(candidate.lane, RTCHitN_geomID(a->hit, 1, 0), RTCHitN_primID(a->hit, 1, 0), RTCRayN_tfar(a->ray, 1, 0)))
+            a->valid[0] = 0;
+    };
+    return detail::query_singly(s, active, [&](int i, RTCRayHit* ray) {
+        const Candidate candidate{meets, i};
+        detail::intersect1(static_cast<RTCScene>(embree_scene), ray, filter, &candidate);
+    });
 }
 
 }  // namespace kagero

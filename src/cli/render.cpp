@@ -131,7 +131,7 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
         terminal.warning("no ray ended within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps");
     if (count(Status::failed) > many * rays)
         terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. A smaller integrator.step may do");
-    if (report.energy_error.p99 > large)
+    if (report.energy_error.p99 > large && !(plan.pilot && plan.pilot->met))
         terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) + " alone: a smaller integrator.step will show another picture");
 }
 
@@ -150,22 +150,25 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const SnapshotGuard snapshots;  // from here on: the signal may come while the scene is being loaded
     const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
-    options.energy_error = !arguments.json.empty();
     // A path is read, not looked at; and where time is short a trial of float would use it up.
     const bool no_trial = !arguments.pixel.empty() || !arguments.time_limit.empty();
     if (no_trial && options.precision == "auto") options.precision = "double";
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
+    options.energy_error = !arguments.json.empty() || holds_layers(output);  // both tell it
     const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
     if (arguments.pixel.empty()) {
         std::vector<NamedFile> outputs{{"-o", output}, {"--json", arguments.json}};
         for (const LayerInfo* layer : mapped) outputs.emplace_back("the map of " + layer->name, map_path(output, *layer));
         check_outputs(outputs, files_of(scene));
-        check_writable(output, scene.film.layers);
     }
-    auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
     if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
+    const bool whole = arguments.crop.empty();
+    const std::uint32_t width = whole ? scene.film.width : options.crop[2] - options.crop[0],
+                        height = whole ? scene.film.height : options.crop[3] - options.crop[1];
+    if (arguments.pixel.empty()) check_writable(output, scene.film.layers, width, height);
+    auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
 
     const auto plan = make_plan(std::move(scene), options);
     settle(*plan);

@@ -50,6 +50,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     std::vector<std::string> cases = arguments.cases;
     std::string json = arguments.json;
     return_case_json_took(cases, json);
+    require_cases(cases);
     const StabilityRequest request = request_of(arguments);
     if (arguments.output.empty()) check_outputs({{"--json", json}});
     else make_report_directory(arguments.output, {"stability.html", "stability.json"}, json);

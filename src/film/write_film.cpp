@@ -21,27 +21,28 @@ enum class Encoding { layers, srgb8, linear, pfm };
 struct Format {
     const char* extension;
     Encoding encoding;
+    std::uint32_t most = 0xffffffffu;  ///< pixels along an edge
 };
 
 // One row is one more file format (of those OpenImageIO writes).
 constexpr Format formats[] = {
-    {".exr", Encoding::layers}, {".png", Encoding::srgb8},  {".jpg", Encoding::srgb8}, {".jpeg", Encoding::srgb8},
-    {".tif", Encoding::srgb8},  {".tiff", Encoding::srgb8}, {".bmp", Encoding::srgb8}, {".tga", Encoding::srgb8},
-    {".ppm", Encoding::srgb8},  {".webp", Encoding::srgb8}, {".pfm", Encoding::pfm},   {".hdr", Encoding::linear},
+    {".exr", Encoding::layers}, {".png", Encoding::srgb8},         {".jpg", Encoding::srgb8, 65500}, {".jpeg", Encoding::srgb8, 65500},
+    {".tif", Encoding::srgb8},  {".tiff", Encoding::srgb8},        {".bmp", Encoding::srgb8},        {".tga", Encoding::srgb8, 65535},
+    {".ppm", Encoding::srgb8},  {".webp", Encoding::srgb8, 16383}, {".pfm", Encoding::pfm},          {".hdr", Encoding::linear},
 };
 
 // OpenImageIO would write the time of day; the same pixels give the same bytes.
 constexpr const char* fixed_date = "";
 constexpr float greatest_half = 65504.0f;
 
-Encoding encoding_of(const std::string& path) {
+const Format& format_of(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension().string();
     std::string lower = extension;
     for (char& c : lower)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     std::string known;
     for (const Format& format : formats) {
-        if (lower == format.extension) return format.encoding;
+        if (lower == format.extension) return format;
         enumerate(known, format.extension);
     }
     throw InputError("cannot write '" + path + "': " +
@@ -130,19 +131,27 @@ void write_pfm(const Film& film, const std::string& path) {
 
 }  // namespace
 
-void check_writable(const std::string& path, const std::vector<std::string>& layers) {
+bool holds_layers(const std::string& path) {
+    return format_of(path).encoding == Encoding::layers;
+}
+
+void check_writable(const std::string& path, const std::vector<std::string>& layers, std::uint32_t width, std::uint32_t height) {
     check_file_writable(path);
-    if (encoding_of(path) != Encoding::layers && std::find(layers.begin(), layers.end(), "color") == layers.end())
+    const Format& format = format_of(path);
+    if (format.encoding != Encoding::layers && std::find(layers.begin(), layers.end(), "color") == layers.end())
         throw InputError("cannot write '" + path +
                          "': only .exr can hold a picture without the layer 'color'; add it to film.layers");
+    if (std::max(width, height) > format.most)
+        throw InputError("cannot write '" + path + "': the picture has " + std::to_string(width) + " x " + std::to_string(height) +
+                         " pixels, and " + format.extension + " holds at most " + std::to_string(format.most) + " along an edge; .exr holds it");
 }
 
 void prepare_to_write(const std::string& path) {
-    if (encoding_of(path) != Encoding::pfm) codec();
+    if (format_of(path).encoding != Encoding::pfm) codec();
 }
 
 void write_film(const Film& film, const std::string& path, const Metadata& metadata) {
-    switch (encoding_of(path)) {
+    switch (format_of(path).encoding) {
         case Encoding::layers:
             return write_layers(film, path, metadata);
         case Encoding::srgb8:

@@ -11,6 +11,7 @@
 #include "kernels/abi.h"
 
 #include <array>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +29,7 @@ struct FormulaScope {
     std::vector<FormulaNode> nodes;
     std::vector<std::pair<std::string, std::int32_t>> names;
     std::vector<std::uint8_t> variables;  ///< of each node: bit i where it depends on variable i
+    std::set<std::string> used;           ///< names that some formula has
 };
 
 inline constexpr std::array<const char*, 7> formula_variables{"x", "y", "z", "px", "py", "pz", "pt"};

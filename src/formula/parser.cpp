@@ -27,9 +27,13 @@ const Function* function_named(const std::string& name) {
     return nullptr;
 }
 
-std::int32_t node_named(const FormulaScope& scope, const std::string& name) {
-    for (const auto& [known, node] : scope.names)
-        if (known == name) return node;
+/// The node of a name that a formula has, or −1.
+std::int32_t use(FormulaScope& scope, const std::string& name) {
+    for (const auto& [known, node] : scope.names) {
+        if (known != name) continue;
+        scope.used.insert(name);
+        return node;
+    }
     return -1;
 }
 
@@ -136,13 +140,13 @@ private:
     std::int32_t named(const Token& token) {
         if (const Function* f = function_named(token.text))
             fail_at(formula_, token.position, token.text + " is a function: write " + token.text + (f->arguments == 1 ? "(…)" : "(…, …)"));
-        const std::int32_t node = node_named(scope_, token.text);
+        const std::int32_t node = use(scope_, token.text);
         if (node < 0) fail_unknown(token, false);
         return node;
     }
     std::int32_t call(const Token& token) {
         const Function* function = function_named(token.text);
-        if (!function && node_named(scope_, token.text) >= 0)
+        if (!function && use(scope_, token.text) >= 0)
             fail_at(formula_, token.position, token.text + " is not a function: to multiply write " + token.text + "*(…)");
         if (!function) fail_unknown(token, true);
         const Token opened = now();
@@ -198,7 +202,7 @@ void define(FormulaScope& scope, const std::string& name, std::int32_t node, con
     if (name.empty() || !letter(name[0]) || !std::all_of(name.begin(), name.end(), inside))
         throw InputError(place, "'" + name + "' is no name for formulas: names are letters, digits and _, and begin with no digit");
     if (function_named(name)) throw InputError(place, "'" + name + "' is a function of formulas: choose another name");
-    if (node_named(scope, name) >= 0) throw InputError(place, "'" + name + "' has a meaning in formulas already: choose another name");
+    if (use(scope, name) >= 0) throw InputError(place, "'" + name + "' has a meaning in formulas already: choose another name");
     scope.names.emplace_back(name, node);
 }
 

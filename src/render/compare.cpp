@@ -75,6 +75,7 @@ private:
     void choose_by_error(Plan& plan, const Candidates& candidates);
     void add(Plan& plan, const Variant& variant, std::size_t& yardstick);
     void check_lanes() const;
+    void check_wanted() const;
     void check_method(const Plan& plan, const std::string& method) const;
     RunReport draw(const Runner& runner, Film& film) const;
     void compare_pictures();
@@ -115,8 +116,21 @@ void Comparer::check_lanes() const {
     }
 }
 
+/// Where nothing else was asked for than is there, somewhere.
+void Comparer::check_wanted() const {
+    for (const auto& plan : plans_)
+        for (std::uint32_t i = 0; i < plan->module->kernel_count; ++i)
+            if (wanted(plan->module->kernels[i])) return;
+    std::string asked;
+    if (options_.strategy) enumerate(asked, std::string("strategy ") + name_of(*options_.strategy));
+    if (options_.precision) enumerate(asked, name_of(*options_.precision));
+    if (!options_.lanes.empty()) enumerate(asked, "these lanes");
+    throw InputError(asked + ": there is no such kernel; `kagero list strategies` shows those there are");
+}
+
 void Comparer::choose_rows() {
     check_lanes();
+    check_wanted();
     if (options_.equal_error > 0) {
         const Candidates candidates = find_candidates(*plans_.front(), options_.equal_error, stop_);
         for (const auto& plan : plans_) choose_by_error(*plan, candidates);

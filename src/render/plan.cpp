@@ -96,12 +96,29 @@ double capture_within(const Plan& plan) {
     return std::max((1 + 1e-3) * std::hypot(horizon, hole.spin), (1 - 1e-4) * nearest);
 }
 
+/// Constants and helpers that no formula has: perhaps misspelt.
+void remark_on_names(const FormulaDescription& formula, std::vector<std::string>& remarks) {
+    std::vector<std::string> used;
+    const auto each = [&](const auto& visit) {
+        for (const auto& [name, value] : formula.constants)
+            if (name != "pt") visit("constants", name);
+        for (const auto& [name, text] : formula.helpers) visit("let", name);
+    };
+    each([&](const char*, const std::string& name) { if (formula.scope.used.contains(name)) used.push_back(name); });
+    each([&](const char* table, const std::string& name) {
+        if (formula.scope.used.contains(name)) return;
+        const std::string near = near_match(name, used);
+        remarks.push_back(std::string("space.") + table + "." + name + " has no effect: no formula uses it" + (near.empty() ? "" : "; did you mean " + near + "?"));
+    });
+}
+
 /// Of what the user may not have meant.
 void remark(Plan& plan, bool with_camera) {
     const SceneDescription& scene = plan.scene;
     const IntegratorDescription& integrator = scene.integrator;
     const auto say = [&](const std::string& remark) { plan.remarks.push_back(remark); };
     const bool fits = with_camera && integrator.max_pixel_error > 0;
+    if (scene.space.formula) remark_on_names(*scene.space.formula, plan.remarks);
     if (integrator.max_pixel_error > 0 && !with_camera)
         say("integrator.max_pixel_error has no effect on single rays: they are traced by " + integrator.method + " as it is");
     if (integrator.tolerance_place && !plan.straight && !plan.module->integrators[plan.job.integrator].adaptive && !fits)

@@ -142,9 +142,7 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
     };
     if (adaptive(plan)) metadata.emplace_back("tolerance", shortest(scene.integrator.tolerance));
     if (report.rays) metadata.emplace_back("status", ends);  // a snapshot has not counted
-    // Only where the scene asks for it: a picture does not depend on whether a report was asked for beside it.
-    const auto& layers = scene.film.layers;
-    if (std::find(layers.begin(), layers.end(), "energy_error") != layers.end())
+    if (report.energy_error.p50 >= 0)  // of what is known of no ray, nothing
         metadata.emplace_back("energy_error", "median " + shortest(report.energy_error.p50) + ", 99 % " +
                                                   shortest(report.energy_error.p99) + ", greatest " +
                                                   shortest(report.energy_error.max));

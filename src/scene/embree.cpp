@@ -82,7 +82,7 @@ EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector
     if (!device_) throw RunError("Embree: no device");
     try {
         scene_ = rtcNewScene(device_);
-        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+        rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | KAGERO_EMBREE_QUERY_FILTER));
         rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
             const bool is_sphere = surfaces[i].kind == Surface::Kind::sphere;

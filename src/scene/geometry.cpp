@@ -5,6 +5,7 @@
 #include "scene/embree.h"
 #include "scene/mesh.h"
 #include "scene/shading.h"
+#include "scene/value.h"
 
 #include <algorithm>
 #include <map>
@@ -130,8 +131,9 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
     const double farthest = std::max({scene.integrator.escape_radius, camera, length(bounds.lower), length(bounds.upper)});
     if (half <= 1e-12 * farthest) {
         throw InputError(scene.objects.front().place,
-                         "the objects together are smaller than 1e-12 of the distance to the camera or "
-                         "of integrator.escape_radius: enlarge them");
+                         "the objects together are " + written(half / farthest) +
+                             " times as large as the greatest of integrator.escape_radius and of the distances of camera and objects from "
+                             "space.center: expected more than 1e-12");
     }
     geometry.scale = std::scalbn(1.0, -(std::ilogb(half) + 1));
     for (std::size_t i = 0; i < 3; ++i) {

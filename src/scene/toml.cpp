@@ -86,7 +86,8 @@ Value parse_toml_value(const std::string& text, const Place& place) {
         if (document.items.size() != 1) throw InputError(place, "expected one value after '='");
         value = document.items.front();
     } catch (const toml::parse_error& error) {
-        if (!is_bare_word(text)) throw InputError(place, std::string(error.description()));
+        if (!is_bare_word(text))
+            throw InputError(place, std::string(error.description()) + "; words with commas, brackets or quotes go in quotes: 'KEY=\"…\"'");
         value.kind = Value::Kind::string;
         value.string = text;
     }

@@ -91,12 +91,16 @@ std::vector<std::string> stability_case_names() {
     return names;
 }
 
-std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
-                                        const std::function<void(const StabilityRow&)>& done, const std::atomic<bool>* stop) {
+void require_cases(const std::vector<std::string>& names) {
     const auto known = stability_case_names();
     for (const std::string& name : names)
         if (std::find(known.begin(), known.end(), name) == known.end())
             throw InputError("there is no case \"" + name + "\"" + suggestion(name, known));
+}
+
+std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
+                                        const std::function<void(const StabilityRow&)>& done, const std::atomic<bool>* stop) {
+    require_cases(names);
     std::vector<StabilityRow> rows;
     for (const Case& each : cases) {
         if (!names.empty() && std::find(names.begin(), names.end(), each.name) == names.end()) continue;

@@ -31,6 +31,8 @@ struct StabilityRequest {
 
 /// Names of all cases, in the order of the table.
 std::vector<std::string> stability_case_names();
+/// Throws InputError where a name is that of no case.
+void require_cases(const std::vector<std::string>& names);
 
 /// Runs the named cases, or all for none, in the order of the table; `done` is called after each, and none begins once `stop` is set.
 /// Throws InputError, with a near match, for a name that is none.

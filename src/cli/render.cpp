@@ -156,7 +156,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
-    options.energy_error = !arguments.json.empty() || holds_layers(output);  // both tell it
     const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
     if (arguments.pixel.empty()) {
         std::vector<NamedFile> outputs{{"-o", output}, {"--json", arguments.json}};
@@ -167,7 +166,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const bool whole = arguments.crop.empty();
     const std::uint32_t width = whole ? scene.film.width : options.crop[2] - options.crop[0],
                         height = whole ? scene.film.height : options.crop[3] - options.crop[1];
-    if (arguments.pixel.empty()) check_writable(output, scene.film.layers, width, height);
+    if (arguments.pixel.empty()) {
+        check_writable(output, scene.film.layers, width, height);
+        options.energy_error = !arguments.json.empty() || holds_layers(output);  // both tell it
+    }
     auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
 
     const auto plan = make_plan(std::move(scene), options);

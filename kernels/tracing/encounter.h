@@ -217,11 +217,12 @@ private:
         for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);
     }
 
-    /// Cuts a segment down, in double, to the cube ±far_away/2 around the scene; false when it misses it.
+    /// Cuts the part of a → b that is asked about down, in double, to the cube ±far_away/2 around the scene; false when it misses it.
     bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, V& begin, V& length) const {
         const double head[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
         const double tail[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
-        double enter = 0, leave = 1, org[3], dir[3];
+        const double first = double(get_lane(begin, i)), nearest = first + double(get_lane(length, i)) * double(segments.near[i]);
+        double enter = first, leave = 1, org[3], dir[3];
         for (int k = 0; k < 3; ++k) {
             org[k] = (head[k] - geometry_.shift[k]) * geometry_.scale, dir[k] = (tail[k] - head[k]) * geometry_.scale;
             const double half = 0.5 * double(far_away), u = (-half - org[k]) / dir[k], v = (half - org[k]) / dir[k];
@@ -231,7 +232,7 @@ private:
         if (!(enter < leave)) return false;
         const double rest = leave - enter;
         set_lane(begin, i, S(enter)), set_lane(length, i, S(rest));
-        segments.near[i] = float(std::clamp((double(segments.near[i]) - enter) / rest, 0.0, 1.0));
+        segments.near[i] = float(std::clamp((nearest - enter) / rest, 0.0, 1.0));
         for (int k = 0; k < 3; ++k) segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(rest * dir[k]);
         return true;
     }

@@ -66,12 +66,11 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
     return all;
 }
 
-/// As scripts give it whose variable is not set.
-const CLI::Validator not_empty([](std::string& text) { return text.empty() ? "an empty value" : ""; }, "");
-
 }  // namespace
 
 void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type) {
+    // As scripts give it whose variable is not set.
+    const CLI::Validator not_empty([](std::string& text) { return text.empty() ? "an empty value" : ""; }, "");
     verb.add_option(names, value, what)->type_name(type)->check(not_empty);
 }
 
@@ -93,7 +92,6 @@ void add_json(CLI::App& verb, Arguments& arguments) {
     verb.add_option("--json", arguments.json, "A report in JSON, on stdout or in FILE")
         ->expected(0, 1)
         ->default_str("-")
-        ->check(not_empty)
         ->type_name("[FILE]");
 }
 

@@ -5,6 +5,8 @@ target_compile_options(kagero_options INTERFACE
   -Wall -Wextra -Wshadow
   # Masks of the scalar strategy are plain bool, combined with the same & and | as those of packets.
   $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
+  # g++ 13 and newer take every reference that a function with a temporary argument returns for a part of it.
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,13>>:-Wno-dangling-reference>
   # Rounding is the same in scalar and packet code: products and sums fuse only where the source says mul_add.
   -ffp-contract=off
   # Not -fno-signed-zeros: with it g++ 12 breaks the signs of xsimd 8.1's sin and cos on AVX2.

@@ -16,6 +16,11 @@
 namespace kagero {
 
 template <class V>
+Vec3<double> lane_of(const Vec3<V>& v, int i) {
+    return {double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
+}
+
+template <class V>
 class Encounter {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
@@ -186,10 +191,9 @@ private:
         if (!left) return hits;
         leaving_ |= left;
         const auto meets = [&](int i, std::uint32_t on, std::uint32_t part, float where) {
-            const Vec3<double> start{double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
-            const Vec3<double> end{double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
             const double place = double(get_lane(length, i)) * double(where) + double(get_lane(begin, i));
-            return !leaves(level_of(geometry_.surfaces[on], part), start, end, place, double(get_lane(least, i)), ((first >> i) & 1) != 0);
+            return !leaves(level_of(geometry_.surfaces[on], part), lane_of(a, i), lane_of(b, i), place, double(get_lane(least, i)),
+                           ((first >> i) & 1) != 0);
         };
         return (hits & ~left) | query_carefully(geometry_.embree_scene, segments, left, meets);
     }

@@ -20,11 +20,6 @@ KAGERO_INLINE V sum_of_all(const State<V>& s, const Vec3<V>& v) {
     return (v.x + v.y + v.z) + (s.y[0] + s.y[1] + s.y[2]) + (s.y[3] + s.y[4] + s.y[5]);
 }
 
-template <class V>
-Vec3<double> lane_of(const Vec3<V>& v, int i) {
-    return {double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
-}
-
 /// The rays of one packet from start to end: `start`, as many a `step` as any of them needs, `finish`.
 template <class V>
 class PacketTracer {

@@ -76,7 +76,8 @@ struct Orbit {
             arriving = arriving | beyond, open = open & !beyond;
         }
         // From beyond the sphere back onto it: the angle to third order, until what second order leaves out is a rounding. ∂²V/∂u² is taken
-        // as (∂V/∂u)/u, as it is far out.
+        // as (∂V/∂u)/u, as it is far out. The last of it the midpoint rule goes, but where λ is wanted: of a ray that hardly turns that
+        // changes much in the smallest angle.
         const V rounding(S(0.125) * machine_epsilon<S>);
         MaskOf<V> moving = arriving;
         way.arrived = never<V>();
@@ -85,11 +86,15 @@ struct Orbit {
             const V second = fall / neg_mul_add(half, fall / m.w, m.w);
             const V third = fall / neg_mul_add(second, mul_add(V(S(1) / S(3)) * m.w * second, half / m.u, half), m.w);
             const V back = pick(moving, max(min(third, way.h), -way.h), zero);
-            Motion<V> next = m;
-            turn(system, coefficients, back, next);
-            m.take(next, moving);
             angle += back;
             const MaskOf<V> there = moving & (abs(back * back * back) <= rounding);
+            const MaskOf<V> turning = m.want_parameter ? moving : moving & !there;
+            if (any(turning)) {
+                Motion<V> next = m;
+                turn(system, coefficients, back, next);
+                m.take(next, turning);
+            }
+            if (!m.want_parameter) finish(system, m, back, rim, there);
             way.arrived = way.arrived | there, moving = moving & !there;
         }
         way.steps = steps;
@@ -239,24 +244,29 @@ private:
             scale = max(twice_energy, V(S(0.25)) * mul_add(m.u, m.u, m.w * m.w));
             surplus = scale - twice_energy, start = m.w * recip(m.u);
         }
-        bool kick = coefficients.kick_first;
-        for (const double fraction : coefficients.fractions) {
-            const V angle = h * V(S(fraction));
-            if (kick) {
-                const V slope = system.orbit().slope(m.u, m.g);
-                if constexpr (with_parameter) {
-                    const V rest = surplus + neg_mul_add(m.u, slope, twice_potential());
-                    gained = mul_add(angle, rest * recip(m.u * m.u), gained);
-                    if constexpr (Delaying<typename System::Hamiltonian>) delayed = mul_add(angle, delay(system, m.u), delayed);
-                }
-                m.w = neg_mul_add(angle, slope, m.w);
-            } else {
-                m.u = mul_add(angle, m.w, m.u);
+        const auto kick = [&](double fraction) __attribute__((always_inline)) {
+            const V angle = h * V(S(fraction)), slope = system.orbit().slope(m.u, m.g);
+            if constexpr (with_parameter) {
+                const V rest = surplus + neg_mul_add(m.u, slope, twice_potential());
+                gained = mul_add(angle, rest * recip(m.u * m.u), gained);
+                if constexpr (Delaying<typename System::Hamiltonian>) delayed = mul_add(angle, delay(system, m.u), delayed);
             }
-            kick = !kick;
-        }
+            m.w = neg_mul_add(angle, slope, m.w);
+        };
+        const auto drift = [&](double fraction) __attribute__((always_inline)) { m.u = mul_add(h * V(S(fraction)), m.w, m.u); };
+        const double *fraction = coefficients.fractions.data(), *const end = fraction + coefficients.fractions.size();
+        if (!coefficients.kick_first) drift(*fraction++);
+        for (; fraction + 1 < end; fraction += 2) kick(fraction[0]), drift(fraction[1]);
+        if (fraction < end) kick(*fraction);
         if constexpr (with_parameter)
             m.parameter += mul_add(start - m.w * recip(m.u) + gained, recip(scale), delayed) * recip(m.momentum);
+    }
+    /// By a small angle to where 1/r is `end`, in these lanes; not λ.
+    template <class System, class V>
+    KAGERO_INLINE static void finish(const System& system, Motion<V>& m, const V& angle, const V& end, const MaskOf<V>& lanes) {
+        const V middle = V(ScalarOf<V>(0.5)) * (m.u + end);
+        m.w = pick(lanes, neg_mul_add(angle, system.orbit().slope(middle, m.g), m.w), m.w);
+        m.u = pick(lanes, end, m.u);
     }
     /// What L dλ/dφ is more than 1/u².
     template <class System, class V>

@@ -23,30 +23,33 @@ namespace detail {
 template <class S>
 inline constexpr S greatest_loss = S(0.03);
 
-/// What the tracing loop wants to know of the end of a step. Not inlined, so that all kinds of step share it.
+/// What the tracing loop wants to know of a place on a ray's way.
 template <class System, class V>
-__attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
+KAGERO_INLINE void look_around(const System& system, Flow<V>& f, Waypoint<V>& at, const V& terms_before) {
     using S = ScalarOf<V>;
-    f.end.y[6] = f.start.y[6];
-    const Survey<V> here = system.survey(f.end);
-    f.end.velocity = here.velocity, f.end.energy_terms = here.terms;
-    f.end.domain = here.domain, f.end.captured = here.captured, f.end.side = here.side, f.end.scale = here.scale;
+    const Survey<V> here = system.survey(at);
+    at.velocity = here.velocity, at.energy_terms = here.terms;
+    at.domain = here.domain, at.captured = here.captured, at.side = here.side, at.scale = here.scale;
     if (f.capture_within < std::numeric_limits<S>::infinity())
-        f.end.captured = max(f.end.captured, norm(f.end.q()) - V(f.capture_within));
+        at.captured = max(at.captured, norm(at.q()) - V(f.capture_within));
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
-    const V terms = max(here.terms, f.start.energy_terms);
+    const V terms = max(here.terms, terms_before);
     f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite
     if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
-    if (f.want_path) f.energy = system.energy(f.end) + V(S(system.level()));
+    if (f.want_path) f.energy = system.energy(at) + V(S(system.level()));
 }
 
-/// … and of the start of a ray, which is the end of no step.
+/// At the end of a step. Not inlined, so that all kinds of step share it.
+template <class System, class V>
+__attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
+    f.end.y[6] = f.start.y[6];
+    look_around(system, f, f.end, f.start.energy_terms);
+}
+
+/// … and at the start of a ray, which is the end of no step.
 template <class System, class V>
 __attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
-    f.start.energy_terms = V(ScalarOf<V>(0));
-    f.end = f.start;
-    arrive(system, f);
-    f.start = f.end;
+    look_around(system, f, f.start, V(ScalarOf<V>(0)));
 }
 
 /// Whether this step is compiled for all called systems together.

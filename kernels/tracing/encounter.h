@@ -1,7 +1,7 @@
 /// The step just taken against the scene: which lanes hit what, and roughly where on the step.
 ///
-/// Most steps ask nothing: each lane carries a budget, a distance it may still go without meeting anything, taken from the clearance
-/// grid. Where the budget is short the dense output is cut into chords that stay within the tolerance and Embree is asked.
+/// Most steps ask nothing: each lane knows of a ball in which there is no surface, from the clearance grid. Where a step leads out of
+/// such balls the dense output is cut into chords that stay within the tolerance and Embree is asked.
 #pragma once
 
 #include "kernels/tracing/clearance.h"
@@ -30,6 +30,7 @@ public:
     std::uint32_t surface[W], primitive[W];
     V from = S(0), to = S(0);  ///< the piece of the step that was hit, as fractions
     V t = S(0);                ///< where on that piece's chord, from Embree
+    V place_on_surface = S(0);  ///< the same where that chord meets the surface itself, of rays near their start
     std::uint64_t ticks = 0;
 
     explicit Encounter(const Task<V>& task) : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
@@ -37,20 +38,20 @@ public:
         if (const ClearanceGrid* grid = geometry_.clearance) stretch_ = {V(S(grid->stretch[0])), V(S(grid->stretch[1])), V(S(grid->stretch[2]))};
     }
 
-    /// New ray in the lanes of `lanes`: nothing known yet, and the surface it stands on does not count.
+    /// New ray in the lanes of `lanes`: the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
-        budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_);
         queries_ = pick(from_bits<V>(lanes), V(S(0)), queries_);
         fresh_ |= lanes, leaving_ &= ~lanes;
     }
 
     /// Tests the step in `flow` for the lanes of `active`; returns those that hit.
     std::uint64_t meet(const Flow<V>& flow, std::uint64_t active) {
-        const std::uint64_t asking = spend(flow, active);
+        const Curve<V> curve = task_.curve(flow);
+        const std::uint64_t asking = in_doubt(curve, active);
         std::uint64_t hits = 0;
         if (asking) {
             const Stopwatch watch(timed_, ticks);
-            hits = ask(task_.curve(flow), asking);
+            hits = ask(curve, asking);
         }
         fresh_ &= ~active;
         return hits;
@@ -58,11 +59,8 @@ public:
 
     /// Where on their step lanes hit something, about: as fractions.
     V place() const { return mul_add(t, to - from, from); }
-    /// Lanes go back to where their step began, of which nothing is known any more; those of `at_start` to where their ray did.
-    void go_back(std::uint64_t lanes, std::uint64_t at_start) {
-        budget_ = pick(from_bits<V>(lanes), V(S(0)), budget_);
-        fresh_ |= at_start;
-    }
+    /// Lanes go back to where their ray began.
+    void start_again(std::uint64_t lanes) { fresh_ |= lanes; }
 
     /// What the lanes of `hits` met.
     Level<V> levels(std::uint64_t hits) const { return levels_of<V>(geometry_.surfaces, surface, primitive, hits); }
@@ -72,38 +70,24 @@ public:
         return ask_piece(flow.start.q(), flow.end.q(), V(S(0)), V(S(1)), active);
     }
 
-    /// How often the ray of a lane has been asked about.
-    std::uint32_t queries_of(int lane) const { return static_cast<std::uint32_t>(get_lane(queries_, lane)); }
+    /// How often the rays have been asked about.
+    const V& queries() const { return queries_; }
 
 private:
-    /// Lets every lane go its way on its budget; returns the lanes whose way may lead to a surface. Where a budget is short, the
-    /// clearance in the middle of the step tells more than that at its start: from there the ends are half as far.
-    std::uint64_t spend(const Flow<V>& flow, std::uint64_t active) {
+    /// The lanes of `active` whose step may lead to a surface. Where it leads out of the ball that is known to be clear, another is looked
+    /// for around the middle of the step, from where its ends are half as far as from each other. A ball is a part of space, and so stays
+    /// clear whatever becomes of its lane's ray.
+    std::uint64_t in_doubt(const Curve<V>& curve, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        const V reach = reach_of(flow) * V(spare);  // no shorter than the way to the step's end
-        const std::uint64_t short_of = active & ~to_bits(reach < budget_);
-        const MaskOf<V> going = from_bits<V>(active);  // others take their step again
-        budget_ = pick(going, budget_ - reach, budget_);
-        if (!short_of) return 0;
-        const Curve<V> curve = task_.curve(flow);
-        const Vec3<V> middle = curve.middle(), rest = stretched(flow.end.q() - middle);
-        const V clearance = clearance_at(*geometry_.clearance, stretched(middle)), shorter = max(clearance, V(S(0))) * V(1 / spare);
-        budget_ = pick(going, max(budget_, mul_add(-root(dot(rest, rest)), V(spare), clearance)), budget_);
-        return short_of & ~to_bits(curve.reach2(middle, stretch_) < shorter * shorter);
+        const std::uint64_t out_of_it = active & ~to_bits(curve.reach2(clear_middle_, stretch_) < clear_radius2_);
+        if (!out_of_it) return 0;
+        clear_middle_ = curve.middle();
+        const V radius = max(clearance_at(*geometry_.clearance, stretched(clear_middle_)), V(S(0))) * V(1 / spare);
+        clear_radius2_ = radius * radius;
+        return out_of_it & ~to_bits(curve.reach2(clear_middle_, stretch_) < clear_radius2_);
     }
 
     Vec3<V> stretched(const Vec3<V>& a) const { return {stretch_.x * a.x, stretch_.y * a.y, stretch_.z * a.z}; }
-
-    /// Greatest distance of any point of a step from its start, in the grid's stretched space.
-    V reach_of(const Flow<V>& f) const {
-        if (task_.own_curve) return root(task_.curve(f).reach2(f.start.q(), stretch_));
-        // Hermite's control points, relative to the first.
-        const V third = f.h * V(S(1.0 / 3));
-        const Vec3<V> way = stretched(f.end.q() - f.start.q()), last = retreat(way, third, stretched(f.end.velocity));
-        const Vec3<V> velocity = stretched(f.start.velocity);
-        const V first = third * third * dot(velocity, velocity);
-        return root(max(max(first, dot(last, last)), dot(way, way)));
-    }
 
     /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries those that the clearance in the middle
     /// of one does not tell to meet nothing: a piece's chord is no farther from there than the curve goes. Lanes wait for each other at
@@ -158,7 +142,7 @@ private:
         }
         queries_ = pick(from_bits<V>(now), queries_ + V(S(1)), queries_);
         std::uint64_t hits = query(geometry_.embree_scene, segments, now);
-        if (hits & near_start) hits = without_what_is_left(a, b, begin, length, segments, hits, near_start, first);
+        if (hits & near_start) hits = without_what_is_left(a, b, begin, length, segments, hits, hits & near_start, first);
         if (!hits) return 0;
         const MaskOf<V> here = from_bits<V>(hits);
         t = pick(here, places_of(segments, begin, length), t);
@@ -180,32 +164,39 @@ private:
         return mul_add(length, lanes_of<V>(place), begin);
     }
 
-    /// Of the rays of `near_start`, some of them in their `first` piece, the hits of what they leave do not count: Embree's floats do not tell
-    /// on which side of a surface they are so close to it. Those rays are asked again, with an eye to each surface.
+    /// Of the rays of `close` to their start, some of them in their `first` piece, the hits of what they leave do not count: Embree's floats do
+    /// not tell on which side of a surface they are so close to it. Those rays are asked again, with an eye to each surface.
     std::uint64_t without_what_is_left(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, Segments<W>& segments,
-                                       std::uint64_t hits, std::uint64_t near_start, std::uint64_t first) {
-        const std::uint64_t asked = hits & near_start;
+                                       std::uint64_t hits, std::uint64_t close, std::uint64_t first) {
         const V least = head_start(b - a);
-        const Level<V> levels = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, asked);
-        const std::uint64_t left = asked & to_bits(leaves(levels, a, b, places_of(segments, begin, length), least, from_bits<V>(first)));
+        const Level<V> levels = place_on_surfaces(a, b, begin, length, segments, close);
+        const std::uint64_t left = close & to_bits(leaves(levels, a, b, place_on_surface, least, from_bits<V>(first)));
         if (!left) return hits;
         leaving_ |= left;
         const auto meets = [&](int i, std::uint32_t on, std::uint32_t part, float where) {
-            const double place = double(get_lane(length, i)) * double(where) + double(get_lane(begin, i));
-            return !leaves(level_of(geometry_.surfaces[on], part), lane_of(a, i), lane_of(b, i), place, double(get_lane(least, i)),
-                           ((first >> i) & 1) != 0);
+            const double near = double(get_lane(length, i)) * double(where) + double(get_lane(begin, i));
+            const Level<double> level = level_of(geometry_.surfaces[on], part);
+            const Vec3<double> from_here = lane_of(a, i), to_here = lane_of(b, i);
+            return !leaves(level, from_here, to_here, chord_fraction(level, from_here, to_here, near), double(get_lane(least, i)), ((first >> i) & 1) != 0);
         };
-        return (hits & ~left) | query_carefully(geometry_.embree_scene, segments, left, meets);
+        const std::uint64_t again = query_carefully(geometry_.embree_scene, segments, left, meets);
+        if (again) place_on_surfaces(a, b, begin, length, segments, again);
+        return (hits & ~left) | again;
+    }
+    Level<V> place_on_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, const Segments<W>& segments, std::uint64_t hits) {
+        const Level<V> levels = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, hits);
+        place_on_surface = pick(from_bits<V>(hits), chord_fraction(levels, a, b, places_of(segments, begin, length)), place_on_surface);
+        return levels;
     }
 
-    /// Whether a → b leaves a surface that it seems to meet at `near`: it starts on it, or goes away from it; of a sphere, to where it meets that
+    /// Whether a → b leaves a surface that it seems to meet at `place`: it starts on it, or goes away from it; of a sphere, to where it meets that
     /// again beyond the fraction `least`. Only where it `may_start_there` a start within roundings counts as one on the surface.
     template <class W2>
-    MaskOf<W2> leaves(const Level<W2>& g, const Vec3<W2>& a, const Vec3<W2>& b, const W2& near, const W2& least,
+    MaskOf<W2> leaves(const Level<W2>& g, const Vec3<W2>& a, const Vec3<W2>& b, const W2& place, const W2& least,
                       const MaskOf<W2>& may_start_there) const {
         const W2 zero(0), height = g.value(a), size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + W2(ScalarOf<W2>(1 / geometry_.scale));
         const MaskOf<W2> on_it = may_start_there & (abs(height) <= W2(ScalarOf<W2>(4 * machine_epsilon<S>)) * size);
-        const W2 place = chord_fraction(g, a, b, near), away = height * g.slope(a, b - a);
+        const W2 away = height * g.slope(a, b - a);
         const MaskOf<W2> from_plane = on_it | (away >= zero), from_sphere = (place <= zero) | (on_it & (place <= least));
         return ((abs(g.a) <= zero) & from_plane) | ((abs(g.a) > zero) & from_sphere);
     }
@@ -265,7 +256,9 @@ private:
     Vec3<V> stretch_{S(1), S(1), S(1)};
     S tolerance_;
     bool chord_only_, timed_;
-    V budget_ = S(0), queries_ = S(0);
+    Vec3<V> clear_middle_{S(0), S(0), S(0)};
+    V clear_radius2_ = S(0);     ///< in the grid's stretched space
+    V queries_ = S(0);
     std::uint64_t fresh_ = 0;    ///< lanes of which no piece has been asked about
     std::uint64_t leaving_ = 0;  ///< lanes that were too close to a surface which they leave, in the piece before
 };

@@ -57,7 +57,7 @@ public:
     /// Tells what can be told only when no ray goes on.
     void finish() {
         if (!filled_) return;
-        tell_occupancy(filled_);
+        if (landing_) tell_occupancy(filled_);
         if (encounter_) counters_.query_ticks += encounter_->ticks;
         counters_.issued_iterations += flow_.issued_iterations * W;
     }
@@ -97,6 +97,7 @@ private:
     void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
     void write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure);
     void tell_iterations(int lane, const V& now);
+    float occupancy_so_far() const;
     void tell_occupancy(std::uint64_t lanes);
     void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
     V step_length() const { return bounds_steps_ ? bounded_step_length() : nominal_; }
@@ -122,7 +123,7 @@ private:
     std::uint8_t halvings_[W] = {};
     std::uint16_t all_halvings_[W] = {};
     std::uint8_t rejections_[W] = {};
-    std::uint32_t surface_[W], primitive_[W];
+    std::uint32_t surface_[W], primitive_[W];  ///< of lanes that have met one
     std::uint64_t fell_on_surface_ = 0;
     RayEnd* ends_[W];
     std::uint64_t numbers_[W];

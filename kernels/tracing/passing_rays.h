@@ -17,8 +17,8 @@ void PacketTracer<V>::pass() {
     steps_ = pick(here, way.steps, steps_);
     worst_energy_ = pick(here, flow_.energy_error, worst_energy_);
     const std::uint64_t arrived = usable & to_bits(way.arrived);
-    retire(flow_, arrived, Status::escaped);
     counters_.issued_lane_steps += way.issued_steps * W, counters_.active_lane_steps += way.active_lane_steps;
+    retire(flow_, arrived, Status::escaped);
     if (active_ == arrived) active_ = 0;
     else commit(usable, usable & ~arrived);
     note_direction(usable);

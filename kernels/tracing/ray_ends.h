@@ -128,9 +128,6 @@ void PacketTracer<V>::land_once(bool more) {
     retire(landing.flow, there & ~(hits | captured), Status::escaped);
     for (const int i : lanes_in(ended)) tell_iterations(i, iterations_after_);
     for (const int i : lanes_in(there)) ends_[i]->unrefined = (landing.unrefined >> i) & 1;
-    for (const int i : lanes_in(hits)) {
-        ends_[i]->surface = surface_[i], ends_[i]->primitive = primitive_[i];
-    }
     fell_on_surface_ &= ~(again | elsewhere);
     landing.clear();
     if (!elsewhere) return;
@@ -160,7 +157,7 @@ std::uint64_t PacketTracer<V>::go_back(std::uint64_t lanes) {
     steps_ = pick(here, steps_ - V(S(1)), steps_);
     flow_.open_iterations = pick(here, iterations_after_, flow_.open_iterations);
     note_direction(again);
-    if (encounter_) encounter_->go_back(again, again & to_bits(steps_ <= V(S(0))));
+    if (encounter_) encounter_->start_again(again & to_bits(steps_ <= V(S(0))));
     active_ |= again, repeated_ |= again;
     restart(again, whole.h * V(S(0.5)));
     return again;
@@ -196,18 +193,24 @@ void PacketTracer<V>::write_ends(const Flow<V>& f, std::uint64_t lanes, Status s
     for (int k = 0; k < 6; ++k) to_doubles(f.end.y[k], y[k]);
     to_doubles(along.x, v[0]), to_doubles(along.y, v[1]), to_doubles(along.z, v[2]);
     to_doubles(f.start.y[6], pt), to_doubles(f.end.parameter, parameter), to_doubles(worst_energy_, energy);
+    const V steps = steps_, gradients = f.gradients, queries = encounter_ ? encounter_->queries() : V(S(0));
+    const bool on_surface = status == Status::hit;
+    const float occupancy = occupancy_so_far();
+    Counters counted{};
     for (const int i : lanes_in(lanes)) {
         RayEnd& e = *ends_[i];
         e = {.q = {y[0][i], y[1][i], y[2][i]}, .p = {y[3][i], y[4][i], y[5][i]}, .v = {v[0][i], v[1][i], v[2][i]}, .pt = pt[i],
-             .parameter = parameter[i], .energy_error = energy[i], .steps = static_cast<std::uint32_t>(get_lane(steps_, i)),
-             .gradients = static_cast<std::uint32_t>(get_lane(f.gradients, i)), .iterations = 0,
-             .queries = encounter_ ? encounter_->queries_of(i) : 0, .occupancy = 0, .surface = 0, .primitive = 0, .status = status,
-             .failure = failure, .unrefined = false};
-        if (flow_.issued_iterations > 0) tell_iterations(i, flow_.open_iterations);
-        counters_.steps += e.steps, counters_.gradients += e.gradients, counters_.queries += e.queries;
-        // A failed ray ends where its last good step did, which has been reported.
-        if (job_.path_sink && e.steps > 0 && status != Status::failed) report_path(f, std::uint64_t(1) << i, false);
+             .parameter = parameter[i], .energy_error = energy[i], .steps = static_cast<std::uint32_t>(get_lane(steps, i)),
+             .gradients = static_cast<std::uint32_t>(get_lane(gradients, i)), .iterations = 0,
+             .queries = static_cast<std::uint32_t>(get_lane(queries, i)), .occupancy = occupancy, .surface = on_surface ? surface_[i] : 0,
+             .primitive = on_surface ? primitive_[i] : 0, .status = status, .failure = failure, .unrefined = false};
+        counted.steps += e.steps, counted.gradients += e.gradients, counted.queries += e.queries;
     }
+    counters_.steps += counted.steps, counters_.gradients += counted.gradients, counters_.queries += counted.queries;
+    if (flow_.issued_iterations > 0)
+        for (const int i : lanes_in(lanes)) tell_iterations(i, flow_.open_iterations);
+    // A failed ray ends where its last good step did, which has been reported.
+    if (job_.path_sink && status != Status::failed) report_path(f, lanes & to_bits(steps > V(S(0))), false);
 }
 
 /// Counts what a ray needed; where it has waited, again, without what idle lanes count on to.
@@ -219,11 +222,17 @@ void PacketTracer<V>::tell_iterations(int lane, const V& now) {
     counters_.active_iterations += iterations;
 }
 
-/// Tells the rays of lanes how full their packet was; not part of what ends a ray, because the packet goes on without it.
+/// How full the packet was.
+template <class V>
+float PacketTracer<V>::occupancy_so_far() const {
+    const std::uint64_t issued = counters_.issued_lane_steps - issued_before_;
+    return issued > 0 ? float(double(counters_.active_lane_steps - active_before_) / double(issued)) : 0;
+}
+
+/// Tells it to the rays of lanes: their packet has gone on without them.
 template <class V>
 void PacketTracer<V>::tell_occupancy(std::uint64_t lanes) {
-    const std::uint64_t issued = counters_.issued_lane_steps - issued_before_;
-    const float occupancy = issued > 0 ? float(double(counters_.active_lane_steps - active_before_) / double(issued)) : 0;
+    const float occupancy = occupancy_so_far();
     for (const int i : lanes_in(lanes)) ends_[i]->occupancy = occupancy;
 }
 

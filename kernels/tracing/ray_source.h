@@ -17,12 +17,13 @@ inline constexpr std::uint64_t all_lanes = W == 64 ? ~std::uint64_t(0) : (std::u
 template <int W>
 struct RayStarts {
     alignas(64) double y[7][W];  ///< x y z px py pz pt
-    Failure failure[W] = {};
-    std::uint64_t captured, escaped;  ///< lanes as RayStart says of one ray
+    std::uint64_t captured, escaped, failed;  ///< lanes as RayStart says of one ray
+    Failure failure[W];                       ///< of those that failed
 
     void put(int lane, const RayStart& ray) {
         for (int k = 0; k < 3; ++k) y[k][lane] = ray.q[k], y[3 + k][lane] = ray.p[k];
         y[6][lane] = ray.pt, failure[lane] = ray.failure;
+        failed |= std::uint64_t(ray.failure != Failure::none) << lane;
         captured |= std::uint64_t(ray.captured) << lane, escaped |= std::uint64_t(ray.escaped) << lane;
     }
     /// Lanes that are not of `lanes` follow one that is.
@@ -50,8 +51,7 @@ void look(const CameraRays& from, const double (&x)[W], const double (&y)[W], Ra
         for (int k = 0; k < 3; ++k) rays.y[k][i] = c.position[k], rays.y[3 + k][i] = p[k] * scale;
         rays.y[6][i] = p[3] * scale;
     }
-    rays.captured = rays.escaped = 0;
-    for (Failure& failure : rays.failure) failure = Failure::none;
+    rays.captured = rays.escaped = rays.failed = 0;
     if (map.pt > 0 && map.sky_alone)
         for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[6][i] > 0)) << i;
 }
@@ -97,7 +97,7 @@ public:
         if (job_.camera) {
             look(*job_.camera, middle_x, middle_y, starts);
         } else {
-            starts.captured = starts.escaped = 0;
+            starts.captured = starts.escaped = starts.failed = 0;
             for (const int i : lanes_in(taken)) starts.put(i, job_.rays[numbers[i]]);
         }
         return taken;

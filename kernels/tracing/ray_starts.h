@@ -73,19 +73,17 @@ void PacketTracer<V>::put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& fl
 template <class V>
 void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     std::uint64_t usable = lanes & to_bits(is_finite(sum_of_all(flow_.start, flow_.start.velocity)));
-    for (int i = 0; i < W; ++i) usable &= ~(std::uint64_t(starts.failure[i] != Failure::none) << i);
-    usable &= ~(starts.captured | starts.escaped);
+    usable &= ~(starts.captured | starts.escaped | starts.failed);
     const std::uint64_t away =
         usable & to_bits(leaves_space(flow_.start.q(), flow_.start.velocity) | (flow_.start.domain <= V(S(0))));
     const std::uint64_t captured = usable & ~away & to_bits(flow_.start.captured <= V(S(0)));
     report_path(flow_, away | captured, true);
     for (const int i : lanes_in(lanes & ~usable)) {
         const std::uint64_t lane = std::uint64_t(1) << i;
-        const Failure failure = starts.failure[i];
         if (starts.captured & lane) retire(flow_, lane, Status::captured);
         else if (starts.escaped & lane) retire_far_out(starts, i);
         else {
-            retire(flow_, lane, Status::failed, failure == Failure::none ? Failure::singular_start : failure);
+            retire(flow_, lane, Status::failed, starts.failed & lane ? starts.failure[i] : Failure::singular_start);
             ends_[i]->energy_error = std::numeric_limits<double>::quiet_NaN();  // of no ray
         }
     }

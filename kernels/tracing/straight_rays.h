@@ -16,7 +16,8 @@ void PacketTracer<V>::end_straight() {
     std::uint64_t hits = encounter_ ? encounter_->meet_straight(flow_, leaving) : 0;
     V fraction(S(0));
     if (hits) {
-        fraction = chord_fraction(encounter_->levels(hits), from, to, encounter_->t);
+        std::copy_n(encounter_->surface, W, surface_), std::copy_n(encounter_->primitive, W, primitive_);
+        fraction = encounter_->place_on_surface;
         hits &= ~to_bits(is_beyond(advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
     if (hits != leaving)
@@ -24,13 +25,10 @@ void PacketTracer<V>::end_straight() {
     flow_.end.set(advance(from, fraction, to - from), flow_.start.p());
     flow_.end.parameter = fraction * flow_.h;
     steps_ = pick(from_bits<V>(leaving), V(S(1)), steps_);
-    retire(flow_, hits, Status::hit);
-    retire(flow_, leaving & ~hits, Status::escaped);
-    for (const int i : lanes_in(hits)) {
-        ends_[i]->surface = encounter_->surface[i], ends_[i]->primitive = encounter_->primitive[i];
-    }
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));
+    retire(flow_, hits, Status::hit);
+    retire(flow_, leaving & ~hits, Status::escaped);
     active_ &= ~leaving;
     nominal_ = pick(from_bits<V>(leaving), V(S(0)), nominal_), flow_.h = pick(from_bits<V>(leaving), V(S(0)), flow_.h);
 }

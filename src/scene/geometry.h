@@ -28,7 +28,7 @@ public:
         std::uint32_t clearance;  ///< cells along the longest edge of a grid of distances to the nearest surface; none if the scene culls nothing
         bool textures;            ///< what colours of surfaces and skies with images need
     };
-    static constexpr Parts everything{64, true};
+    static constexpr Parts everything{48, true};
 
     /// Loads meshes and textures, builds everything wanted. Throws InputError for data that cannot be used.
     explicit SceneGeometry(const SceneDescription& scene, const Parts& wanted = everything);

@@ -170,6 +170,23 @@ TEST_F(Cli, TraceEndsAtAParameter) {
     EXPECT_EQ(lines_of(path.out).back().find(",0.75,"), lines_of(path.out).back().find(',', 2)) << path.out;
 }
 
+TEST_F(Cli, RaysWithoutAPathAreTold) {
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n0,-2,0,0,0,0\n");
+    const Outcome outcome = run("trace hole.toml --rays rays.csv --path");
+    ASSERT_EQ(outcome.status, 0);
+    EXPECT_EQ(outcome.out.find("\n1,"), std::string::npos);
+    EXPECT_NE(outcome.err.find("1 ray has no path: ray 1 fails where it starts: the direction has length zero"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Cli, CheckReports) {
+    const Outcome outcome = run("check hole.toml --json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    EXPECT_EQ(report["valid"], true);
+    EXPECT_EQ(report["hamiltonian"], "schwarzschild");
+    EXPECT_TRUE(report["remarks"].empty());
+}
+
 TEST_F(Cli, RaysThatPassTheEscapeSphereByEscape) {
     // From beyond a sphere of radius 50: one misses it, one crosses it and is delivered onto it.
     write("rays.csv", "x,y,z,dx,dy,dz\n100,60,0,-1,0,0\n100,30,0,-1,0,0\n");

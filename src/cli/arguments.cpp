@@ -66,12 +66,19 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
     return all;
 }
 
+/// Empty as scripts give it whose variable is not set, or another option where a value was forgotten.
+CLI::Validator a_value() {
+    const auto what_is_wrong = [](std::string& text) -> std::string {
+        if (text.empty()) return "an empty value";
+        return text.starts_with("--") ? "its value is missing: " + text + " follows" : "";
+    };
+    return {what_is_wrong, ""};
+}
+
 }  // namespace
 
 void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type) {
-    // As scripts give it whose variable is not set.
-    const CLI::Validator not_empty([](std::string& text) { return text.empty() ? "an empty value" : ""; }, "");
-    verb.add_option(names, value, what)->type_name(type)->check(not_empty);
+    verb.add_option(names, value, what)->type_name(type)->check(a_value());
 }
 
 void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what, const std::string& type) {

@@ -1,5 +1,6 @@
 // kagero check: is the scene right?
 #include "cli/verb.h"
+#include "report/explanation.h"
 
 #include <ostream>
 
@@ -9,6 +10,7 @@ namespace {
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
+    add_json(app, arguments);
     add_machine(app, arguments);
     add_lanes(app, arguments);
     add_messages(app, arguments);
@@ -17,12 +19,13 @@ void declare(CLI::App& app, Arguments& arguments) {
 int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     // Making the plan reads meshes and textures too, and refuses what cannot be integrated.
-    const auto plan = make_plan(scene_of(arguments, options), options);
+    SceneDescription scene = scene_of(arguments, options);
+    check_outputs({{"--json", arguments.json}}, files_of(scene));
+    const auto plan = make_plan(std::move(scene), options);
     for (const std::string& remark : plan->remarks) terminal.warning(remark);
-    write_output("-", [&](std::ostream& out) {
-        out << arguments.scene << ": valid (" << plan->scene.space.hamiltonian << ", " << plan->scene.integrator.method << ", "
-            << plan->scene.objects.size() << " objects, " << plan->scene.film.width << "x" << plan->scene.film.height << ")\n";
-    });
+    const bool json = !arguments.json.empty();
+    const std::string text = json ? validity_json(*plan) : validity_text(*plan);
+    write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
     return exit_done;
 }
 

@@ -44,6 +44,12 @@ void refuse_leftovers(const CLI::App& app) {
     throw InputError(app.get_name() + " has no option \"" + word + "\"" + suggestion(word, known));
 }
 
+/// The library takes an empty word for none.
+void refuse_empty_json(const CLI::App& verb, const Arguments& arguments) {
+    const CLI::Option* json = verb.get_option_no_throw("--json");
+    if (json && json->count() > 0 && arguments.json.empty()) throw InputError("--json: an empty value");
+}
+
 /// `--json` takes a file if one follows, so in `render --json room.toml` it took the scene. Give it back.
 void return_what_json_took(Arguments& arguments, const std::string& verb) {
     std::string& wanted = verb == "list" ? arguments.topic : arguments.scene;
@@ -80,6 +86,7 @@ int run(int argc, char** argv, Arguments& arguments) {
     if (chosen.empty()) throw InputError("what shall be done? `kagero --help` shows the verbs");
     refuse_leftovers(*chosen.front());
     require_one_of("--color", arguments.color, {"auto", "always", "never"});
+    refuse_empty_json(*chosen.front(), arguments);
     return_what_json_took(arguments, chosen.front()->get_name());
     const auto verb =
         std::find_if(std::begin(verbs), std::end(verbs), [&](const Verb* v) { return chosen.front()->get_name() == v->name; });

@@ -43,4 +43,22 @@ std::string explanation_json(const Plan& plan, const Explanation& explanation) {
     return text_of(json);
 }
 
+std::string validity_text(const Plan& plan) {
+    const SceneDescription& scene = plan.scene;
+    return scene.path + ": valid (" + scene.space.hamiltonian + ", " + scene.integrator.method + ", " + std::to_string(scene.objects.size()) +
+           " objects, " + std::to_string(scene.film.width) + "x" + std::to_string(scene.film.height) + ")\n";
+}
+
+std::string validity_json(const Plan& plan) {
+    const SceneDescription& scene = plan.scene;
+    return text_of({{"scene", scene.path},
+                    {"valid", true},
+                    {"hamiltonian", scene.space.hamiltonian},
+                    {"integrator", scene.integrator.method},
+                    {"objects", scene.objects.size()},
+                    {"width", scene.film.width},
+                    {"height", scene.film.height},
+                    {"remarks", plan.remarks}});
+}
+
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// The plan of a run as text and JSON.
+/// The plan of a run, and that a scene is valid, as text and JSON.
 #pragma once
 
 #include "render/explain.h"
@@ -7,5 +7,9 @@ namespace kagero {
 
 std::string explanation_text(const Plan& plan, const Explanation& explanation);
 std::string explanation_json(const Plan& plan, const Explanation& explanation);
+
+/// "SCENE: valid (…)".
+std::string validity_text(const Plan& plan);
+std::string validity_json(const Plan& plan);
 
 }  // namespace kagero

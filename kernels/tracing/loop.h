@@ -70,6 +70,7 @@ private:
     static void put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow);
     void enter(const RayStarts<W>& starts, std::uint64_t lanes);
     void advance_once();
+    std::uint64_t stopped(std::uint64_t moving) const;
     std::uint64_t leave(std::uint64_t moving);
     std::uint64_t repeat_to_crease(std::uint64_t moving);
     V length_to_crease(std::uint64_t lanes, const V& first);
@@ -84,6 +85,7 @@ private:
     void retire_far_out(const RayStarts<W>& starts, int lane);
     void make_harmless(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
+    void forget_repetitions(std::uint64_t lanes);
     std::uint64_t wait_for_surface(std::uint64_t hits);
     std::uint64_t excursions(std::uint64_t lanes, V& exit, V& farthest) const;
     void leave_sphere(std::uint64_t lanes);
@@ -140,7 +142,7 @@ private:
 
 /// Whether places lie on the escape sphere or beyond it; or on that of the other universe.
 template <class V>
-MaskOf<V> PacketTracer<V>::reaches_sphere(const Vec3<V>& q) const {
+KAGERO_INLINE MaskOf<V> PacketTracer<V>::reaches_sphere(const Vec3<V>& q) const {
     const V square = dot(q, q);
     const MaskOf<V> outer = square >= V(S(job_.escape_radius) * S(job_.escape_radius));
     if (!(job_.inner_escape_radius > 0)) return outer;
@@ -181,8 +183,18 @@ void PacketTracer<V>::advance_once() {
         worst_energy_ = pick(meant, max(worst_energy_, flow_.energy_error), worst_energy_);
     }
     const std::uint64_t staying = moving & ~leave(moving);
-    report_path(flow_, staying, false);
+    if (job_.path_sink) report_path(flow_, staying, false);
     commit(moving, staying);
+}
+
+/// The lanes of `moving` whose step may have led to where a ray ends by itself, without meeting a surface, or reached its limits.
+template <class V>
+KAGERO_INLINE std::uint64_t PacketTracer<V>::stopped(std::uint64_t moving) const {
+    if (std::isfinite(job_.parameter_limit)) return moving;
+    MaskOf<V> going = (!reaches_sphere(flow_.end.q())) & (steps_ < V(std::min(S(job_.max_steps), most_counted)));
+    if (task_.kernel.bounded) going = going & (flow_.end.domain > V(S(0)));
+    if (task_.kernel.capturing) going = going & (flow_.end.captured > V(S(0)));
+    return moving & ~to_bits(going);
 }
 
 /// The lanes of `moving` whose rays end with this step: they wait for landing, or are retired at once.
@@ -194,11 +206,13 @@ std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
     V exit, farthest;
     std::uint64_t away = moving & outward_ & ~outward;
     if (away) away = excursions(away, exit, farthest);
-    if (encounter_) {
-        std::uint64_t hits = encounter_->meet(flow_, moving);
-        if (away & hits) hits &= ~(away & to_bits(exit < encounter_->place()));
-        staying &= ~wait_for_surface(hits);
+    std::uint64_t hits = encounter_ ? encounter_->meet(flow_, moving) : 0;
+    if (!(hits | away | stopped(moving))) {
+        outward_ = (outward_ & ~moving) | (outward & moving);
+        return 0;
     }
+    if (away & hits) hits &= ~(away & to_bits(exit < encounter_->place()));
+    staying &= ~wait_for_surface(hits);
     if (away &= staying) {
         landing_->wait(away, sphere_level(V(S(job_.escape_radius))), V(S(0)), farthest, exit);
         landing_->take(flow_, away);
@@ -237,6 +251,12 @@ void PacketTracer<V>::note_direction(std::uint64_t lanes) {
 /// The step of `lanes` becomes the start of the next for those that stay.
 template <class V>
 void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
+    if (staying == all_lanes<W>) {
+        task_.go_on(flow_);
+        flow_.h = step_length();
+        forget_repetitions(staying);
+        return;
+    }
     if (const std::uint64_t leaving = lanes & ~staying) {
         active_ &= ~leaving;
         iterations_after_ = pick(from_bits<V>(leaving), flow_.open_iterations, iterations_after_);
@@ -245,9 +265,14 @@ void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
     const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
     task_.go_on(flow_, go);
     flow_.h = pick(go | done, step_length(), flow_.h);
-    for (const int i : lanes_in(staying & repeated_))
+    forget_repetitions(staying);
+}
+
+template <class V>
+void PacketTracer<V>::forget_repetitions(std::uint64_t lanes) {
+    for (const int i : lanes_in(lanes & repeated_))
         halvings_[i] = rejections_[i] = 0;
-    repeated_ &= ~staying;
+    repeated_ &= ~lanes;
 }
 
 }  // namespace kagero

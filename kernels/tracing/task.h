@@ -44,11 +44,20 @@ struct Task {
         (straight ? kernel.step_straight : kernel.step[kind()])(system, f, method.coefficients);
     }
     void pass(Flow<V>& f, Passage<V>& way) const { kernel.pass[kind()](system, f, method.coefficients, way); }
-    /// The end of a step becomes the start of the next.
-    void go_on(Leg<V>& f, const MaskOf<V>& lanes) const {
+    /// The end of a step becomes the start of the next, in these lanes, or in all.
+    void go_on(Leg<V>& f, const MaskOf<V>& lanes) const { go_on_by(f, CopyLanes<V>{lanes}); }
+    void go_on(Leg<V>& f) const {
+        go_on_by(f, [](V& to, const V& from) __attribute__((always_inline)) { to = from; });
+    }
+    int kind() const { return static_cast<int>(method.kind); }
+    /// Dense output of the step in `f`.
+    Curve<V> curve(const Flow<V>& f) const { return own_curve ? own_curve(f, method.coefficients) : Curve<V>::hermite(f); }
+
+private:
+    template <class Copy>
+    KAGERO_INLINE void go_on_by(Leg<V>& f, const Copy& go) const {
         Waypoint<V>& here = f.start;
         const Waypoint<V>& there = f.end;
-        const CopyLanes<V> go{lanes};
         Waypoint<V>::each_of_motion(here, there, go);
         go(here.energy_terms, there.energy_terms);
         if (carries)
@@ -58,9 +67,6 @@ struct Task {
         if (kernel.scaled) go(here.scale, there.scale);
         if (kernel.creased) go(here.side, there.side);
     }
-    int kind() const { return static_cast<int>(method.kind); }
-    /// Dense output of the step in `f`.
-    Curve<V> curve(const Flow<V>& f) const { return own_curve ? own_curve(f, method.coefficients) : Curve<V>::hermite(f); }
 };
 
 }  // namespace kagero

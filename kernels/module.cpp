@@ -62,24 +62,41 @@ template <class V>
 constexpr KernelInfo kernel_of(Strategy strategy, Precision precision) {
     return {strategy, precision, Form::none, lane_count<V>, ValueTraits<V>::registers, trace_entry<V>, nullptr};
 }
-template <class V, std::uint32_t lanes>
-constexpr KernelInfo gang_of(Precision precision) {
-    return {Strategy::packet, precision, Form::gang, lanes, ValueTraits<V>::registers * lanes / lane_count<V>, trace_entry<V, lanes>, nullptr};
-}
-/// Those that serve every space first: of each strategy and precision the first is the one that is taken unasked.
-constexpr KernelInfo kernel_infos[] = {
-    kernel_of<PacketDouble>(Strategy::packet, Precision::float64),
-    kernel_of<PacketFloat>(Strategy::packet, Precision::float32),
-    kernel_of<double>(Strategy::scalar, Precision::float64),
-    kernel_of<float>(Strategy::scalar, Precision::float32),
-    gang_of<PacketDouble, 128>(Precision::float64),
-    gang_of<PacketDouble, 256>(Precision::float64),
-    gang_of<PacketFloat, 128>(Precision::float32),
-    gang_of<PacketFloat, 256>(Precision::float32),
-#define KAGERO_WAY(WAY) compared_kernel_of<WAY>(),
+
+/// A list that is filled at compile time.
+struct Kernels {
+    KernelInfo list[64]{};
+    std::uint32_t count = 0;
+
+    constexpr void add(const KernelInfo& kernel) { list[count++] = kernel; }
+    template <class V, int... lanes>
+    constexpr void add_gangs(Precision precision, std::integer_sequence<int, lanes...>) {
+        const auto add_gang = [&]<int rays>() {
+            constexpr std::uint32_t packets = rays / lane_count<V>;
+            if (packets > 1) add({Strategy::packet, precision, Form::gang, rays, ValueTraits<V>::registers * packets, gang_entry<V, rays>, nullptr});
+        };
+        (add_gang.template operator()<lanes>(), ...);
+    }
+};
+using GangLengths = std::integer_sequence<int,
+#include "gangs.inc"
+                                          >;
+
+/// Those that serve every space first: of each strategy and precision the first is the one that is taken unasked. Gangs last: they stand in
+/// for packets of their width.
+constexpr Kernels kernels = [] {
+    Kernels all;
+    all.add(kernel_of<PacketDouble>(Strategy::packet, Precision::float64));
+    all.add(kernel_of<PacketFloat>(Strategy::packet, Precision::float32));
+    all.add(kernel_of<double>(Strategy::scalar, Precision::float64));
+    all.add(kernel_of<float>(Strategy::scalar, Precision::float32));
+#define KAGERO_WAY(WAY) all.add(compared_kernel_of<WAY>());
     KAGERO_WAYS(KAGERO_WAY)
 #undef KAGERO_WAY
-};
+    all.add_gangs<PacketDouble>(Precision::float64, GangLengths{});
+    all.add_gangs<PacketFloat>(Precision::float32, GangLengths{});
+    return all;
+}();
 
 /// Calls visit.operator()<H>() with the Hamiltonian of an index; `formula` has no type of its own and is served before.
 template <class Visit>
@@ -199,8 +216,8 @@ const Module module{
     .hamiltonian_count = std::size(hamiltonian_infos),
     .integrators = integrator_infos.data(),
     .integrator_count = integrator_infos.size(),
-    .kernels = kernel_infos,
-    .kernel_count = std::size(kernel_infos),
+    .kernels = kernels.list,
+    .kernel_count = kernels.count,
     .refusal = refusal,
     .straight = is_straight,
     .far_side = far_side,

@@ -163,6 +163,20 @@ TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
     EXPECT_GT(report["rows"].size(), 2u);
 }
 
+// By packets of that width, or by several in lockstep.
+TEST_F(CompareVerb, SixteenLanesAndMoreThereAreInEverySpace) {
+    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n"
+                      "[film]\nsize = [24, 20]\n[sky]\nchecker = true\n");
+    ASSERT_EQ(run("render air.toml -o usual.pfm --quiet --precision double").status, 0);
+    const std::string usual = read("usual.pfm");
+    for (const char* lanes : {"16", "32", "64", "128", "256"}) {
+        const Outcome outcome = run(std::string("render air.toml -o lanes.pfm --quiet --precision double --json --lanes ") + lanes);
+        ASSERT_EQ(outcome.status, 0) << lanes << ": " << outcome.err;
+        EXPECT_EQ(json::parse(outcome.out)["lanes"], std::stoi(lanes));
+        EXPECT_EQ(read("lanes.pfm"), usual) << lanes;
+    }
+}
+
 TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 1").status, 0);
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 128").status, 0);

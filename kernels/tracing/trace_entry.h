@@ -23,9 +23,13 @@ const SpaceKernel<V>& space_of(const Job& job) {
     return kernels[job.hamiltonian](job);
 }
 
-/// Traces a tile of a job with the kernel of its Hamiltonian, so many rays in lockstep: a packet's, or a gang's. Behind `KernelInfo::trace`.
-template <class V, int lanes = lane_count<V>>
+/// Traces a tile of a job with the kernel of its Hamiltonian, a packet's rays in lockstep. Behind `KernelInfo::trace`, as the next.
+template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
+
+/// … and so many rays in lockstep, several packets.
+template <class V, int lanes>
+void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 
 /// Traces a tile with a kernel, packet by packet.
 template <class V>

@@ -55,10 +55,19 @@ void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, 
     trace_tile(Task<V>(job, kernel, is_straight(job.hamiltonian, job.parameters)), tile, ends, counters);
 }
 
-template <class V, int lanes>
+template <int packets, class V>
+void trace_job(const Job& job, const Tile& tile, RayEnd* ends, Counters& counters) {
+    const Task<V> task(job, space_of<V>(job), is_straight(job.hamiltonian, job.parameters));
+    trace_tile<packets>(task, tile, ends, counters);
+}
+template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    const Task<V> task(*job, space_of<V>(*job), is_straight(job->hamiltonian, job->parameters));
-    trace_tile<lanes / lane_count<V>>(task, *tile, ends, *counters);
+    trace_job<1, V>(*job, *tile, ends, *counters);
+}
+template <class V, int lanes>
+void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
+    // A gang of one packet, or of less, is none: no list has it.
+    if constexpr (lanes > lane_count<V>) trace_job<lanes / lane_count<V>, V>(*job, *tile, ends, *counters);
 }
 
 }  // namespace kagero

@@ -94,8 +94,11 @@ private:
 bool Comparer::wanted(const KernelInfo& kernel) const {
     if (options_.strategy && kernel.strategy != *options_.strategy) return false;
     if (options_.precision && kernel.precision != *options_.precision) return false;
-    const bool width = options_.lanes.empty() || std::count(options_.lanes.begin(), options_.lanes.end(), kernel.lanes) > 0;
-    return width || kernel.strategy == Strategy::per_ray;
+    if (kernel.strategy == Strategy::per_ray) return true;
+    // Unasked no gang as short as a packet may be.
+    constexpr std::uint32_t hundred = 100;
+    if (options_.lanes.empty()) return kernel.form != Form::gang || kernel.lanes > hundred;
+    return std::count(options_.lanes.begin(), options_.lanes.end(), kernel.lanes) > 0;
 }
 
 std::string words_for(const Plan& plan, const KernelInfo& kernel) {

@@ -95,9 +95,9 @@ bool Comparer::wanted(const KernelInfo& kernel) const {
     if (options_.strategy && kernel.strategy != *options_.strategy) return false;
     if (options_.precision && kernel.precision != *options_.precision) return false;
     if (kernel.strategy == Strategy::per_ray) return true;
-    // Unasked no gang as short as a packet may be.
-    constexpr std::uint32_t hundred = 100;
-    if (options_.lanes.empty()) return kernel.form != Form::gang || kernel.lanes > hundred;
+    // Unasked no gang that is as short as a packet may be.
+    constexpr std::uint32_t longest_packet = 64;  // four registers of sixteen floats
+    if (options_.lanes.empty()) return kernel.form != Form::gang || kernel.lanes > longest_packet;
     return std::count(options_.lanes.begin(), options_.lanes.end(), kernel.lanes) > 0;
 }
 

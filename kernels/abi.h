@@ -106,13 +106,12 @@ struct Surface {
     double radius;
 };
 
-/// Lower bounds of the distance from the centres of cubic cells to the nearest surface.
+/// Boxes without a surface, found by the cell of a grid that a place is in. All surfaces lie within the grid.
 struct ClearanceGrid {
-    const float* distance;  ///< x fastest
+    const float* box;       ///< of each cell, x fastest: which of `boxes`
+    const float* boxes;     ///< six numbers each, in cells from the origin: lower x, y, z, upper x, y, z. The first six are what lies beyond the grid's faces
     std::uint32_t cells[3];
-    double stretch[3];      ///< of the Hamiltonian's coordinates, so that a flat scene fills a cube; all lengths here are of stretched space
-    double origin[3];
-    double cell;            ///< edge of a cell
+    double origin[3], cell[3];  ///< where the first cell begins; edges of a cell
 };
 
 /// What rays can meet. Embree works in float on coordinates shifted and scaled to order one: e = (q − shift) · scale.

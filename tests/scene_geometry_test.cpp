@@ -135,8 +135,30 @@ TEST_F(SceneSurfaces, RefusesObjectsThatFloatCannotTell) {
     EXPECT_THROW(SceneGeometry(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 1e-20\n")), InputError);
 }
 
-/// No cell promises more than the true distance from any of its points, and most promise nearly all of it.
-TEST_F(SceneSurfaces, ClearanceIsALowerBound) {
+ClearBox<double> box_at(const ClearanceGrid& grid, const Double3& q) {
+    ClearBox<double> box;
+    box.move(grid, {q[0], q[1], q[2]}, 1);
+    return box;
+}
+
+/// Nearest and farthest distance from c to a box.
+std::array<double, 2> distances_to(const ClearBox<double>& box, const Double3& c) {
+    const double lower[3] = {box.lower.x, box.lower.y, box.lower.z}, upper[3] = {box.upper.x, box.upper.y, box.upper.z};
+    double nearest2 = 0, farthest2 = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double aside = std::max({lower[k] - c[k], c[k] - upper[k], 0.0}), far = std::max(c[k] - lower[k], upper[k] - c[k]);
+        nearest2 += aside * aside, farthest2 += far * far;
+    }
+    return {std::sqrt(nearest2), std::sqrt(farthest2)};
+}
+
+/// Whether the box holds the cube of this half edge around q.
+bool holds_cube(const ClearBox<double>& box, const Double3& q, double half) {
+    return to_bits(box.holds({{q[0] - half, q[1] - half, q[2] - half}, {q[0] + half, q[1] + half, q[2] + half}})) != 0;
+}
+
+/// No box has a surface in it, and most have nearly all the room around a place that there is.
+TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
     const SceneGeometry geometry(
         load(head + "space.center = [0.5, 0, 0]\n[[object]]\nshape = \"room\"\nmin = [-0.5, -1, -1]\n"
                     "max = [1.5, 1, 1]\n[[object]]\nshape = \"sphere\"\ncenter = [0.7, 0.3, 0]\nradius = 0.2\n"));
@@ -144,55 +166,93 @@ TEST_F(SceneSurfaces, ClearanceIsALowerBound) {
     ASSERT_NE(view->clearance, nullptr);
     const ClearanceGrid& grid = *view->clearance;
     std::mt19937 random(1);
-    std::uniform_real_distribution<double> coordinate(-0.9999, 0.9999);
-    EXPECT_EQ(grid.stretch[0] * grid.stretch[1] * grid.stretch[2], 1);
-    const double diagonal = std::sqrt(3.0) * grid.cell;
+    std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
+    EXPECT_TRUE(grid.cell[0] == grid.cell[1] && grid.cell[0] == grid.cell[2]);
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{coordinate(random), coordinate(random), coordinate(random)};
-        const double ball = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2);
-        const double distance = std::min(ball, distance_to_box_shell(q, 1));
-        const double bound = clearance_at<double>(grid, {q[0], q[1], q[2]});
-        ASSERT_LE(bound, distance);
-        ASSERT_GE(bound, distance - diagonal - 1e-4);
+        const ClearBox<double> box = box_at(grid, q);
+        if (!holds_cube(box, q, 0)) continue;  // around a surface there may be none
+        const bool in_room = std::abs(q[0]) < 1 && std::abs(q[1]) < 1 && std::abs(q[2]) < 1;
+        const bool stays_in_room = box.lower.x > -1 && box.lower.y > -1 && box.lower.z > -1 && box.upper.x < 1 && box.upper.y < 1 && box.upper.z < 1;
+        const bool stays_out = box.lower.x > 1 || box.lower.y > 1 || box.lower.z > 1 || box.upper.x < -1 || box.upper.y < -1 || box.upper.z < -1;
+        ASSERT_TRUE(in_room ? stays_in_room : stays_out) << q[0] << ' ' << q[1] << ' ' << q[2];
+        const auto [nearest, farthest] = distances_to(box, {0.2, 0.3, 0});
+        ASSERT_TRUE(nearest > 0.2 || farthest < 0.2) << q[0] << ' ' << q[1] << ' ' << q[2];
     }
+    int close_to_walls = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const Double3 q{coordinate(random) / 1.5, coordinate(random) / 1.5, coordinate(random) / 1.5};
+        const double ball = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2), distance = std::min(ball, distance_to_box_shell(q, 1));
+        const ClearBox<double> box = box_at(grid, q);
+        const double cube = distance / std::sqrt(3.0) - 1.5 * grid.cell[0];
+        ASSERT_TRUE(cube <= 0 || holds_cube(box, q, cube)) << q[0] << ' ' << q[1] << ' ' << q[2];
+        // Of a plane along the axes a box is told exactly how near it may come.
+        if (ball > 0.3) close_to_walls += box.upper.x > 0.99 || box.lower.x < -0.99 || box.upper.y > 0.99 || box.lower.y < -0.99;
+    }
+    EXPECT_GT(close_to_walls, 5000);
     for (std::size_t k = 0; k < 3; ++k) {
         EXPECT_LT(grid.origin[k], -1);
-        EXPECT_GT(grid.origin[k] + grid.cells[k] * grid.cell, 1);
+        EXPECT_GT(grid.origin[k] + grid.cells[k] * grid.cell[k], 1);
     }
 }
 
-/// Between a wide floor and a wide ceiling cells are flat, and so is the distance they promise: half a cell from either is known to be free.
-TEST_F(SceneSurfaces, ClearanceOfAFlatSceneIsMeasuredInStretchedSpace) {
+/// Between a wide floor and a wide ceiling a box reaches from one to the other, and as far aside as nothing stands there.
+TEST_F(SceneSurfaces, ClearBoxesOfAFlatSceneAreWide) {
     const SceneGeometry geometry(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, -1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
                                              "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, 1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
                                              "[[object]]\nshape = \"sphere\"\ncenter = [10, 5, 0]\nradius = 0.5\n"));
     const ClearanceGrid& grid = *geometry.kernel_view()->clearance;
-    EXPECT_EQ(grid.stretch[0], 1);
-    EXPECT_EQ(grid.stretch[1], 1);
-    EXPECT_EQ(grid.stretch[2], 25);
+    EXPECT_EQ(grid.cell[0], grid.cell[1]);
+    EXPECT_NEAR(grid.cell[0] / grid.cell[2], 25, 1e-9);
     EXPECT_GE(2 * grid.cells[2], grid.cells[0]);
     std::mt19937 random(3);
-    std::uniform_real_distribution<double> coordinate(-0.9999, 0.9999), angle(0, 7);
-    const double diagonal = std::sqrt(3.0) * grid.cell;
+    std::uniform_real_distribution<double> coordinate(-0.9, 0.9);
+    int wide = 0;
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{50 * coordinate(random), 40 * coordinate(random), coordinate(random)};
-        const auto stretched_way = [&](const Double3& to) {
-            Double3 way = subtract(to, q);
-            way[2] *= 25;
-            return length(way);
-        };
-        const double walls = 25 * (1 - std::abs(q[2]));
-        double ball = 1e9;
-        for (int k = 0; k < 20; ++k) {  // points of the ball
-            const double a = angle(random), z = 0.5 * coordinate(random), r = std::sqrt(0.25 - z * z);
-            ball = std::min(ball, stretched_way({10 + r * std::cos(a), 5 + r * std::sin(a), z}));
-        }
-        const double bound = clearance_at<double>(grid, {q[0], q[1], 25 * q[2]});
-        ASSERT_LE(bound, std::min(walls, ball));
-        if (length(subtract(q, {10, 5, 0})) > 40) {
-            ASSERT_GE(bound, walls - diagonal - 1e-3);
-        }
+        const ClearBox<double> box = box_at(grid, q);
+        if (!holds_cube(box, q, 0)) continue;
+        ASSERT_TRUE(box.lower.z > -1 && box.upper.z < 1);
+        ASSERT_GT(distances_to(box, {10, 5, 0})[0], 0.5);
+        wide += box.lower.z < -0.99 && box.upper.z > 0.99 && std::min(box.upper.x - box.lower.x, box.upper.y - box.lower.y) > 20;
     }
+    EXPECT_GT(wide, 19000);
+}
+
+/// What a mesh's triangles are in is no clear box, whatever their shape.
+TEST_F(SceneSurfaces, ClearBoxesHoldNoTriangleOfARandomMesh) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> coordinate(-1, 1), share(0, 1);
+    std::string text;
+    for (int i = 0; i < 90; ++i) {
+        text += 'v';
+        for (int k = 0; k < 3; ++k) text += ' ' + std::to_string(coordinate(random));
+        text += '\n';
+    }
+    for (int i = 1; i <= 88; i += 3) text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+    write("mesh.obj", text);
+    const SceneGeometry geometry(load(head + "[[object]]\nshape = \"mesh\"\nfile = \"mesh.obj\"\n"));
+    const Geometry& view = *geometry.kernel_view();
+    const ClearanceGrid& grid = *view.clearance;
+    std::vector<Double3> on_surface;
+    for (std::uint32_t t = 0; t < 30; ++t)
+        for (int i = 0; i < 300; ++i) {
+            double a = share(random), b = share(random);
+            if (a + b > 1) a = 1 - a, b = 1 - b;
+            const auto corner = [&](std::uint32_t k) {
+                const double* v = view.surfaces[0].vertices + 3 * view.surfaces[0].triangles[3 * t + k];
+                return Double3{v[0], v[1], v[2]};
+            };
+            on_surface.push_back(add(scaled(corner(0), a), add(scaled(corner(1), b), scaled(corner(2), 1 - a - b))));
+        }
+    int held = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Double3 q{coordinate(random), coordinate(random), coordinate(random)};
+        const ClearBox<double> box = box_at(grid, q);
+        held += holds_cube(box, q, 0);
+        for (const Double3& p : on_surface) ASSERT_FALSE(holds_cube(box, p, 0));
+    }
+    EXPECT_GT(held, 1000);
 }
 
 /// Point queries follow triangles of every shape, not only axis-parallel ones.

@@ -17,6 +17,18 @@ KAGERO_INLINE V root(const V& x) {
 #endif
 }
 
+/// The least and the greatest of each coordinate.
+template <class V>
+struct Extent {
+    Vec3<V> lower, upper;
+
+    KAGERO_INLINE static Extent of(const Vec3<V>& q) { return {q, q}; }
+    KAGERO_INLINE void include(const Vec3<V>& q) {
+        lower = {min(lower.x, q.x), min(lower.y, q.y), min(lower.z, q.z)};
+        upper = {max(upper.x, q.x), max(upper.y, q.y), max(upper.z, q.z)};
+    }
+};
+
 template <class V>
 class Curve {
     using S = ScalarOf<V>;
@@ -77,23 +89,24 @@ public:
         }
         return V(S(1.1 * (1 - 2.0 / (1 << degree)))) * root(off);
     }
-    /// Square of the greatest distance of any point of the curve from q, in a space whose axes are stretched; bounded by its control points.
-    KAGERO_INLINE V reach2(const Vec3<V>& q, const Vec3<V>& stretch) const {
+    /// Square of the greatest distance of any point of the curve from the origin; bounded by its control points.
+    V reach2() const {
         V square(S(0));
-        for (int i = 0; i <= degree; ++i) {
-            const Vec3<V> way = point[i] - q, e{stretch.x * way.x, stretch.y * way.y, stretch.z * way.z};
-            square = max(square, dot(e, e));
-        }
+        for (int i = 0; i <= degree; ++i) square = max(square, dot(point[i], point[i]));
         return square;
     }
-    /// Square of the greatest |d/ds|, in a space whose axes are stretched; bounded by the ways between its control points.
-    KAGERO_INLINE V speed2(const Vec3<V>& stretch) const {
-        V square(S(0));
-        for (int i = 0; i < degree; ++i) {
-            const Vec3<V> way = point[i + 1] - point[i], e{stretch.x * way.x, stretch.y * way.y, stretch.z * way.z};
-            square = max(square, dot(e, e));
-        }
-        return V(S(degree * degree)) * square;
+    /// Of all points of the curve; bounded by its control points.
+    KAGERO_INLINE Extent<V> extent() const {
+        Extent<V> extent = Extent<V>::of(point[0]);
+        if (degree == 3) extent.include(point[1]), extent.include(point[2]), extent.include(point[3]);
+        else for (int i = 1; i <= degree; ++i) extent.include(point[i]);
+        return extent;
+    }
+    /// The same of d/ds; bounded by the ways between its control points.
+    Extent<V> speeds() const {
+        Extent<V> speeds = Extent<V>::of(point[1] - point[0]);
+        for (int i = 1; i < degree; ++i) speeds.include(point[i + 1] - point[i]);
+        return {V(S(degree)) * speeds.lower, V(S(degree)) * speeds.upper};
     }
 
 private:

@@ -1,7 +1,7 @@
 /// The step just taken against the scene: which lanes hit what, and roughly where on the step.
 ///
-/// Most steps ask nothing: each lane knows of a ball in which there is no surface, from the clearance grid. Where a step leads out of
-/// such balls the dense output is cut into chords that stay within the tolerance and Embree is asked.
+/// Most steps ask nothing: each lane knows of a box in which there is no surface, from the clearance grid. Where a step leads out of
+/// such boxes the dense output is cut into chords that stay within the tolerance and Embree is asked.
 #pragma once
 
 #include "kernels/tracing/clearance.h"
@@ -34,9 +34,7 @@ public:
     std::uint64_t ticks = 0;
 
     explicit Encounter(const Task<V>& task) : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
-                                              chord_only_(task.job.hit == HitModel::chord), timed_(task.job.timed) {
-        if (const ClearanceGrid* grid = geometry_.clearance) stretch_ = {V(S(grid->stretch[0])), V(S(grid->stretch[1])), V(S(grid->stretch[2]))};
-    }
+                                              chord_only_(task.job.hit == HitModel::chord), timed_(task.job.timed) {}
 
     /// New ray in the lanes of `lanes`: the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
@@ -74,36 +72,34 @@ public:
     const V& queries() const { return queries_; }
 
 private:
-    /// The lanes of `active` whose step may lead to a surface. Where it leads out of the ball that is known to be clear, another is looked
-    /// for around the middle of the step, from where its ends are half as far as from each other. A ball is a part of space, and so stays
-    /// clear whatever becomes of its lane's ray.
+    /// The lanes of `active` whose step may lead to a surface. Where it leads out of the box that is known to be clear, another is looked
+    /// for in the middle of the step. A box is a part of space, and so stays clear whatever becomes of its lane's ray.
     std::uint64_t in_doubt(const Curve<V>& curve, std::uint64_t active) {
         if (!geometry_.clearance) return active;
-        const std::uint64_t out_of_it = active & ~to_bits(curve.reach2(clear_middle_, stretch_) < clear_radius2_);
+        const Extent<V> extent = curve.extent();
+        const std::uint64_t out_of_it = active & ~to_bits(clear_.holds(extent));
         if (!out_of_it) return 0;
-        clear_middle_ = curve.middle();
-        const V radius = max(clearance_at(*geometry_.clearance, stretched(clear_middle_)), V(S(0))) * V(1 / spare);
-        clear_radius2_ = radius * radius;
-        return out_of_it & ~to_bits(curve.reach2(clear_middle_, stretch_) < clear_radius2_);
+        if (!clear_.move(*geometry_.clearance, curve.middle(), out_of_it)) return out_of_it;
+        return out_of_it & ~to_bits(clear_.holds(extent));
     }
 
-    Vec3<V> stretched(const Vec3<V>& a) const { return {stretch_.x * a.x, stretch_.y * a.y, stretch_.z * a.z}; }
-
-    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries those that the clearance in the middle
-    /// of one does not tell to meet nothing: a piece's chord is no farther from there than the curve goes. Lanes wait for each other at
-    /// such pieces, so that one query serves many.
+    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries those that no clear box holds. Lanes
+    /// wait for each other at such pieces, so that one query serves many.
     std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
         const V one(S(1)), half(S(0.5)), piece = chord_only_ ? one : length_of_pieces(curve.sagitta());
         const std::uint64_t cut = geometry_.clearance ? asking & to_bits(piece < one) : 0;  // a whole step was told to ask
-        const V pieces_per_way = cut ? recip(V(spare) * piece * root(curve.speed2(stretch_))) : one;
+        const Extent<V> times = cut ? least_times(curve.speeds()) : Extent<V>{};
         std::uint64_t hits = 0, now = asking;
         V s0(S(0));
         while (now) {
             for (std::uint64_t going = now & cut; going;) {
-                const V clearance = clearance_at(*geometry_.clearance, stretched(curve.at(mul_add(half, piece, s0))));
-                const V clear = nearest_whole(min(V(S(most_pieces)), clearance * pieces_per_way));
-                const MaskOf<V> passes = from_bits<V>(going) & (clear >= one);
-                s0 = pick(passes, min(mul_add(clear, piece, s0), one), s0);
+                const Vec3<V> here = curve.at(s0);
+                V clear = clear_.way_out(here, times);
+                if (const std::uint64_t at_the_edge = going & ~to_bits(clear >= piece)) {
+                    if (clear_.move(*geometry_.clearance, curve.at(mul_add(half, piece, s0)), at_the_edge)) clear = clear_.way_out(here, times);
+                }
+                const MaskOf<V> passes = from_bits<V>(going) & (clear >= piece);
+                s0 = pick(passes, min(s0 + whole_pieces(clear, piece), one), s0);
                 const std::uint64_t ended = to_bits(passes & (s0 >= one));
                 going = to_bits(passes) & ~ended, now &= ~ended;
             }
@@ -243,9 +239,12 @@ private:
         }
         return length;
     }
+    /// As many of them as fit.
+    static V whole_pieces(const V& way, const V& piece) {
+        const V fit = min(way / piece, V(S(most_pieces))), nearest = nearest_whole(fit);
+        return pick(nearest > fit, nearest - V(S(1)), nearest) * piece;
+    }
     static constexpr int most_pieces = 64;
-    /// Ways to surfaces are told by float, in a stretched space.
-    static constexpr S spare = S(1.01);
     /// Closer to a surface floats do not tell its sides, in Embree's coordinates of order one: some 30 roundings.
     static constexpr float start_offset = 4e-6f;
     /// Beyond this segments are cut down to the scene first, in the same coordinates.
@@ -253,11 +252,9 @@ private:
 
     const Task<V>& task_;
     const Geometry& geometry_;
-    Vec3<V> stretch_{S(1), S(1), S(1)};
     S tolerance_;
     bool chord_only_, timed_;
-    Vec3<V> clear_middle_{S(0), S(0), S(0)};
-    V clear_radius2_ = S(0);     ///< in the grid's stretched space
+    ClearBox<V> clear_;
     V queries_ = S(0);
     std::uint64_t fresh_ = 0;    ///< lanes of which no piece has been asked about
     std::uint64_t leaving_ = 0;  ///< lanes that were too close to a surface which they leave, in the piece before

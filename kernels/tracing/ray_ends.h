@@ -41,7 +41,7 @@ std::uint64_t PacketTracer<V>::excursions(std::uint64_t lanes, V& exit, V& farth
     lanes &= to_bits((dot(a, a) < radius2) & (dot(b, b) < radius2));
     if (!lanes) return 0;
     const Curve<V> curve = task_.curve(flow_);
-    lanes &= to_bits(curve.reach2({zero, zero, zero}, {one, one, one}) > radius2);
+    lanes &= to_bits(curve.reach2() > radius2);
     if (!lanes) return 0;
     const auto bisect = [&](const V& until, const auto& is_before) {
         V before = zero, behind = until;

@@ -157,6 +157,8 @@ private:
     }
     void count(Share& share) const {
         share.rays += share.ends.size();
+        if (share.energy_errors.empty() && (job_.outputs & output_energy))
+            share.energy_errors.reserve(share.ends.size() * (work_.tiles.size() / std::max(plan_.threads, 1u) + 1));
         for (const RayEnd& end : share.ends) {
             ++share.status[static_cast<int>(end.status)];
             share.unrefined += end.unrefined;

@@ -1,13 +1,15 @@
-/// The clearance grid: how far a ray can go without meeting anything.
+/// The clearance grid: where a ray can go without meeting anything.
 #pragma once
 
+#include "kernels/abi.h"
 #include "scene/bounds.h"
+#include "scene/clear_boxes.h"
 
 namespace kagero {
 
-/// Distances and the grid that points to them.
+/// Clear boxes and the grid that points to them.
 struct Clearance {
-    std::vector<float> distance;
+    ClearBoxes boxes;
     ClearanceGrid grid{};
 };
 
@@ -15,12 +17,11 @@ struct Clearance {
 double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit);
 
 /// How the axes of a scene are stretched so that the shorter ones have half as many cells as the longest, if that takes no more than a
-/// factor of 32: rays that graze the ground of a wide landscape go far before they need ask.
+/// factor of 32.
 Double3 clearance_stretch(const Bounds& bounds);
 
-/// In every cubic cell of stretched space a lower bound of the distance from its centre to the nearest surface, at least 0. The grid
-/// covers `bounds`, slightly enlarged, with `cells` cells along its longest edge. `stretched` is the committed RTCScene in which
-/// coordinates are stretched as well.
+/// The grid covers `bounds`, slightly enlarged, with `cells` cells along the longest edge of the stretched space in which they are cubes.
+/// `stretched` is the committed RTCScene in which coordinates are stretched as well: its point queries tell how far surfaces are.
 Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds, std::uint32_t cells);
 
 }  // namespace kagero

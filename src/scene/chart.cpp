@@ -27,13 +27,6 @@ std::vector<TriangleChart> charts_of(const TriangleMesh& mesh) {
     return charts;
 }
 
-ChartPoint on_triangle(const TriangleChart& chart, const Double3& point) {
-    const Double3 from_corner = subtract(point, chart.corner);
-    ChartPoint at = chart.at_corner;
-    at.u += dot(at.u_gradient, from_corner), at.v += dot(at.v_gradient, from_corner);
-    return at;
-}
-
 ChartPoint on_sphere(const Double3& from_center) {
     const double r = length(from_center);
     const auto [x, y, z] = scaled(from_center, 1 / r);
@@ -66,11 +59,6 @@ ChartPoint on_sky(const Double3& direction, const SkyAxes& axes) {
     ChartPoint at = on_sphere({dot(direction, axes.zero), dot(direction, axes.east), dot(direction, axes.up)});
     at.u = 1 - at.u, at.u_gradient = scaled(out(at.u_gradient), -1), at.v_gradient = out(at.v_gradient);
     return at;
-}
-
-UvPatch in_chart(const ChartPoint& point, const Patch& patch) {
-    return {{dot(point.u_gradient, patch.right), dot(point.v_gradient, patch.right)},
-            {dot(point.u_gradient, patch.below), dot(point.v_gradient, patch.below)}};
 }
 
 }  // namespace kagero

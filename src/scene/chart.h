@@ -4,6 +4,7 @@
 
 #include "scene/geometry.h"
 #include "scene/shapes.h"
+#include "scene/vector3.h"
 
 namespace kagero {
 
@@ -27,7 +28,12 @@ struct TriangleChart {
 /// One per triangle; none where the mesh has no uv.
 std::vector<TriangleChart> charts_of(const TriangleMesh& mesh);
 
-ChartPoint on_triangle(const TriangleChart& chart, const Double3& point);
+inline ChartPoint on_triangle(const TriangleChart& chart, const Double3& point) {
+    const Double3 from_corner = subtract(point, chart.corner);
+    ChartPoint at = chart.at_corner;
+    at.u += dot(at.u_gradient, from_corner), at.v += dot(at.v_gradient, from_corner);
+    return at;
+}
 
 /// u is longitude (+x in the middle, growing towards +y), v latitude about z. Of a point, of any length, from the centre.
 ChartPoint on_sphere(const Double3& from_center);
@@ -44,6 +50,9 @@ struct SkyAxes {
 /// An equirectangular sky: the pole is up, +x in the middle, east to the left. Gradients per radian.
 ChartPoint on_sky(const Double3& direction, const SkyAxes& axes);
 
-UvPatch in_chart(const ChartPoint& point, const Patch& patch);
+inline UvPatch in_chart(const ChartPoint& point, const Patch& patch) {
+    return {{dot(point.u_gradient, patch.right), dot(point.v_gradient, patch.right)},
+            {dot(point.u_gradient, patch.below), dot(point.v_gradient, patch.below)}};
+}
 
 }  // namespace kagero

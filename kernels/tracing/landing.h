@@ -162,13 +162,13 @@ private:
     /// shorter than the root of a rounding nothing is left but what is straight: it goes on as the correction before it went. A lane
     /// that has arrived stays there to the last bit, however long others take.
     ///
-    /// Of the step to the place that dense output tells, a correction of order h³ of it is left, and an error of order h⁵ by going on
-    /// straight at once: no worse than what a method of order five has gathered on its way. A symplectic one would lose some 1e-8 of what
-    /// it conserves, and so in double takes the step.
+    /// Of the step to the place that dense output tells, a correction of order h³ of it is left, and an error of order h⁵ in the momentum
+    /// by going on at once: no worse than what a method of order five has gathered on its way. A symplectic one would lose some 1e-8 of
+    /// what it conserves, and so in double takes the step.
     void deliver(const MaskOf<V>& mask, const V& full) {
         const IntegratorInfo& method = task_.method.info;
         const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0));
-        const V close_at_once = std::is_same_v<S, float> ? close : V(S(method.order <= 5 && !method.symplectic && !task_.straight ? 1e-4 : 0));
+        const V close_at_once = method.order <= 5 && !method.symplectic && !task_.straight ? V(S(1e-3)) : std::is_same_v<S, float> ? close : zero;
         const MaskOf<V> edge = from_bits<V>(edge_);
         const MaskOf<V> all = mask & !edge;
         MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);
@@ -185,7 +185,7 @@ private:
             lost |= to_bits(open & !usable) | lossy_;
             open = open & usable & !from_bits<V>(lossy_);
             const MaskOf<V> there = open & (abs(s - s_) <= (i > 0 ? close : close_at_once));
-            if (any(there)) go_straight(arrived, (s - s_) * full, there);
+            if (any(there)) go_further(arrived, (s - s_) * full, there);
             s_ = pick(there, s, s_), open = open & !there;
             if (!any(open)) break;
             task_.go_on(flow, mask);
@@ -197,15 +197,16 @@ private:
         static_cast<Arrival<V>&>(flow).take(arrived, mask);
     }
 
-    /// From the end of the step just taken a little further, everything at the rate that it had in that step; no further than that
-    /// went, or roundings would be stretched.
-    void go_straight(Arrival<V>& arrived, const V& length, const MaskOf<V>& lanes) {
+    /// From the end of the step just taken a little further: places at the velocity there, as it changed in that step, all else at the rate
+    /// that it had in it; no further than that went, or roundings would be stretched.
+    void go_further(Arrival<V>& arrived, const V& length, const MaskOf<V>& lanes) {
         const V one(S(1)), zero(S(0)), left = pick(lanes, length, zero);
         const V share = pick(lanes & (abs(flow.h) > zero), max(min(left / flow.h, one), -one), zero);
-        const Vec3<V> q = advance(arrived.end.q(), left, flow.end.velocity);
+        const Vec3<V> mean = advance(flow.end.velocity, V(S(0.5)) * share, flow.end.velocity - flow.start.velocity);
+        const Vec3<V> q = advance(arrived.end.q(), left, mean);
         const V beside = level_.value(q) / level_.slope(q, flow.end.velocity), way = pick(lanes & is_finite(beside), left - beside, left);
         const auto further = [&](const V& from, const V& to, V& end) { end = mul_add(share, to - from, end); };
-        arrived.end.set(advance(arrived.end.q(), way, flow.end.velocity), arrived.end.p());
+        arrived.end.set(advance(arrived.end.q(), way, mean), arrived.end.p());
         for (int k = 3; k < 6; ++k) further(flow.start.y[k], flow.end.y[k], arrived.end.y[k]);
         further(flow.start.velocity.x, flow.end.velocity.x, arrived.end.velocity.x);
         further(flow.start.velocity.y, flow.end.velocity.y, arrived.end.velocity.y);

@@ -254,7 +254,7 @@ private:
     const Geometry& geometry_;
     S tolerance_;
     bool chord_only_, timed_;
-    ClearBox<V> clear_;
+    ClearBox<V> clear_ = task_.first_box;
     V queries_ = S(0);
     std::uint64_t fresh_ = 0;    ///< lanes of which no piece has been asked about
     std::uint64_t leaving_ = 0;  ///< lanes that were too close to a surface which they leave, in the piece before

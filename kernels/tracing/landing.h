@@ -71,12 +71,12 @@ public:
         if (task_.job.hit == HitModel::chord) return interpolate(mask);
         if (!task_.own_curve) curve_ = Curve<V>::hermite(flow);
         const Vec3<V> begin = curve_.at(lo_), piece = curve_.at(hi_) - begin, on_chord = advance(begin, (s_ - lo_) / (hi_ - lo_), piece);
-        go_beside(mask, on_chord, piece);
-        const V beside = s_;
+        const V met = s_;
+        s_ = beside(met, mask & (abs(level_.a) > V(S(0))) & !from_bits<V>(edge_), on_chord, piece);
         refine_on_curve(mask);
         if (edge_) deliver_to_edge(full);
         deliver(mask, full);
-        keep_grazing_hits(surfaces, beside, on_chord);
+        keep_grazing_hits(surfaces, met, on_chord, piece);
         // What dense output does not tell of the escape sphere stands where the landing is on it.
         const MaskOf<V> on_it = abs(level_.value(flow.end.q())) <= V(S(beyond_doubt)) * sqrt(level_.radius2);
         lost |= unrefined & ~surfaces & ~to_bits(on_it), unrefined &= surfaces;
@@ -120,17 +120,16 @@ private:
         for (int i = 0; i <= from.degree; ++i) curve_.point[i] = pick<V>(lanes, from.point[i], curve_.point[i]);
     }
 
-    /// From the fraction of the piece's chord that was hit to where the curve is beside it: a long step goes faster here than there, and
-    /// the far side of a small ball may be as near as the one that was hit.
-    void go_beside(const MaskOf<V>& mask, const Vec3<V>& on_chord, const Vec3<V>& piece) {
-        V s = s_;
-        MaskOf<V> open = mask & !from_bits<V>(edge_);
+    /// From the fraction s of the piece's chord that was hit to where the curve is beside it: a long step goes faster here than there, and the
+    /// far side of a small ball may be as near as the one that was hit.
+    V beside(V s, const MaskOf<V>& lanes, const Vec3<V>& on_chord, const Vec3<V>& piece) const {
+        MaskOf<V> open = lanes;
         for (int i = 0; i < 3 && any(open); ++i) {
             const V next = s - dot(curve_.at(s) - on_chord, piece) / dot(curve_.slope(s), piece), last = s;
             s = pick(open & is_finite(next), min(max(next, lo_), hi_), s);
             open = open & (abs(s - last) > V(settled) * (hi_ - lo_));
         }
-        s_ = s;
+        return s;
     }
 
     /// Newton on the dense output, kept inside the piece that was hit; where the ends of that lie on both sides of the surface, between places
@@ -253,14 +252,14 @@ private:
     }
 
     /// A chord may meet a surface that the curve just misses: where the curve comes as close as that, the chord's hit stands.
-    void keep_grazing_hits(std::uint64_t surfaces, const V& beside, const Vec3<V>& on_chord) {
+    void keep_grazing_hits(std::uint64_t surfaces, const V& met, const Vec3<V>& on_chord, const Vec3<V>& piece) {
         const std::uint64_t smooth = lost & surfaces & ~lossy_;
         if (!smooth) return;
         const Vec3<V> way = whole.end.q() - whole.start.q();
-        const V away = level_.value(curve_.at(beside)), near(grazes);
+        const V closest = beside(met, from_bits<V>(smooth), on_chord, piece), away = level_.value(curve_.at(closest)), near(grazes);
         const std::uint64_t grazing = smooth & to_bits(away * away <= near * near * dot(way, way));
         const MaskOf<V> here = from_bits<V>(grazing);
-        s_ = pick(here, beside, s_);
+        s_ = pick(here, closest, s_);
         interpolate(here);
         flow.end.set(pick<V>(here, on_chord, flow.end.q()), flow.end.p());
         unrefined |= grazing;

@@ -4,6 +4,7 @@
 #include "kernels/abi.h"
 #include "kernels/stepping/methods.h"
 #include "kernels/stepping/space_kernel.h"
+#include "kernels/tracing/clearance.h"
 
 #include <cmath>
 
@@ -20,6 +21,7 @@ struct Task {
     const SpaceKernel<V>& kernel;
     Curve<V> (*own_curve)(const Flow<V>&, const Coefficients&);  ///< null: cubic Hermite, where no other is of higher order
     SystemStorage system;
+    ClearBox<V> first_box;  ///< around the camera
 
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
         : job(j), method(methods[j.integrator]), straight(is_straight),
@@ -27,6 +29,10 @@ struct Task {
           resumes(straight || visit_kind(method.kind, []<class Step>() { return requires { Step::resumes; }; })), kernel(k),
           own_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]) {
         kernel.construct(system, job.parameters);
+        if (job.camera && job.geometry && job.geometry->clearance) {
+            const auto* q = job.camera->position;
+            first_box.move(*job.geometry->clearance, {V(ScalarOf<V>(q[0])), V(ScalarOf<V>(q[1])), V(ScalarOf<V>(q[2]))}, ~std::uint64_t(0));
+        }
     }
     /// Straight rays that nothing stops but surfaces and the escape sphere, and of which nothing is asked but where they end.
     bool in_closed_form() const {

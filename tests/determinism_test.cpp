@@ -132,6 +132,7 @@ TEST_F(Determinism, TheOrderOfRaysChangesNoBit) {
             ASSERT_EQ(ends[i].steps, turned[i].steps) << i;
             ASSERT_EQ(ends[i].gradients, turned[i].gradients) << i;
             ASSERT_EQ(ends[i].iterations, turned[i].iterations) << i;
+            ASSERT_EQ(ends[i].queries, turned[i].queries) << i;
             for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].q[k], turned[i].q[k]) << i;
             for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].p[k], turned[i].p[k]) << i;
         }

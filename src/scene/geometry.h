@@ -25,7 +25,7 @@ class SceneGeometry {
 public:
     /// What may be left out.
     struct Parts {
-        std::uint32_t clearance;  ///< cells along the longest edge of a grid of distances to the nearest surface; none if the scene culls nothing
+        std::uint32_t clearance;  ///< cells along the longest edge of the clearance grid; none if the scene culls nothing
         bool textures;            ///< what colours of surfaces and skies with images need
     };
     static constexpr Parts everything{48, true};

@@ -106,6 +106,7 @@ void add_isa(CLI::App& verb, Arguments& arguments, bool several) {
     const char* what = several ? "Instruction sets, or all that this processor has; see `kagero list isas`; else what KAGERO_ISA says"
                                : "Instruction set; see `kagero list isas`; else what KAGERO_ISA says";
     add_option(verb, "--isa", arguments.isa, what, several ? "A,B" : "NAME");
+    if (several) verb.parse_complete_callback([&arguments] { arguments.several_isas = true; });
 }
 
 void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
@@ -159,8 +160,9 @@ Options options_of(const Arguments& arguments) {
     Options options;
     if (const Said isa("--isa", arguments.isa, "KAGERO_ISA"); !isa.text.empty()) {
         options.isa = isa.text;
-        for (const std::string& one : split(isa.text, ','))
-            if (one != "all") require_isa(isa.by, one);
+        if (!arguments.several_isas) require_isa(isa.by, isa.text);
+        else if (isa.text != "all")
+            for (const std::string& one : split(isa.text, ',')) require_isa(isa.by, one);
     }
     require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "per-ray", "packet"});
     options.strategy = arguments.strategy;

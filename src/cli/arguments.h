@@ -23,6 +23,7 @@ struct Arguments {
     std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
     std::string color = "auto";
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
+    bool several_isas = false;  ///< the verb takes a list of them, or all
 };
 
 // What CLI11 does, in one place: it takes the compiler longer than everything that a verb says.

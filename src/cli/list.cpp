@@ -1,7 +1,6 @@
 // kagero list: what can be chosen.
 #include "cli/verb.h"
 #include "error.h"
-#include "modules/modules.h"
 #include "report/listing.h"
 
 #include <ostream>
@@ -23,7 +22,6 @@ int run(const Arguments& arguments, const Terminal&) {
     if (!arguments.topic.empty()) require_one_of("list", arguments.topic, list_topics());
     const auto topics = arguments.topic.empty() ? list_topics() : std::vector<std::string>{arguments.topic};
     const std::string isa = options_of(arguments).isa;
-    if (isa != "auto") require_isa("--isa", isa);
     const std::string scenes = find_scene_directory();
     check_outputs({{"--json", arguments.json}});
     const bool json = !arguments.json.empty();

@@ -163,6 +163,28 @@ TEST_F(FilmOnDisk, RadianceHasNoNegativeLight) {
     EXPECT_NEAR(image.rgb[3], 5, 0.05);
 }
 
+TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
+    // A picture of 4 x 3 pixels; of columns 2 to 5 and rows -1 to 1 there are pixels, each with a number of its own.
+    OIIO::ImageSpec spec(4, 3, 3, OIIO::TypeDesc::FLOAT);
+    spec.x = 2, spec.y = -1, spec.full_x = spec.full_y = 0, spec.full_width = 4, spec.full_height = 3;
+    float stored[36];
+    for (int i = 0; i < 36; ++i) stored[i] = float(i + 1);
+    const auto out = OIIO::ImageOutput::create("part.exr");
+    ASSERT_TRUE(out && out->open(path("part.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) && out->close()) << out->geterror();
+    const Image image = read_image(path("part.exr"), {});
+    ASSERT_EQ(image.width, 4);
+    ASSERT_EQ(image.height, 3);
+    for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 4; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const float meant = x >= 2 && y <= 1 ? stored[3 * (4 * (y + 1) + x - 2) + c] : 0;
+                EXPECT_EQ(image.rgb[std::size_t(3 * (4 * y + x) + c)], meant) << x << " " << y << " " << c;
+            }
+    spec.full_width = spec.full_height = (1 << 30) - 1;
+    ASSERT_TRUE(out->open(path("large.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) && out->close()) << out->geterror();
+    EXPECT_THROW(read_image(path("large.exr"), {}), InputError);
+}
+
 TEST_F(FilmOnDisk, EightBitCodesAreRightAtTheEnds) {
     Film film(2, 1, {"color"});
     const float values[6] = {-1.0f, 0.0f,          1.0f,

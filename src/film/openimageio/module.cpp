@@ -9,6 +9,8 @@
 
 #include <cstdio>
 #include <memory>
+#include <new>
+#include <stdexcept>
 
 namespace kagero {
 namespace {
@@ -19,7 +21,29 @@ bool is_srgb(const OIIO::ImageSpec& spec) {
            spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";
 }
 
-std::string read(const std::string& path, DecodedImage& image) {
+std::string too_large(const DecodedImage& image) {
+    return "says that it has " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, for which there is not enough memory";
+}
+
+/// Whether pixels are stored of a part of the picture alone, or of more than it: OpenEXR's data window is not its display window.
+bool is_stored_otherwise(const OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
+    return input.format_name() == std::string("openexr") && (spec.x != spec.full_x || spec.y != spec.full_y ||
+                                                             spec.width != spec.full_width || spec.height != spec.full_height);
+}
+
+/// Puts the stored pixels where they are in the picture: black is where there are none.
+void place_in_picture(const OIIO::ImageSpec& spec, DecodedImage& image) {
+    OIIO::ImageSpec stored(spec.width, spec.height, image.channels, OIIO::TypeDesc::FLOAT);
+    stored.x = spec.x, stored.y = spec.y;
+    OIIO::ROI shown = spec.roi_full();
+    shown.chend = image.channels;
+    image.width = shown.width(), image.height = shown.height();
+    std::vector<float> pixels(std::size_t(shown.npixels()) * std::size_t(image.channels));
+    OIIO::ImageBuf(stored, image.values.data()).get_pixels(shown, OIIO::TypeDesc::FLOAT, pixels.data());
+    image.values = std::move(pixels);
+}
+
+std::string read(const std::string& path, DecodedImage& image) try {
     // Alpha is dropped, so colours are wanted as stored and not multiplied by it.
     OIIO::ImageSpec wish;
     wish.attribute("oiio:UnassociatedAlpha", 1);
@@ -28,16 +52,17 @@ std::string read(const std::string& path, DecodedImage& image) {
     const OIIO::ImageSpec spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1) return "is not a flat image with pixels";
     image.width = spec.width, image.height = spec.height, image.channels = spec.nchannels < 3 ? 1 : 3, image.srgb = is_srgb(spec);
-    try {
-        image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
-    } catch (const std::bad_alloc&) {
-        return "says that it has " + std::to_string(spec.width) + " x " + std::to_string(spec.height) + " pixels, for which there is not enough memory";
-    }
+    image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
     if (!input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::FLOAT, image.values.data()))
         return "cannot be read as an image: " + input->geterror();
     // What a truncated file lacks may be no reason to fail for its reader, but a message.
     if (input->has_error()) return "cannot be read as an image: " + input->geterror();
+    if (is_stored_otherwise(*input, spec)) place_in_picture(spec, image);
     return {};
+} catch (const std::bad_alloc&) {
+    return too_large(image);
+} catch (const std::length_error&) {
+    return too_large(image);
 }
 
 OIIO::TypeDesc type_of(PictureToEncode::Samples samples) {

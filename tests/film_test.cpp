@@ -182,7 +182,12 @@ TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
             }
     spec.full_width = spec.full_height = (1 << 30) - 1;
     ASSERT_TRUE(out->open(path("large.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) && out->close()) << out->geterror();
-    EXPECT_THROW(read_image(path("large.exr"), {}), InputError);
+    try {
+        read_image(path("large.exr"), {});
+        ADD_FAILURE() << "read";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("1073741823 x 1073741823 pixels"), std::string::npos) << error.what();
+    }
 }
 
 TEST_F(FilmOnDisk, EightBitCodesAreRightAtTheEnds) {

@@ -4,6 +4,7 @@
 
 #include "kernels/numeric/bits.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 
@@ -22,6 +23,9 @@ using EmbreePacket = RTCRayHit8;
 inline constexpr int embree_width = 4;
 using EmbreePacket = RTCRayHit4;
 #endif
+
+/// A bit for each ray of a packet.
+inline constexpr std::uint64_t all_in_packet = (std::uint64_t(1) << embree_width) - 1;
 
 /// W segments org + t·dir, t in [near, 1], in Embree's coordinates, and what they hit first.
 template <int W>
@@ -115,27 +119,21 @@ template <int W>
 std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first) {
     alignas(64) EmbreePacket r;
     alignas(64) int valid[embree_width];
-    for (int k = 0; k < embree_width; ++k) {
-        const int i = first + k;
-        set_ray(r.ray, [k](auto& field) -> auto& { return field[k]; }, s, i);
-        r.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
-        r.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
-        const bool on = (active >> i) & 1;
-        valid[k] = on ? -1 : 0;
-        if (!on) {
-            r.ray.org_x[k] = r.ray.org_y[k] = r.ray.org_z[k] = 0;
-            r.ray.dir_x[k] = 1, r.ray.dir_y[k] = r.ray.dir_z[k] = 0;
-            r.ray.tnear[k] = 1, r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
-        }
+    for (int k = 0; k < embree_width; ++k) set_ray(r.ray, [k](auto& field) -> auto& { return field[k]; }, s, first + k);
+    std::fill_n(r.hit.geomID, embree_width, RTC_INVALID_GEOMETRY_ID), std::fill_n(r.hit.instID[0], embree_width, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(valid, embree_width, -1);
+    for (const int k : lanes_in(~(active >> first) & all_in_packet)) {
+        valid[k] = 0;
+        r.ray.org_x[k] = r.ray.org_y[k] = r.ray.org_z[k] = 0;
+        r.ray.dir_x[k] = 1, r.ray.dir_y[k] = r.ray.dir_z[k] = 0;
+        r.ray.tnear[k] = 1, r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
     }
     intersect(valid, scene, &r);
+    std::copy_n(r.ray.tfar, embree_width, s.t + first);
+    std::copy_n(r.hit.geomID, embree_width, s.surface + first), std::copy_n(r.hit.primID, embree_width, s.primitive + first);
     std::uint64_t hits = 0;
-    for (int k = 0; k < embree_width; ++k) {
-        const int i = first + k;
-        if (!((active >> i) & 1) || r.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
-        hits |= std::uint64_t(1) << i;
-        s.t[i] = r.ray.tfar[k], s.surface[i] = r.hit.geomID[k], s.primitive[i] = r.hit.primID[k];
-    }
+    for (int k = 0; k < embree_width; ++k) hits |= std::uint64_t(r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) << (first + k);
+    hits &= active;
     return hits;
 }
 
@@ -151,9 +149,8 @@ std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
     const auto singly = [scene](int, RTCRayHit* ray) { detail::intersect1(scene, ray); };
     if constexpr (W % embree_width == 0) {
         std::uint64_t hits = 0;
-        constexpr std::uint64_t all = (std::uint64_t(1) << embree_width) - 1;
         for (int first = 0; first < W; first += embree_width) {
-            const std::uint64_t here = active & (all << first);
+            const std::uint64_t here = active & (all_in_packet << first);
             if (__builtin_popcountll(here) <= single_query_limit) hits |= detail::query_singly(s, here, singly);
             else hits |= detail::query_packet(scene, s, here, first);
         }

@@ -32,7 +32,10 @@ public:
     explicit Landing(const Task<V>& task) : task_(task) {}
 
     /// Nobody waits any more.
-    void clear() { waiting = unrefined = lost = captured = edge_ = turning_ = lossy_ = 0; }
+    void clear() {
+        waiting = unrefined = lost = captured = edge_ = turning_ = lossy_ = 0;
+        level_.curved = false;
+    }
 
     /// The step of `from` for the lanes that have been told to wait since the last call.
     void take(const Flow<V>& from, std::uint64_t lanes) {

@@ -13,18 +13,24 @@ struct Level {
     V a, radius2;
     Vec3<V> center, normal;
     V d;
+    bool curved;  ///< not all lanes have planes
 
     /// No surface at all.
     static Level none() {
         const V zero(ScalarOf<V>(0));
-        return {zero, zero, {zero, zero, zero}, {zero, zero, zero}, zero};
+        return {zero, zero, {zero, zero, zero}, {zero, zero, zero}, zero, false};
     }
     KAGERO_INLINE V value(const Vec3<V>& q) const {
+        const V above = dot(normal, q) - d;
+        if (!curved) return above;
         const Vec3<V> e = q - center;
-        return a * (dot(e, e) - radius2) + (dot(normal, q) - d);
+        return a * (dot(e, e) - radius2) + above;
     }
     /// dg along v.
-    KAGERO_INLINE V slope(const Vec3<V>& q, const Vec3<V>& v) const { return (a + a) * dot(q - center, v) + dot(normal, v); }
+    KAGERO_INLINE V slope(const Vec3<V>& q, const Vec3<V>& v) const {
+        const V along = dot(normal, v);
+        return curved ? (a + a) * dot(q - center, v) + along : along;
+    }
 
     /// `set(number, other)` for each number of two levels.
     template <class Other, class F>
@@ -35,6 +41,7 @@ struct Level {
     }
     void take(const MaskOf<V>& lanes, const Level& from) {
         each(*this, from, [&lanes](V& number, const V& other) { number = pick(lanes, other, number); });
+        curved |= from.curved;
     }
 };
 
@@ -42,30 +49,35 @@ struct Level {
 template <class V>
 Level<V> sphere_level(const V& radius) {
     const V zero(ScalarOf<V>(0));
-    return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero};
+    return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero, true};
 }
 
 /// The plane of one triangle, or a sphere.
 inline Level<double> level_of(const Surface& surface, std::uint32_t primitive) {
     if (surface.kind == Surface::Kind::sphere) {
         const double* c = surface.center;
-        return {0.5 / surface.radius, surface.radius * surface.radius, {c[0], c[1], c[2]}, {0, 0, 0}, 0};
+        return {0.5 / surface.radius, surface.radius * surface.radius, {c[0], c[1], c[2]}, {0, 0, 0}, 0, true};
     }
     const double* plane = surface.planes + 4 * std::size_t(primitive);
-    return {0, 0, {0, 0, 0}, {plane[0], plane[1], plane[2]}, plane[3]};
+    return {0, 0, {0, 0, 0}, {plane[0], plane[1], plane[2]}, plane[3], false};
 }
 
 /// What the lanes of `lanes` met, each its own surface, where they are not all on the same. Other lanes have any.
-template <class V>
-Level<V> levels_of(const Surface* surfaces, const std::uint32_t* surface, const std::uint32_t* primitive, std::uint64_t lanes) {
+template <class V, int W = lane_count<V>>
+Level<V> levels_of(const Surface* surfaces, const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W], std::uint64_t lanes) {
     using S = ScalarOf<V>;
     const int first = __builtin_ctzll(lanes);
+    std::uint32_t others = 0;
+    for (int i = 0; i < W; ++i) others |= (surface[i] ^ surface[first]) | (primitive[i] ^ primitive[first]);
     const Level<double> g = level_of(surfaces[surface[first]], primitive[first]);
     Level<V> levels;
     Level<V>::each(levels, g, [](V& number, double on_all) { number = V(S(on_all)); });
-    for (const int i : lanes_in(lanes)) {
+    levels.curved = g.curved;
+    for (const int i : lanes_in(others ? lanes : 0)) {
         if (surface[i] == surface[first] && primitive[i] == primitive[first]) continue;
-        Level<V>::each(levels, level_of(surfaces[surface[i]], primitive[i]), [i](V& number, double here) { set_lane(number, i, S(here)); });
+        const Level<double> other = level_of(surfaces[surface[i]], primitive[i]);
+        Level<V>::each(levels, other, [i](V& number, double here) { set_lane(number, i, S(here)); });
+        levels.curved |= other.curved;
     }
     return levels;
 }
@@ -77,8 +89,7 @@ V chord_fraction(const Level<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V&
     const V zero(ScalarOf<V>(0));
     const Vec3<V> d = b - a;
     const V linear = dot(g.normal, d), on_plane = pick(abs(linear) > zero, -g.value(a) / linear, near);
-    const MaskOf<V> flat = abs(g.a) <= zero;
-    if (!any(!flat)) return on_plane;
+    if (!g.curved) return on_plane;
     // From the point nearest to the centre, so that nothing cancels for a segment that comes from far away.
     const Vec3<V> e = a - g.center;
     const V length2 = dot(d, d), middle = -dot(e, d) / length2;
@@ -86,7 +97,7 @@ V chord_fraction(const Level<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V&
     const V half2 = (g.radius2 - dot(nearest, nearest)) / length2, half = sqrt(max(half2, zero));
     const V first = middle - half, second = middle + half;
     const V on_sphere = pick(half2 >= zero, pick(abs(first - near) < abs(second - near), first, second), near);
-    return pick(flat, on_plane, on_sphere);
+    return pick(abs(g.a) > zero, on_sphere, on_plane);
 }
 
 }  // namespace kagero

@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 18;
+inline constexpr std::uint32_t abi_version = 19;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -147,6 +147,7 @@ struct RayStart {
 struct CameraRays {
     std::uint32_t width, height;
     double position[3];
+    double clear;  ///< no surface is closer to it than this; infinity without any
     double corner[3], right[3], down[3];
     StartMap start;
 };

@@ -176,6 +176,33 @@ TEST_P(FirstEdge, MayBeCloserThanFloatsTell) {
     }
 }
 
+// A camera just under the ceiling looks up at it, and away from it through the room: at whatever height a camera may be, no ray gets out.
+TEST_P(FirstEdge, MayBeCloseToTheCamera) {
+    const std::string room = "[[object]]\nname = \"room\"\nshape = \"room\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n";
+    for (const std::string space : {"hamiltonian = \"flat\"", "hamiltonian = \"schwarzschild\"\nrg = 0.001"})
+        for (const std::string precision : {"double", "float"})
+            for (double gap = 4e-6; gap < 1e-2; gap *= 1.7)
+                for (const int way : {1, -1}) {
+                    SCOPED_TRACE(space + ", " + precision + ", " + written(gap) + (way > 0 ? " up" : " down"));
+                    const Double3 eye{0.3, 0.5, 1 - gap};
+                    const std::string camera = "[camera]\nposition = [0.3, 0.5, " + written(eye[2]) + "]\nlook_at = [0.3, 0.4, " + written(eye[2] + way) + "]\nfov = 40\n";
+                    Options options = with_strategy(GetParam());
+                    options.precision = precision;
+                    const auto plan = plan_of_text("[space]\n" + space + "\n[integrator]\nescape_radius = 4\n[film]\nsize = [8, 8]\n" + camera + room, {}, options);
+                    ASSERT_NE(plan->job.camera, nullptr);
+                    std::vector<RayEnd> ends(64);
+                    Counters counters{};
+                    const Tile all{0, 0, 8, 8};
+                    plan->kernel->trace(&plan->job, &all, ends.data(), &counters);
+                    for (const RayEnd& end : ends) {
+                        ASSERT_EQ(end.status, Status::hit);
+                        ASSERT_NEAR(std::max({std::abs(end.q[0]), std::abs(end.q[1]), std::abs(end.q[2])}), 1, 1e-6);
+                        if (way > 0) ASSERT_NEAR(std::hypot(end.q[0] - eye[0], end.q[1] - eye[1]), 0, gap);  // at most 40° from the normal
+                        else ASSERT_LT(end.q[2], 0.5);
+                    }
+                }
+}
+
 // A ray that starts on the floor and bends away from it, however slowly: (5) has the path z = −2 − g λ²/4, which never returns.
 TEST_P(FirstEdge, IsNotTheFloorThatIsLeft) {
     for (const char* g : {"1e-3", "1e-6"})

@@ -27,30 +27,26 @@ class Encounter {
 
 public:
     /// What each hit lane met.
-    std::uint32_t surface[W], primitive[W];
+    std::uint32_t surface[W] = {}, primitive[W] = {};
     V from = S(0), to = S(0);  ///< the piece of the step that was hit, as fractions
     V t = S(0);                ///< where on that piece's chord, from Embree
-    V place_on_surface = S(0);  ///< the same where that chord meets the surface itself, of rays near their start
     std::uint64_t ticks = 0;
 
     explicit Encounter(const Task<V>& task) : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
-                                              chord_only_(task.job.hit == HitModel::chord), timed_(task.job.timed) {}
+                                              chord_only_(task.job.hit == HitModel::chord), timed_(task.job.timed),
+                                              in_the_open_(starts_in_the_open()) {}
 
     /// New ray in the lanes of `lanes`: the surface it stands on does not count.
     void begin(std::uint64_t lanes) {
         queries_ = pick(from_bits<V>(lanes), V(S(0)), queries_);
-        fresh_ |= lanes, leaving_ &= ~lanes;
+        leaving_ &= ~lanes;
+        start_again(lanes);
     }
 
     /// Tests the step in `flow` for the lanes of `active`; returns those that hit.
     std::uint64_t meet(const Flow<V>& flow, std::uint64_t active) {
-        const Curve<V> curve = task_.curve(flow);
-        const std::uint64_t asking = in_doubt(curve, active);
-        std::uint64_t hits = 0;
-        if (asking) {
-            const Stopwatch watch(timed_, ticks);
-            hits = ask(curve, asking);
-        }
+        const std::uint64_t leading_out = geometry_.clearance ? active & ~to_bits(clear_.holds(task_.extent(flow))) : active;
+        const std::uint64_t hits = leading_out ? meet_outside(flow, leading_out) : 0;
         fresh_ &= ~active;
         return hits;
     }
@@ -58,7 +54,9 @@ public:
     /// Where on their step lanes hit something, about: as fractions.
     V place() const { return mul_add(t, to - from, from); }
     /// Lanes go back to where their ray began.
-    void start_again(std::uint64_t lanes) { fresh_ |= lanes; }
+    void start_again(std::uint64_t lanes) {
+        if (!in_the_open_) fresh_ |= lanes;
+    }
 
     /// What the lanes of `hits` met.
     Level<V> levels(std::uint64_t hits) const { return levels_of<V>(geometry_.surfaces, surface, primitive, hits); }
@@ -72,15 +70,14 @@ public:
     const V& queries() const { return queries_; }
 
 private:
-    /// The lanes of `active` whose step may lead to a surface. Where it leads out of the box that is known to be clear, another is looked
-    /// for in the middle of the step. A box is a part of space, and so stays clear whatever becomes of its lane's ray.
-    std::uint64_t in_doubt(const Curve<V>& curve, std::uint64_t active) {
-        if (!geometry_.clearance) return active;
-        const Extent<V> extent = curve.extent();
-        const std::uint64_t out_of_it = active & ~to_bits(clear_.holds(extent));
-        if (!out_of_it) return 0;
-        if (!clear_.move(*geometry_.clearance, curve.middle(), out_of_it)) return out_of_it;
-        return out_of_it & ~to_bits(clear_.holds(extent));
+    /// The same for lanes whose step leads out of the box that is known to be clear: another is looked for in the middle of the step. A
+    /// box is a part of space, and so stays clear whatever becomes of its lane's ray.
+    __attribute__((noinline)) std::uint64_t meet_outside(const Flow<V>& flow, std::uint64_t lanes) {
+        const Curve<V> curve = task_.curve(flow);
+        if (geometry_.clearance && clear_.move(*geometry_.clearance, curve.middle(), lanes)) lanes &= ~to_bits(clear_.holds(curve.extent()));
+        if (!lanes) return 0;
+        const Stopwatch watch(timed_, ticks);
+        return ask(curve, lanes);
     }
 
     /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries those that no clear box holds. Lanes
@@ -143,8 +140,9 @@ private:
         const MaskOf<V> here = from_bits<V>(hits);
         t = pick(here, places_of(segments, begin, length), t);
         from = pick(here, s0, from), to = pick(here, s1, to);
-        for (const int i : lanes_in(hits)) {
-            surface[i] = segments.surface[i], primitive[i] = segments.primitive[i];
+        for (int i = 0; i < W; ++i) {
+            const bool hit = (hits >> i) & 1;
+            surface[i] = hit ? segments.surface[i] : surface[i], primitive[i] = hit ? segments.primitive[i] : primitive[i];
         }
         return hits;
     }
@@ -165,8 +163,9 @@ private:
     std::uint64_t without_what_is_left(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, Segments<W>& segments,
                                        std::uint64_t hits, std::uint64_t close, std::uint64_t first) {
         const V least = head_start(b - a);
-        const Level<V> levels = place_on_surfaces(a, b, begin, length, segments, close);
-        const std::uint64_t left = close & to_bits(leaves(levels, a, b, place_on_surface, least, from_bits<V>(first)));
+        const Level<V> levels = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
+        const V place = chord_fraction(levels, a, b, places_of(segments, begin, length));
+        const std::uint64_t left = close & to_bits(leaves(levels, a, b, place, least, from_bits<V>(first)));
         if (!left) return hits;
         leaving_ |= left;
         const auto meets = [&](int i, std::uint32_t on, std::uint32_t part, float where) {
@@ -175,14 +174,15 @@ private:
             const Vec3<double> from_here = lane_of(a, i), to_here = lane_of(b, i);
             return !leaves(level, from_here, to_here, chord_fraction(level, from_here, to_here, near), double(get_lane(least, i)), ((first >> i) & 1) != 0);
         };
-        const std::uint64_t again = query_carefully(geometry_.embree_scene, segments, left, meets);
-        if (again) place_on_surfaces(a, b, begin, length, segments, again);
-        return (hits & ~left) | again;
+        return (hits & ~left) | query_carefully(geometry_.embree_scene, segments, left, meets);
     }
-    Level<V> place_on_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, const Segments<W>& segments, std::uint64_t hits) {
-        const Level<V> levels = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, hits);
-        place_on_surface = pick(from_bits<V>(hits), chord_fraction(levels, a, b, places_of(segments, begin, length)), place_on_surface);
-        return levels;
+    /// Whether rays start so far from every surface that none is left: farther than Embree's floats and the packet's own numbers may err.
+    bool starts_in_the_open() const {
+        const CameraRays* camera = task_.job.camera;
+        if (!camera) return false;
+        const double* q = camera->position;
+        const double size = std::max({std::abs(q[0]), std::abs(q[1]), std::abs(q[2])}) + 1 / geometry_.scale;
+        return camera->clear > 2 * double(start_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
     }
 
     /// Whether a → b leaves a surface that it seems to meet at `place`: it starts on it, or goes away from it; of a sphere, to where it meets that
@@ -253,7 +253,7 @@ private:
     const Task<V>& task_;
     const Geometry& geometry_;
     S tolerance_;
-    bool chord_only_, timed_;
+    bool chord_only_, timed_, in_the_open_;
     ClearBox<V> clear_ = task_.first_box;
     V queries_ = S(0);
     std::uint64_t fresh_ = 0;    ///< lanes of which no piece has been asked about

@@ -238,7 +238,6 @@ void PacketTracer<V>::tell_occupancy(std::uint64_t lanes) {
 
 template <class V>
 void PacketTracer<V>::report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start) {
-    if (!job_.path_sink) return;
     const State<V>& state = at_start ? f.start : f.end;
     const Vec3<V>& velocity = at_start ? f.start.velocity : f.end.velocity;
     for (const int i : lanes_in(lanes)) {

@@ -24,7 +24,6 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     tried_h_ = tried_side_ = V(S(0));
     put(starts, lanes, flow_);
     task_.begin(flow_);
-    flow_.end = flow_.start;
     worst_energy_ = flow_.energy_error;
     enter(starts, lanes);
     return true;
@@ -42,7 +41,6 @@ void PacketTracer<V>::refill(RayQueue<W>& queue) {
     Flow<V> fresh = flow_;
     put(starts, lanes, fresh);
     task_.begin(fresh);
-    fresh.end = fresh.start;
     const MaskOf<V> here = from_bits<V>(lanes);
     flow_.take(fresh, here);
     for (int i = 0; i < max_stages; ++i)
@@ -77,7 +75,9 @@ void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     const std::uint64_t away =
         usable & to_bits(leaves_space(flow_.start.q(), flow_.start.velocity) | (flow_.start.domain <= V(S(0))));
     const std::uint64_t captured = usable & ~away & to_bits(flow_.start.captured <= V(S(0)));
-    report_path(flow_, away | captured, true);
+    const std::uint64_t entered = usable & ~(away | captured);
+    if (job_.path_sink) report_path(flow_, usable, true);
+    if (lanes != entered) flow_.end = flow_.start;  // whose rays end at once end there
     for (const int i : lanes_in(lanes & ~usable)) {
         const std::uint64_t lane = std::uint64_t(1) << i;
         if (starts.captured & lane) retire(flow_, lane, Status::captured);
@@ -89,14 +89,12 @@ void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     }
     retire(flow_, away, Status::escaped);
     retire(flow_, captured, Status::captured);
-    const std::uint64_t entered = usable & ~away & ~captured;
     const MaskOf<V> here = from_bits<V>(lanes);
     nominal_ = pick(here, pick(from_bits<V>(entered), V(S(job_.step)), V(S(0))), nominal_);
     active_ |= entered;
     note_direction(lanes);
     make_harmless(all_lanes<W> & ~active_ & ~usable);
     flow_.h = pick(here, step_length(), flow_.h);
-    report_path(flow_, entered, true);
 }
 
 /// Lanes without a usable state follow a neighbour that has one, with steps of length zero.

@@ -17,7 +17,7 @@ void PacketTracer<V>::end_straight() {
     V fraction(S(0));
     if (hits) {
         std::copy_n(encounter_->surface, W, surface_), std::copy_n(encounter_->primitive, W, primitive_);
-        fraction = encounter_->place_on_surface;
+        fraction = chord_fraction(encounter_->levels(hits), from, to, encounter_->t);
         hits &= ~to_bits(is_beyond(advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
     if (hits != leaving)

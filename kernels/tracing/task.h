@@ -58,6 +58,9 @@ struct Task {
     int kind() const { return static_cast<int>(method.kind); }
     /// Dense output of the step in `f`.
     Curve<V> curve(const Flow<V>& f) const { return own_curve ? own_curve(f, method.coefficients) : Curve<V>::hermite(f); }
+    Extent<V> extent(const Flow<V>& f) const {
+        return own_curve ? own_curve(f, method.coefficients).extent() : Curve<V>::hermite(f).extent();
+    }
 
 private:
     template <class Copy>

@@ -7,18 +7,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace kagero {
 namespace {
 
-/// Refuses a camera whose position lies in the surface of an object: every ray would start on it.
-void check_camera_off_surfaces(const Plan& plan) {
+/// How far the camera is from the surface of an object, or a number less than that. Refuses one that lies in it: every ray would start there.
+double distance_to_objects(const Plan& plan) {
     const Geometry* geometry = plan.geometry->kernel_view();
-    if (!geometry) return;
+    if (!geometry) return std::numeric_limits<double>::infinity();
     const double* eye = plan.camera.position;
-    const double tolerance = 1e-6 * plan.geometry->diagonal();
-    if (distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, plan.geometry->diagonal()) > tolerance) return;
+    const double most = plan.geometry->diagonal(), tolerance = 1e-6 * most;
+    const double distance = distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, most);
+    if (distance > tolerance) return distance;
     const Double3& at = plan.scene.camera.position;
     std::string shown;
     for (const double coordinate : at) enumerate(shown, written(coordinate * plan.unit));
@@ -127,7 +129,7 @@ void place_camera(Plan& plan) {
         throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::no_pace));
     if (camera_needs_double(plan))
         throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
-    check_camera_off_surfaces(plan);
+    plan.camera.clear = distance_to_objects(plan);
     if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;
 }
 

@@ -49,6 +49,20 @@ class Program:
     def json(self, *arguments):
         return json.loads(self.text(*arguments, "--quiet", "--json"))
 
+    def benchmark(self, name, *arguments):
+        """What a program of Google Benchmark's measures, once each."""
+        words = [str(a) for a in arguments]
+        shown = " ".join([name, *words]).replace(str(self.directory) + "/", "")
+        if shown not in self.commands:
+            self.commands.append(shown)
+        binary = self.build / "bin" / name
+        if not binary.exists():
+            raise RuntimeError(f"there is no {name} in {binary.parent}: build with -DKAGERO_BENCH=ON")
+        done = subprocess.run([binary, *words, "--benchmark_format=json"], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise RuntimeError(f"{shown}: status {done.returncode}: {done.stderr.strip()}")
+        return json.loads(done.stdout)["benchmarks"]
+
     def compare(self, scene, *arguments):
         return self.json("compare", SCENES / scene, "--rounds", self.rounds, *arguments)
 

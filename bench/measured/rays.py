@@ -63,8 +63,8 @@ ORBITS = {"orbit-srkn6": (0.8, 0.6, 0.4, 0.3, 0.2), "orbit-srkn11": (1.2, 1, 0.8
 
 
 def cheapest(program, rays, bounds, solved, methods=METHODS):
-    """For each bound on the greatest error of direction: (ns per ray, error, method and step), the quickest; and how well the reference,
-    gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
+    """For each bound on the greatest error of direction: (ns per ray, error, method and step, arguments for them), the quickest; and how
+    well the reference, gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
     errors by. The least time decides, as the one that nothing disturbed."""
     scene = SCENES / "hole.toml"
     should = directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.1)
@@ -84,7 +84,13 @@ def cheapest(program, rays, bounds, solved, methods=METHODS):
                 report = program.json("trace", scene, "--rays", rays, "--threads", 1, "--repeat", 9 if program.quick else 25, *how)
                 time = report["ns_per_ray"]
                 if best is None or time["min"] < best[0]["min"]:
-                    best = (time, error, f"{method}, {'tolerance' if method in ADAPTIVE else 'step'} {step:g}")
+                    best = (time, error, f"{method}, {'tolerance' if method in ADAPTIVE else 'step'} {step:g}", how)
                 break  # shorter steps of the same method only cost more
         found.append(best)
     return found, doubt
+
+
+def cheapest_of_odeint(program, rays, bounds):
+    """The same of Boost.Odeint's steppers: the benchmark of each bound."""
+    rows = program.benchmark("bench_peers", f"--rays={rays}", "--benchmark_min_time=0.01")
+    return [min((r for r in rows if r["error"] <= bound), key=lambda r: r["s/ray"]) for bound in bounds]

@@ -70,8 +70,8 @@ public:
     const V& queries() const { return queries_; }
 
 private:
-    /// The same for lanes whose step leads out of the box that is known to be clear: another is looked for in the middle of the step. A
-    /// box is a part of space, and so stays clear whatever becomes of its lane's ray.
+    /// Lanes whose step leads out of the box that is known to be clear: another is looked for in the middle of the step, and where that does
+    /// not hold the step either, Embree is asked. A box is a part of space, and so stays clear whatever becomes of its lane's ray.
     __attribute__((noinline)) std::uint64_t meet_outside(const Flow<V>& flow, std::uint64_t lanes) {
         const Curve<V> curve = task_.curve(flow);
         if (geometry_.clearance && clear_.move(*geometry_.clearance, curve.middle(), lanes)) lanes &= ~to_bits(clear_.holds(curve.extent()));

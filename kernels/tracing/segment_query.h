@@ -32,7 +32,7 @@ template <int W>
 struct Segments {
     float org[3][W], dir[3][W], near[W];
     float t[W];  ///< results, valid where `hits` says so
-    std::uint32_t surface[W], primitive[W];
+    std::uint32_t surface[W] = {}, primitive[W] = {};
 };
 
 namespace detail {

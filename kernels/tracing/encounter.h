@@ -60,10 +60,10 @@ public:
 
     /// What the lanes of `hits` met.
     Level<V> levels(std::uint64_t hits) const { return levels_of<V>(geometry_.surfaces, surface, primitive, hits); }
-    /// The same for the straight way of the step in `flow`, however long: one query, as no clearance is of use to it.
-    std::uint64_t meet_straight(const Flow<V>& flow, std::uint64_t active) {
+    /// As `meet`, for a straight way, however long: one query, as no clearance is of use to it.
+    std::uint64_t meet_straight(const Vec3<V>& start, const Vec3<V>& end, std::uint64_t active) {
         const Stopwatch watch(timed_, ticks);
-        return ask_piece(flow.start.q(), flow.end.q(), V(S(0)), V(S(1)), active);
+        return ask_piece(start, end, V(S(0)), V(S(1)), active);
     }
 
     /// How often the rays have been asked about.

@@ -84,6 +84,7 @@ private:
     void fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy);
     void retire_far_out(const RayStarts<W>& starts, int lane);
     void make_harmless(std::uint64_t lanes);
+    void set_out(std::uint64_t lanes);
     void commit(std::uint64_t lanes, std::uint64_t staying);
     void forget_repetitions(std::uint64_t lanes);
     std::uint64_t wait_for_surface(std::uint64_t hits);
@@ -104,6 +105,7 @@ private:
     void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
     V step_length() const { return bounds_steps_ ? bounded_step_length() : nominal_; }
     V bounded_step_length() const;
+    V straight_way_out() const;
 
     const Task<V>& task_;
     const Job& job_;

@@ -5,6 +5,7 @@
 #include "kernels/numeric/bits.h"
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 namespace kagero {
@@ -62,25 +63,33 @@ template <int W>
 class RayQueue {
 public:
     RayQueue(const Job& job, const Tile& tile, RayEnd* ends)
-        : job_(job), tile_(tile), ends_(ends), width_(job.camera && !job.scanlines ? block_width(W) : W), height_(W / width_),
-          x_(tile.x0 / width_ * width_), y_(tile.y0 / height_ * height_) {}
+        : job_(job), tile_(tile), ends_(ends), numbered_(!job.camera || job.path_sink),
+          width_(job.camera && !job.scanlines ? block_width(W) : W), height_(W / width_),
+          x_(tile.x0 / width_ * width_), y_(tile.y0 / height_ * height_) {
+        for (std::uint32_t i = 0; i < W; ++i) {
+            const std::uint32_t x = i % width_, y = i / width_;
+            to_x_[i] = x + 0.5, to_y_[i] = y + 0.5, to_end_[i] = std::ptrdiff_t(y) * (tile.x1 - tile.x0) + x;
+        }
+    }
 
     bool empty() const { return y_ >= tile_.y1; }
-    /// The rays of the next slots for the lanes of `free`, where their ends go, and their numbers; returns the lanes whose slot does not lie
-    /// outside of the tile.
+    /// The rays of the next slots for the lanes of `free`, where their ends go, and, where anybody asks for them, their numbers; returns the
+    /// lanes whose slot does not lie outside of the tile.
     std::uint64_t take(std::uint64_t free, RayStarts<W>& starts, RayEnd* (&ends)[W], std::uint64_t (&numbers)[W]) {
         alignas(64) double middle_x[W], middle_y[W];
         std::uint64_t taken = 0;
         const std::uint32_t row_length = job_.camera ? job_.camera->width : 0, tile_width = tile_.x1 - tile_.x0;
         const auto put = [&](int lane, std::uint32_t x, std::uint32_t y) {
             ends[lane] = ends_ + std::size_t(y - tile_.y0) * tile_width + (x - tile_.x0);
-            numbers[lane] = std::uint64_t(y) * row_length + x;
+            if (numbered_) numbers[lane] = std::uint64_t(y) * row_length + x;
             middle_x[lane] = x + 0.5, middle_y[lane] = y + 0.5;
         };
         if (free == all_lanes<W> && row_ == 0 && column_ == 0 && x_ >= tile_.x0 && y_ >= tile_.y0 && x_ + width_ <= tile_.x1 && y_ + height_ <= tile_.y1) {
-            const std::uint32_t x0 = x_, y0 = y_, in_row = width_ - 1;
-            const int row_shift = __builtin_ctz(width_);  // a power of two, as W is
-            for (int i = 0; i < W; ++i) put(i, x0 + (std::uint32_t(i) & in_row), y0 + (std::uint32_t(i) >> row_shift));
+            const double x0 = x_, y0 = y_;
+            RayEnd* const first = ends_ + std::size_t(y_ - tile_.y0) * tile_width + (x_ - tile_.x0);
+            for (int i = 0; i < W; ++i) middle_x[i] = x0 + to_x_[i], middle_y[i] = y0 + to_y_[i], ends[i] = first + to_end_[i];
+            if (numbered_)
+                for (int i = 0; i < W; ++i) numbers[i] = std::uint64_t(middle_y[i]) * row_length + std::uint64_t(middle_x[i]);
             next_block();
             taken = free;
         } else {
@@ -112,7 +121,11 @@ private:
     const Job& job_;
     const Tile& tile_;
     RayEnd* ends_;
+    bool numbered_;  ///< a list, or paths: it matters which ray is which
     std::uint32_t width_, height_, x_, y_, column_ = 0, row_ = 0;
+    /// From a block's corner to the middle of each pixel, and from the end of its first ray to that of each.
+    alignas(64) double to_x_[W], to_y_[W];
+    std::ptrdiff_t to_end_[W];
 };
 
 }  // namespace kagero

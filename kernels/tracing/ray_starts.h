@@ -89,12 +89,18 @@ void PacketTracer<V>::enter(const RayStarts<W>& starts, std::uint64_t lanes) {
     }
     retire(flow_, away, Status::escaped);
     retire(flow_, captured, Status::captured);
-    const MaskOf<V> here = from_bits<V>(lanes);
-    nominal_ = pick(here, pick(from_bits<V>(entered), V(S(job_.step)), V(S(0))), nominal_);
     active_ |= entered;
-    note_direction(lanes);
     make_harmless(all_lanes<W> & ~active_ & ~usable);
+    if (!task_.in_closed_form()) set_out(lanes);
+}
+
+/// New rays in `lanes`: their first steps.
+template <class V>
+void PacketTracer<V>::set_out(std::uint64_t lanes) {
+    const MaskOf<V> here = from_bits<V>(lanes);
+    nominal_ = pick(here, pick(from_bits<V>(active_), V(S(job_.step)), V(S(0))), nominal_);
     flow_.h = pick(here, step_length(), flow_.h);
+    note_direction(lanes);
 }
 
 /// Lanes without a usable state follow a neighbour that has one, with steps of length zero.
@@ -111,17 +117,21 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
     }
 }
 
+/// How long straight rays take to the escape sphere, and a little more: twice the distance where a ray still comes in from outside. Every
+/// straight ray ends within two such steps.
+template <class V>
+KAGERO_INLINE V PacketTracer<V>::straight_way_out() const {
+    const Vec3<V> q = flow_.start.q(), v = flow_.start.velocity;
+    const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));
+    const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
+    return max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001));
+}
+
 /// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
 template <class V>
 V PacketTracer<V>::bounded_step_length() const {
     V h = nominal_;
-    if (task_.straight) {
-        const Vec3<V> q = flow_.start.q(), v = flow_.start.velocity;
-        const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));
-        // Twice the distance where a ray still comes in from outside; every straight ray ends within two such steps.
-        const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
-        h = pick(nominal_ > V(S(0)), max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001)), V(S(0)));
-    }
+    if (task_.straight) h = pick(nominal_ > V(S(0)), straight_way_out(), V(S(0)));
     if (task_.kernel.scaled && !task_.straight) {
         const V square = dot(flow_.start.velocity, flow_.start.velocity);
         const MaskOf<V> longer = h * h * square > flow_.start.scale * flow_.start.scale;

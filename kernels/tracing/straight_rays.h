@@ -9,11 +9,10 @@ namespace kagero {
 /// by, or their numbers do not fit.
 template <class V>
 void PacketTracer<V>::end_straight() {
-    const Vec3<V> from = flow_.start.q(), v = flow_.start.velocity, to = advance(from, flow_.h, v);
+    const V way = straight_way_out();
+    const Vec3<V> from = flow_.start.q(), v = flow_.start.velocity, to = advance(from, way, v);
     const std::uint64_t leaving = active_ & to_bits(leaves_space(to, v) & is_finite(sum_of_all(flow_.start, v)));
-    flow_.end.set(to, flow_.start.p());
-    flow_.end.velocity = v;
-    std::uint64_t hits = encounter_ ? encounter_->meet_straight(flow_, leaving) : 0;
+    std::uint64_t hits = encounter_ ? encounter_->meet_straight(from, to, leaving) : 0;
     V fraction(S(0));
     if (hits) {
         std::copy_n(encounter_->surface, W, surface_), std::copy_n(encounter_->primitive, W, primitive_);
@@ -23,14 +22,15 @@ void PacketTracer<V>::end_straight() {
     if (hits != leaving)
         fraction = pick(from_bits<V>(hits), fraction, chord_fraction(sphere_level(V(S(job_.escape_radius))), from, to, V(S(1))));
     flow_.end.set(advance(from, fraction, to - from), flow_.start.p());
-    flow_.end.parameter = fraction * flow_.h;
+    flow_.end.velocity = v;
+    flow_.end.parameter = fraction * way;
     steps_ = pick(from_bits<V>(leaving), V(S(1)), steps_);
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));
     retire(flow_, hits, Status::hit);
     retire(flow_, leaving & ~hits, Status::escaped);
     active_ &= ~leaving;
-    nominal_ = pick(from_bits<V>(leaving), V(S(0)), nominal_), flow_.h = pick(from_bits<V>(leaving), V(S(0)), flow_.h);
+    if (active_) set_out(filled_);
 }
 
 }  // namespace kagero

@@ -52,11 +52,13 @@ def worst_angle(ends, should):
 
 
 # The longest steps first.
-METHODS = {"dp5": (0.3, 0.29, 0.28, 0.27, 0.25, 0.2, 0.15, 0.1, 0.07, 0.05), "rkf78": tuple(m * 10.0**-k for k in range(5, 14) for m in (1, 0.5, 0.2)),
+TOLERANCES = tuple(m * 10.0**-k for k in range(5, 14) for m in (1, 0.5, 0.2))
+METHODS = {"dp5": (0.3, 0.29, 0.28, 0.27, 0.25, 0.2, 0.15, 0.1, 0.07, 0.05), "dp8": (1, 0.8, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.12, 0.1),
+           "verner9": (1, 0.8, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.22, 0.2, 0.19, 0.18, 0.17, 0.15, 0.12), "dp85": TOLERANCES, "rkf78": TOLERANCES,
            "gauss4": (0.4, 0.2, 0.1), "gauss6": (0.9, 0.6, 0.4, 0.25), "gauss8": (1.2, 0.9, 0.7, 0.55, 0.45, 0.38, 0.3),
            "gauss12": (1.2, 0.9, 0.6, 0.45, 0.35, 0.3, 0.25, 0.2, 0.15), "gauss16": (1.2, 0.9, 0.7, 0.5, 0.4, 0.3, 0.2)}
 
-ADAPTIVE = ("rkf78",)  # whose numbers are tolerances
+ADAPTIVE = ("rkf78", "dp85")  # whose numbers are tolerances
 
 ORBITS = {"orbit-srkn6": (0.8, 0.6, 0.4, 0.3, 0.2), "orbit-srkn11": (1.2, 1, 0.8, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15),
           "orbit-srkn14": (1, 0.8, 0.6, 0.4, 0.3, 0.25, 0.2)}

@@ -2,8 +2,8 @@
 ///
 /// Dense output finds the event; its order is lower than the step's. So a ray that has met something waits, with the step it was
 /// taking, until the rest of its packet is done; then all of them redo that step at the fraction where the surface lies, and go the
-/// rest of the way, which Newton's method tells, in steps that soon are tiny: position and direction have the full order of the
-/// integrator.
+/// rest of the way, which Newton's method tells, in steps so short that a cheap method takes them (`Task::creep`): position and direction
+/// have the full order of the integrator.
 #pragma once
 
 #include "kernels/tracing/surface.h"
@@ -178,7 +178,8 @@ private:
         flow.h = pick(edge, zero, s_ * full);
         if (!task_.resumes) task_.begin(flow);
         for (int i = 0; i < max_corrections; ++i) {
-            task_.step(flow);
+            if (i == 0) task_.step(flow);
+            else task_.creep(flow);
             arrived.take(flow, moving);
             const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end.velocity);
             const V s = max(min(s_ - rest / full, V(greatest_fraction)), V(least_fraction));

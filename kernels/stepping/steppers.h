@@ -23,9 +23,9 @@ namespace detail {
 template <class S>
 inline constexpr S greatest_loss = S(0.03);
 
-/// What the tracing loop wants to know of a place on a ray's way.
+/// What the tracing loop wants to know of a place on a ray's way. Not inlined, so that all kinds of step share it.
 template <class System, class V>
-KAGERO_INLINE void look_around(const System& system, Flow<V>& f, Waypoint<V>& at, const V& terms_before) {
+__attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Waypoint<V>& at, const V& terms_before) {
     using S = ScalarOf<V>;
     const Survey<V> here = system.survey(at);
     at.velocity = here.velocity, at.energy_terms = here.terms;
@@ -39,16 +39,16 @@ KAGERO_INLINE void look_around(const System& system, Flow<V>& f, Waypoint<V>& at
     if (f.want_path) f.energy = system.energy(at) + V(S(system.level()));
 }
 
-/// At the end of a step. Not inlined, so that all kinds of step share it.
+/// At the end of a step.
 template <class System, class V>
-__attribute__((noinline)) void arrive(const System& system, Flow<V>& f) {
+KAGERO_INLINE void arrive(const System& system, Flow<V>& f) {
     f.end.y[6] = f.start.y[6];
     look_around(system, f, f.end, f.start.energy_terms);
 }
 
 /// … and at the start of a ray, which is the end of no step.
 template <class System, class V>
-__attribute__((noinline)) void depart(const System& system, Flow<V>& f) {
+KAGERO_INLINE void depart(const System& system, Flow<V>& f) {
     look_around(system, f, f.start, V(ScalarOf<V>(0)));
 }
 

@@ -11,7 +11,7 @@ struct Family {
 constexpr Family families[] = {
     {"satoh", 354, 72, Mark::cross},  {"euler", 354, 72, Mark::cross},  {"ks-", 282, 45, Mark::diamond},
     {"srkn", 180, 70, Mark::diamond}, {"orbit-", 180, 70, Mark::diamond}, {"gauss", 132, 55, Mark::circle}, {"midpoint", 132, 55, Mark::circle},
-    {"rk", 215, 78, Mark::square},    {"dp", 215, 78, Mark::square},    {"", 34, 88, Mark::triangle},
+    {"rk", 215, 78, Mark::square},    {"dp", 215, 78, Mark::square},      {"verner", 215, 78, Mark::square}, {"", 34, 88, Mark::triangle},
 };
 
 /// Shades tell siblings apart; a name has the same one in every run.

@@ -84,7 +84,7 @@ Nodes listed(const Tape& t, const std::array<int, 6>& outputs) {
     const auto program = detail::extract_all<6>(t, outputs, {});
     Nodes list{};
     list.size = program.size;
-    std::copy_n(program.nodes.begin(), program.size, list.nodes);
+    std::copy_n(program.nodes, program.size, list.nodes);
     std::copy_n(program.outputs.begin(), 6, list.outputs);
     return list;
 }

@@ -11,8 +11,8 @@ namespace kagero {
 
 template <int Size, int Outputs>
 struct Program {
-    std::array<Node, Size> nodes{};  ///< in order of evaluation; operands are indices into this array
-    std::array<int, Size> slot{};    ///< of a uniform node in the table of uniforms, else −1
+    Node nodes[Size]{};  ///< in order of evaluation; operands are indices into this array
+    int slot[Size]{};    ///< of a uniform node in the table of uniforms, else −1
     std::array<int, Outputs> outputs{};
     int size = 0;
     int uniforms = 0;
@@ -64,7 +64,7 @@ namespace detail {
 constexpr bool is_leaf(Op op) { return op == Op::constant || op == Op::parameter || op == Op::input; }
 
 /// A node whose operands have moved to other places.
-constexpr Node moved(Node n, const std::array<int, Tape::capacity>& place) {
+constexpr Node moved(Node n, const int* place) {
     if (is_leaf(n.op)) return n;
     n.a = place[n.a];
     if (n.b >= 0) n.b = place[n.b];
@@ -72,42 +72,48 @@ constexpr Node moved(Node n, const std::array<int, Tape::capacity>& place) {
     return n;
 }
 
-template <int Outputs>
-constexpr std::array<int, Tape::capacity> count_uses(const Tape& t, const std::array<int, Outputs>& outputs) {
-    std::array<int, Tape::capacity> uses{};
-    for (int o : outputs) ++uses[o];
-    for (int i = t.size - 1; i >= 0; --i) {
-        const Node& n = t.nodes[i];
-        if (uses[i] == 0 || is_leaf(n.op)) continue;
-        for (int operand : {n.a, n.b, n.c})
-            if (operand >= 0) ++uses[operand];
+/// How many nodes, and outputs, take each node.
+struct Uses {
+    int count[Tape::capacity]{};
+    template <std::size_t Outputs>
+    constexpr Uses(const Tape& t, const std::array<int, Outputs>& outputs) {
+        for (int o : outputs) ++count[o];
+        for (int i = t.size - 1; i >= 0; --i) {
+            const Node& n = t.nodes[i];
+            if (count[i] == 0 || is_leaf(n.op)) continue;
+            ++count[n.a];
+            if (n.b >= 0) ++count[n.b];
+            if (n.c >= 0) ++count[n.c];
+        }
     }
-    return uses;
-}
+};
 
 /// Uniform factors travel inward where that lets several products share one: u (d x), u (d y) become (u d) x, (u d) y.
 template <int Outputs>
 constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
-    const auto uses = count_uses<Outputs>(t, outputs);
+    const Uses uses(t, outputs);
     const auto scaled_product = [&](int i) {
         const Node& n = t.nodes[i];
-        return uses[i] > 0 && n.op == Op::mul && !n.uniform && t.uniform(n.a) && t.nodes[n.b].op == Op::mul && uses[n.b] == 1;
+        return uses.count[i] > 0 && n.op == Op::mul && !n.uniform && t.uniform(n.a) && t.nodes[n.b].op == Op::mul && uses.count[n.b] == 1;
     };
+    int products[Tape::capacity]{};
+    int count = 0;
+    for (int i = 0; i < t.size; ++i)
+        if (scaled_product(i)) products[count++] = i;
     /// How many products would share u·d.
     const auto shared_by = [&](int u, int d) {
-        int count = 0;
-        for (int i = 0; i < t.size; ++i) {
-            if (!scaled_product(i) || t.nodes[i].a != u) continue;
-            const Node& product = t.nodes[t.nodes[i].b];
-            if (product.a == d || product.b == d) ++count;
+        int sharing = 0;
+        for (int k = 0; k < count; ++k) {
+            const Node& n = t.nodes[products[k]];
+            if (n.a == u && (t.nodes[n.b].a == d || t.nodes[n.b].b == d)) ++sharing;
         }
-        return count;
+        return sharing;
     };
     Tape shared;
-    std::array<int, Tape::capacity> place{};
+    int place[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
-        if (uses[i] == 0 && n.op != Op::input) continue;
+        if (uses.count[i] == 0 && n.op != Op::input) continue;
         if (scaled_product(i)) {
             const Node& product = t.nodes[n.b];
             const int with_a = shared_by(n.a, product.a), with_b = shared_by(n.a, product.b);
@@ -128,9 +134,9 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
 /// earliest, so that no product waits longer than its last factor.
 template <int Outputs>
 constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, Varying varying) {
-    const auto uses = count_uses<Outputs>(t, outputs);
-    std::array<int, Tape::capacity> depth{};  // operations on the way from the varying inputs; −1 where nothing varies
-    std::array<bool, Tape::capacity> inner{}; // a product whose only use is another product
+    const Uses uses(t, outputs);
+    int depth[Tape::capacity]{};  // operations on the way from the varying inputs; −1 where nothing varies
+    bool inner[Tape::capacity]{}; // a product whose only use is another product
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
         if (is_leaf(n.op)) {
@@ -139,15 +145,15 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
         }
         depth[i] = std::max({depth[n.a], n.b < 0 ? -1 : depth[n.b], n.c < 0 ? -1 : depth[n.c]});
         if (depth[i] >= 0) depth[i] += n.op == Op::rsqrt || n.op == Op::recip ? 6 : 1;
-        if (uses[i] == 0 || n.op != Op::mul || depth[i] < 0) continue;
+        if (uses.count[i] == 0 || n.op != Op::mul || depth[i] < 0) continue;
         for (int operand : {n.a, n.b})
-            inner[operand] = inner[operand] || (t.nodes[operand].op == Op::mul && uses[operand] == 1 && depth[operand] >= 0);
+            inner[operand] = inner[operand] || (t.nodes[operand].op == Op::mul && uses.count[operand] == 1 && depth[operand] >= 0);
     }
     Tape ordered;
-    std::array<int, Tape::capacity> place{}, factors{};
+    int place[Tape::capacity]{}, factors[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
-        if ((uses[i] == 0 && n.op != Op::input) || inner[i]) continue;
+        if ((uses.count[i] == 0 && n.op != Op::input) || inner[i]) continue;
         if (n.op == Op::mul && depth[i] >= 0) {
             int count = 0;
             const auto gather = [&](auto&& self, int k) -> void {
@@ -158,7 +164,7 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
             const auto earlier = [&](int a, int b) {
                 return t.uniform(a) != t.uniform(b) ? t.uniform(a) : depth[a] != depth[b] ? depth[a] < depth[b] : a < b;
             };
-            std::sort(factors.begin(), factors.begin() + count, earlier);
+            std::sort(factors, factors + count, earlier);
             int product = place[factors[0]];
             for (int f = 1; f < count; ++f) {
                 const int factor = place[factors[f]];
@@ -174,11 +180,11 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
 }
 
 /// a·b + c in one operation wherever the product has no other use.
-constexpr void fuse(Tape& t, const std::array<int, Tape::capacity>& uses) {
+constexpr void fuse(Tape& t, const Uses& uses) {
     for (int i = 0; i < t.size; ++i) {
         Node& n = t.nodes[i];
-        if (n.uniform || uses[i] == 0 || (n.op != Op::add && n.op != Op::sub)) continue;
-        const auto lone_product = [&](int k) { return t.nodes[k].op == Op::mul && !t.uniform(k) && uses[k] == 1; };
+        if (n.uniform || uses.count[i] == 0 || (n.op != Op::add && n.op != Op::sub)) continue;
+        const auto lone_product = [&](int k) { return t.nodes[k].op == Op::mul && !t.uniform(k) && uses.count[k] == 1; };
         if (lone_product(n.b)) {
             const Node product = t.nodes[n.b];
             n = {n.op == Op::add ? Op::mul_add : Op::neg_mul_add, product.a, product.b, n.a, 0, false};
@@ -194,13 +200,13 @@ constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std
     Tape t = share_scaled<Outputs>(recorded, outputs);
     const bool shared = !t.full;
     t = order_products<Outputs>(t, outputs, varying);
-    fuse(t, count_uses<Outputs>(t, outputs));
-    const auto uses = count_uses<Outputs>(t, outputs);
+    fuse(t, Uses(t, outputs));
+    const Uses uses(t, outputs);
     Program<Tape::capacity, Outputs> p;
     p.whole = shared && !t.full;
-    std::array<int, Tape::capacity> place{};
+    int place[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
-        if (uses[i] == 0) continue;
+        if (uses.count[i] == 0) continue;
         const Node n = moved(t.nodes[i], place);
         place[i] = p.size;
         p.slot[p.size] = n.uniform && n.op != Op::constant ? p.uniforms++ : -1;

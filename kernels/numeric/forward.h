@@ -25,7 +25,7 @@ namespace detail {
 /// Whether node i depends on an input in [first, last).
 template <const auto& P, int first, int last>
 inline constexpr auto varying_nodes = [] {
-    std::array<bool, P.nodes.size()> varies{};
+    std::array<bool, std::size(P.nodes)> varies{};
     for (int i = 0; i < P.size; ++i) {
         const Node& n = P.nodes[i];
         if (n.op == Op::input) varies[i] = n.a >= first && n.a < last;
@@ -109,7 +109,7 @@ template <const auto& P, int I, int first, int last, class S, class L>
 KAGERO_INLINE void sweep(S* s, L* t, const S* uniforms, const S* inputs) {
     constexpr Node n = P.nodes[I];
     constexpr const auto& varies = varying_nodes<P, first, last>;
-    evaluate<P, I>(s, uniforms, inputs);
+    evaluate<n.op, n.uniform, calls_circular<P>>(s, I, P.nodes[I], P.slot[I], uniforms, inputs);
     if constexpr (n.op == Op::input) {
         if constexpr (varies[I]) t[I] = unit<L, n.a - first>();
     } else if constexpr (varies[I]) {

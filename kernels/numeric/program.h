@@ -56,20 +56,21 @@ V applied(Op op, const V& a, const V& b, const V& c) {
 template <const auto& P>
 inline constexpr bool calls_circular = P.calls_circular();
 
-template <const auto& P, int I, class V, class S>
-KAGERO_INLINE void evaluate(V* s, const S* uniforms, const V* inputs) {
-    constexpr Node n = P.nodes[I];
-    if constexpr (n.op == Op::input) s[I] = inputs[n.a];
-    else if constexpr (n.op == Op::constant) s[I] = V(S(n.value));
-    else if constexpr (n.uniform) { if constexpr (P.slot[I] >= 0) s[I] = V(uniforms[P.slot[I]]); }
-    else s[I] = apply<n.op, calls_circular<P>, V>(s[n.a], s[n.b < 0 ? n.a : n.b], s[n.c < 0 ? n.a : n.c]);
+/// Node i of a program on the numbers of those before it. All that differs from node to node of one operation are plain arguments, constant
+/// wherever this is inlined: a function for every node would be most of the time to compile.
+template <Op op, bool uniform, bool call, class V, class S>
+KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* uniforms, const V* inputs) {
+    if constexpr (op == Op::input) s[i] = inputs[n.a];
+    else if constexpr (op == Op::constant) s[i] = V(S(n.value));
+    else if constexpr (uniform) s[i] = V(uniforms[slot]);
+    else s[i] = apply<op, call, V>(s[n.a], s[n.b < 0 ? n.a : n.b], s[n.c < 0 ? n.a : n.c]);
 }
 
 template <const auto& P, class V, class S, int... I, int... O>
 KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::integer_sequence<int, I...>,
                        std::integer_sequence<int, O...>) {
     V s[sizeof...(I) + 1];
-    (evaluate<P, I>(s, uniforms, inputs), ...);
+    ((evaluate<P.nodes[I].op, P.nodes[I].uniform, calls_circular<P>, V>(s, I, P.nodes[I], P.slot[I], uniforms, inputs)), ...);
     ((outputs[O] = s[P.outputs[O]]), ...);
 }
 

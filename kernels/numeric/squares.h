@@ -6,6 +6,8 @@
 
 #include "kernels/numeric/tape.h"
 
+#include <algorithm>
+
 namespace kagero {
 namespace detail {
 
@@ -33,10 +35,10 @@ private:
 
     struct Term {
         double coefficient = 0;
-        std::array<signed char, most_bases> power{};  ///< of each base, in halves
+        signed char power[most_bases]{};  ///< of each base, in halves
     };
     struct Terms {
-        std::array<Term, most_terms> term{};
+        Term term[most_terms]{};
         int count = 0;
     };
 
@@ -73,7 +75,7 @@ private:
         return all;
     }
     constexpr Terms expand(int i) {
-        if (failed_ = failed_ || depth_ >= greatest_depth; failed_) return {};
+        if (failed_ = failed_ || depth_ >= greatest_depth; failed_) return Terms{};
         ++depth_;
         const Terms all = expanded(i);
         --depth_;
@@ -113,12 +115,13 @@ private:
         return base(i, 2);
     }
 
+    static constexpr bool same_bases(const Term& a, const Term& b) { return std::equal(a.power, a.power + most_bases, b.power); }
     /// Adds up terms of the same bases.
     constexpr void collect() {
         Terms all;
         for (int i = 0; i < terms_.count; ++i) {
             int same = 0;
-            while (same < all.count && all.term[same].power != terms_.term[i].power) ++same;
+            while (same < all.count && !same_bases(all.term[same], terms_.term[i])) ++same;
             if (same == all.count) append(all, terms_.term[i]);
             else all.term[same].coefficient += terms_.term[i].coefficient;
         }
@@ -200,7 +203,7 @@ private:
     /// The terms that `wanted(i)` selects; those that share all but inputs share the product of it.
     template <class Wanted>
     constexpr int sum_of(const Terms& terms, const Wanted& wanted) {
-        std::array<bool, most_terms> done{};
+        bool done[most_terms]{};
         const auto inputs = [this](int b) { return is_input(b); };
         const auto others = [this](int b) { return !is_input(b); };
         int total = t_.constant(0);
@@ -237,21 +240,21 @@ private:
     }
 
     Tape& t_;
-    std::array<bool, Tape::capacity> rooted_{};  ///< nodes whose root the tape takes
-    std::array<int, most_bases> bases_{};
+    bool rooted_[Tape::capacity]{};  ///< nodes whose root the tape takes
+    int bases_[most_bases]{};
     int bases_count_ = 0;
     Terms terms_{};
     bool failed_ = false;
     int depth_ = 0;  ///< of sums and products that are being expanded
-    std::array<int, most_terms> group_{};   ///< of each term: the square that it is part of, or −1
-    std::array<bool, most_terms> root_{};   ///< … as a², not as 2ab
-    std::array<int, most_terms> sign_{};    ///< … of a
+    int group_[most_terms]{};   ///< of each term: the square that it is part of, or −1
+    bool root_[most_terms]{};   ///< … as a², not as 2ab
+    int sign_[most_terms]{};    ///< … of a
     int squares_ = 0;
 };
 
 /// Operations that node `root` takes, those of uniforms aside.
 constexpr int operations_to(const Tape& t, int root) {
-    std::array<bool, Tape::capacity> needed{};
+    bool needed[Tape::capacity]{};
     needed[root] = true;
     int count = 0;
     for (int i = root; i >= 0; --i) {

@@ -41,7 +41,7 @@ inline double value_of(Op op, double a, double b);
 class Tape {
 public:
     static constexpr int capacity = 768;
-    std::array<Node, capacity> nodes{};
+    Node nodes[capacity]{};
     int size = 0;
     bool full = false;  ///< a node had no room: whatever was recorded since is meaningless
 
@@ -139,7 +139,7 @@ public:
 
 private:
     // Nodes of the same first operand (or leaf's index, or none) are chained, the last first; counted from 1, as 0 ends a chain.
-    std::array<int, capacity> last_user_{}, earlier_{};
+    int last_user_[capacity]{}, earlier_[capacity]{};
     int last_constant_ = 0;
 
     constexpr bool is(int i, double x) const { return nodes[i].op == Op::constant && nodes[i].value == x; }
@@ -253,8 +253,8 @@ constexpr void give_operands(Tape& t, int i, int d, const Give& give) {
 template <int N>
 constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wanted, std::array<int, N>& gradient) {
     const int last = output;
-    std::array<bool, Tape::capacity> reaches{};
-    std::array<int, Tape::capacity> adjoint{};
+    bool reaches[Tape::capacity]{};
+    int adjoint[Tape::capacity]{};
     for (int i = 0; i <= last; ++i) {
         const Node& n = t.nodes[i];
         if (n.op == Op::input) {

@@ -60,7 +60,7 @@ struct Uniforms {
         using Wide = decltype(S() + 1.0);
         Wide wide[P.uniforms + 1] = {}, k[parameter_limit] = {};
         for (int i = 0; i < P.parameters(); ++i) k[i] = Wide(parameters[i]);
-        fill_uniforms(P.nodes.data(), P.slot.data(), P.size, k, wide);
+        fill_uniforms(P.nodes, P.slot, P.size, k, wide);
         for (int i = 0; i < P.uniforms; ++i) values[i] = S(wide[i]);
     }
 
@@ -240,7 +240,7 @@ public:
     }
     /// The program of `derivatives` as data.
     Listed<S> listed() const {
-        return {{derivatives_.nodes.data(), derivatives_.slot.data(), derivatives_.outputs.data(), derivatives_.size}, derivatives_u_.values};
+        return {{derivatives_.nodes, derivatives_.slot, derivatives_.outputs.data(), derivatives_.size}, derivatives_u_.values};
     }
     /// The parameters, for flows that a Hamiltonian states in closed form.
     template <class V>

@@ -112,13 +112,12 @@ private:
 namespace kagero {
 
 /// A formula, rescaled or not: what steps see, so that they are compiled for both at once.
-template <bool is_separable, class S>
+template <class S>
 class FormulaSystem {
     using Parts = formula::PartSystem;
 
 public:
-    using Hamiltonian = formula::AnyFormula<is_separable>;
-    static constexpr bool separable = is_separable, force_needs_p = !separable, velocity_needs_q = !separable;
+    static constexpr bool separable = false, force_needs_p = true, velocity_needs_q = true;
     static constexpr Axes cyclic{};  // known to its programs alone
     bool rescaled;
 
@@ -193,10 +192,19 @@ private:
     Parts a_, b_;
 };
 
-template <bool separable, bool Rescaled, class S>
-struct System<formula::AnyFormula<separable>, Rescaled, S> : FormulaSystem<separable, S> {
-    using Stepped = FormulaSystem<separable, S>;
-    using Stepped::Stepped;
+/// The same of a separable one, for steps that take one side of the equations at a time.
+template <class S>
+struct SeparableFormula : FormulaSystem<S> {
+    using FormulaSystem<S>::FormulaSystem;
+    static constexpr bool separable = true, force_needs_p = false, velocity_needs_q = false;
+};
+
+template <bool is_separable, bool Rescaled, class S>
+struct System<formula::AnyFormula<is_separable>, Rescaled, S> : std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>> {
+    using Sides = std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>>;
+    using Whole = FormulaSystem<S>;
+    using Sides::Sides;
+    using Hamiltonian = formula::AnyFormula<is_separable>;
     static constexpr bool rescaled = Rescaled;
     static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;
     static constexpr ProgramOperations operations{};  // known to its programs alone

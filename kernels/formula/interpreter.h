@@ -13,7 +13,7 @@ KAGERO_INLINE void run_of(const Instruction* instruction, const Run& run, T* s, 
         const Instruction now = instruction[i];
         T* result = s + now.result * N;
         const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
-        for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply<op, false, T>(a[n], b[n], c[n]);
+        for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply<op, true, T>(a[n], b[n], c[n]);
         if (run.keep)
             for (int n = 0; n < N; ++n) result[n] = last[n];
     }

@@ -109,7 +109,7 @@ template <const auto& P, int I, int first, int last, class S, class L>
 KAGERO_INLINE void sweep(S* s, L* t, const S* uniforms, const S* inputs) {
     constexpr Node n = P.nodes[I];
     constexpr const auto& varies = varying_nodes<P, first, last>;
-    evaluate<n.op, n.uniform, calls_circular<P>>(s, I, P.nodes[I], P.slot[I], uniforms, inputs);
+    evaluate<n.op, n.uniform, calls<P>(n.op)>(s, I, P.nodes[I], P.slot[I], uniforms, inputs);
     if constexpr (n.op == Op::input) {
         if constexpr (varies[I]) t[I] = unit<L, n.a - first>();
     } else if constexpr (varies[I]) {

@@ -11,10 +11,20 @@ namespace kagero {
 
 namespace detail {
 
-template <class Function, class V>
-__attribute__((noinline)) V outlined(const Function& function, const V& x) { return function(x); }
+template <Op op, class V>
+KAGERO_INLINE V function_of(const V& a, const V& b) {
+    if constexpr (op == Op::exp) return exp(a);
+    else if constexpr (op == Op::log) return log(a);
+    else if constexpr (op == Op::sin) return sin(a);
+    else if constexpr (op == Op::cos) return cos(a);
+    else if constexpr (op == Op::tan) return tan(a);
+    else if constexpr (op == Op::tanh) return tanh(a);
+    else return atan2(a, b);
+}
+template <Op op, class V>
+__attribute__((noinline)) V called(const V& a, const V& b) { return function_of<op, V>(a, b); }
 
-/// One operation on any number type.
+/// One operation on any number type; functions are called, or unrolled where they are used.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     if constexpr (op == Op::add) return a + b;
@@ -24,15 +34,8 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::recip) return recip(a);
     else if constexpr (op == Op::sqrt) return sqrt(a);
     else if constexpr (op == Op::rsqrt) return rsqrt(a);
-    else if constexpr (op == Op::exp) return exp(a);
-    else if constexpr (op == Op::log) return log(a);
-    else if constexpr (op == Op::sin && call) return outlined([](const V& x) { return sin(x); }, a);
-    else if constexpr (op == Op::cos && call) return outlined([](const V& x) { return cos(x); }, a);
-    else if constexpr (op == Op::sin) return sin(a);
-    else if constexpr (op == Op::cos) return cos(a);
-    else if constexpr (op == Op::tan) return tan(a);
-    else if constexpr (op == Op::tanh) return tanh(a);
-    else if constexpr (op == Op::atan2) return atan2(a, b);
+    else if constexpr (is_function(op) && call) return called<op, V>(a, b);
+    else if constexpr (is_function(op)) return function_of<op, V>(a, b);
     else if constexpr (op == Op::min) return min(a, b);
     else if constexpr (op == Op::max) return max(a, b);
     else if constexpr (op == Op::at_least) return pick(a >= b, V(1.0), V(0.0));
@@ -53,8 +56,12 @@ V applied(Op op, const V& a, const V& b, const V& c) {
     }
 }
 
+/// Whether an operation of a program is called.
 template <const auto& P>
-inline constexpr bool calls_circular = P.calls_circular();
+constexpr bool calls(Op op) {
+    constexpr bool calls_circular = P.calls_circular();
+    return calls_circular && (op == Op::sin || op == Op::cos);
+}
 
 /// Node i of a program on the numbers of those before it. All that differs from node to node of one operation are plain arguments, constant
 /// wherever this is inlined: a function for every node would be most of the time to compile.
@@ -70,7 +77,7 @@ template <const auto& P, class V, class S, int... I, int... O>
 KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::integer_sequence<int, I...>,
                        std::integer_sequence<int, O...>) {
     V s[sizeof...(I) + 1];
-    ((evaluate<P.nodes[I].op, P.nodes[I].uniform, calls_circular<P>, V>(s, I, P.nodes[I], P.slot[I], uniforms, inputs)), ...);
+    ((evaluate<P.nodes[I].op, P.nodes[I].uniform, calls<P>(P.nodes[I].op), V>(s, I, P.nodes[I], P.slot[I], uniforms, inputs)), ...);
     ((outputs[O] = s[P.outputs[O]]), ...);
 }
 

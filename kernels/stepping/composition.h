@@ -15,6 +15,7 @@
 namespace kagero {
 
 struct Composition {
+    static constexpr bool takes_sides = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
     static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }

@@ -13,6 +13,7 @@
 ///   resumes                               a step from another place or of another length needs no `begin` before it
 ///   carries                               Waypoint::carry goes from step to step
 ///   stages_inside                         no derivative is taken at a step's ends, where the slope of H may jump
+///   takes_sides                           it takes ∂K/∂q and ∂K/∂p one at a time
 ///   shareable<System>()                   it may be compiled once for all systems that are called instead of inlined
 ///   pass(system, flow, coefficients, way) goes the whole way past nothing by itself
 ///   arrived(flow)                         has the last word on a step's end

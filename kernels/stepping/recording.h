@@ -177,4 +177,10 @@ struct Part {
     }
 };
 
+/// Whether Newton's method takes every step, as in the printed recipe, and not only those that iteration leaves.
+template <class H>
+inline constexpr bool stepped_by_newton = false;
+template <class H, bool second>
+inline constexpr bool stepped_by_newton<Part<H, second>> = true;
+
 }  // namespace kagero

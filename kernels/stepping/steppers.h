@@ -59,27 +59,29 @@ constexpr bool is_shared() {
     else return false;
 }
 
-/// A system as its own steps see it.
-template <class System>
+/// A system as this step sees it, so that what is the same of several systems is compiled once.
+template <class System, class Step>
 const auto& stepped_in(const SystemStorage& storage) {
-    if constexpr (requires { typename System::Stepped; }) return static_cast<const typename System::Stepped&>(system_in<System>(storage));
-    else return system_in<System>(storage);
+    const System& system = system_in<System>(storage);
+    if constexpr (!requires { typename System::Whole; }) return system;
+    else if constexpr (requires { Step::takes_sides; }) return static_cast<const typename System::Sides&>(system);
+    else return static_cast<const typename System::Whole&>(system);
 }
 
 template <class System, class Step, class V>
 void begin(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
-    const auto& system = stepped_in<System>(storage);
-    depart(system, f);
+    const auto& system = stepped_in<System, Step>(storage);
+    depart(stepped_in<System, Straight>(storage), f);
     if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::begin(as_called<V>(system), f, coefficients);
     else Step::begin(system, f, coefficients);
 }
 
 template <class System, class Step, class V>
 void step(const SystemStorage& storage, Flow<V>& f, const Coefficients& coefficients) {
-    const auto& system = stepped_in<System>(storage);
+    const auto& system = stepped_in<System, Step>(storage);
     if constexpr (is_shared<System, Step>()) SharedStep<Step, V>::step(as_called<V>(system), f, coefficients);
     else Step::step(system, f, coefficients);
-    arrive(system, f);
+    arrive(stepped_in<System, Straight>(storage), f);
     if constexpr (requires { Step::arrived(f); }) Step::arrived(f);
 }
 

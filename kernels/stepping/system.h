@@ -93,10 +93,10 @@ public:
     /// ∂K/∂p alone: dq/dτ.
     template <class V>
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side<velocity_>(velocity_u_.values, s); }
-    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program, all momenta at once where that is short.
+    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program, all momenta at once where that is short and every step asks.
     template <class V>
     __attribute__((noinline)) void mixed(const State<V>& s, V* out) const {
-        constexpr int together = force_.length() <= longest_unrolled ? 3 : 1;
+        constexpr int together = stepped_by_newton<H> && force_.length() <= longest_unrolled ? 3 : 1;
         using Forward = Dual<V, together>;
         for (int from = 0; from < 3; from += together) {
             Forward in[7], force[3];

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <vector>
 
 namespace kagero {
 
@@ -21,32 +22,36 @@ private:
     std::uint32_t steps_ = 0;
 };
 
-/// Traces a tile, packet by packet, or by gangs: packets that take their steps in turn, so that all wait for the longest ray of them. That
-/// is a vector of hundreds of lanes, done a few registers at a time.
-template <int packets = 1, class V>
+/// Traces a tile, packet by packet.
+template <class V>
 void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
     Halting halted(task.job);
-    if constexpr (packets == 1) {
-        while (!queue.empty()) {
-            PacketTracer<V> packet(task, counters);
-            packet.start(queue);
-            while (packet.goes_on()) {
-                packet.step(queue);
-                if (halted()) return;
-            }
-            packet.finish();
+    while (!queue.empty()) {
+        PacketTracer<V> packet(task, counters);
+        packet.start(queue);
+        while (packet.goes_on()) {
+            packet.step(queue);
+            if (halted()) return;
         }
-    } else {
-        std::optional<PacketTracer<V>> gang[packets];
-        while (!queue.empty()) {
-            for (auto& packet : gang) packet.emplace(task, counters), packet->start(queue);
-            while (std::any_of(gang, gang + packets, [](auto& packet) { return packet->goes_on(); })) {
-                for (auto& packet : gang) packet->goes_on() ? packet->step(queue) : packet->idle();
-                if (halted()) return;
-            }
-            for (auto& packet : gang) packet->finish();
+        packet.finish();
+    }
+}
+
+/// … by gangs: packets that take their steps in turn, so that all wait for the longest ray of them. That is a vector of hundreds of
+/// lanes, done a few registers at a time.
+template <class V>
+void trace_by_gangs(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters, int packets) {
+    RayQueue<lane_count<V>> queue(task.job, tile, ends);
+    Halting halted(task.job);
+    std::vector<std::optional<PacketTracer<V>>> gang(static_cast<std::size_t>(packets));
+    while (!queue.empty()) {
+        for (auto& packet : gang) packet.emplace(task, counters), packet->start(queue);
+        while (std::any_of(gang.begin(), gang.end(), [](auto& packet) { return packet->goes_on(); })) {
+            for (auto& packet : gang) packet->goes_on() ? packet->step(queue) : packet->idle();
+            if (halted()) return;
         }
+        for (auto& packet : gang) packet->finish();
     }
 }
 
@@ -55,19 +60,15 @@ void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, 
     trace_tile(Task<V>(job, kernel, is_straight(job.hamiltonian, job.parameters)), tile, ends, counters);
 }
 
-template <int packets, class V>
-void trace_job(const Job& job, const Tile& tile, RayEnd* ends, Counters& counters) {
-    const Task<V> task(job, space_of<V>(job), is_straight(job.hamiltonian, job.parameters));
-    trace_tile<packets>(task, tile, ends, counters);
-}
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    trace_job<1, V>(*job, *tile, ends, *counters);
+    trace_with(space_of<V>(*job), *job, *tile, ends, *counters);
 }
 template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
     // A gang of one packet, or of less, is none: no list has it.
-    if constexpr (lanes > lane_count<V>) trace_job<lanes / lane_count<V>, V>(*job, *tile, ends, *counters);
+    if constexpr (lanes > lane_count<V>)
+        trace_by_gangs(Task<V>(*job, space_of<V>(*job), is_straight(job->hamiltonian, job->parameters)), *tile, ends, *counters, lanes / lane_count<V>);
 }
 
 }  // namespace kagero

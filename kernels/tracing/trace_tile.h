@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <vector>
 
 namespace kagero {
 
@@ -38,20 +37,26 @@ void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& c
     }
 }
 
+/// In rays.
+inline constexpr int longest_gang = std::max({
+#include "gangs.inc"
+});
+
 /// … by gangs: packets that take their steps in turn, so that all wait for the longest ray of them. That is a vector of hundreds of
 /// lanes, done a few registers at a time.
 template <class V>
 void trace_by_gangs(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters, int packets) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
     Halting halted(task.job);
-    std::vector<std::optional<PacketTracer<V>>> gang(static_cast<std::size_t>(packets));
+    std::optional<PacketTracer<V>> gang[longest_gang / lane_count<V>];
+    const auto end = gang + packets;
     while (!queue.empty()) {
-        for (auto& packet : gang) packet.emplace(task, counters), packet->start(queue);
-        while (std::any_of(gang.begin(), gang.end(), [](auto& packet) { return packet->goes_on(); })) {
-            for (auto& packet : gang) packet->goes_on() ? packet->step(queue) : packet->idle();
+        for (auto packet = gang; packet != end; ++packet) packet->emplace(task, counters), (*packet)->start(queue);
+        while (std::any_of(gang, end, [](auto& packet) { return packet->goes_on(); })) {
+            for (auto packet = gang; packet != end; ++packet) (*packet)->goes_on() ? (*packet)->step(queue) : (*packet)->idle();
             if (halted()) return;
         }
-        for (auto& packet : gang) packet->finish();
+        for (auto packet = gang; packet != end; ++packet) (*packet)->finish();
     }
 }
 

@@ -83,7 +83,7 @@ template <class H>
 bool is_transcendental() {
     static Tape tape;
     static const Recording<H> recorded(tape);
-    return std::any_of(tape.nodes.begin(), tape.nodes.begin() + tape.size,
+    return std::any_of(tape.nodes, tape.nodes + tape.size,
                        [](const Node& n) { return !n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::tanh); });
 }
 

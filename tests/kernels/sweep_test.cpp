@@ -128,7 +128,7 @@ TEST(Roundings, AreThoseOfEveryOperation) {
     const auto program = kagero::detail::extract_all<1>(t, std::array{t.recip(t.mul(x, y))});
     const double inputs[] = {4, 5}, seeds[] = {0.6, 0.8};
     const double sum = sum_of_roundings<double>(
-        Listed<double>{{program.nodes.data(), program.slot.data(), program.outputs.data(), program.size}, nullptr}, inputs, seeds, 1);
+        Listed<double>{{program.nodes, program.slot, program.outputs.data(), program.size}, nullptr}, inputs, seeds, 1);
     EXPECT_NEAR(sum, 4 / 32.0 + 16 / 400.0, 1e-12);
 }
 

@@ -63,8 +63,8 @@ constexpr bool calls(Op op) {
     return calls_circular && (op == Op::sin || op == Op::cos);
 }
 
-/// Node i of a program on the numbers of those before it. All that differs from node to node of one operation are plain arguments, constant
-/// wherever this is inlined: a function for every node would be most of the time to compile.
+/// Node i of a program on the numbers of those before it. What differs between nodes of one operation is a plain argument, constant wherever
+/// this is inlined: with a function for every node long programs take a third longer to compile.
 template <Op op, bool uniform, bool call, class V, class S>
 KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* uniforms, const V* inputs) {
     if constexpr (op == Op::input) s[i] = inputs[n.a];

@@ -1,5 +1,7 @@
 #include "render/schedule.h"
 
+#include "render/render.h"
+
 #include <algorithm>
 #include <numeric>
 
@@ -19,6 +21,11 @@ std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
     return edge;
 }
 
+/// The first pass costs as much as a fiftieth of a picture of one ray per pixel. It is worth that where the last tiles would keep other
+/// threads idle for as long, and where there are rays enough for the time left to be asked for.
+constexpr std::uint32_t many_rays_per_pixel = 4;
+constexpr std::uint64_t many_tiles_per_thread = 64;
+
 struct Piece {
     std::uint32_t width, height;
 };
@@ -29,6 +36,14 @@ Piece piece_of(const Plan& plan, Schedule schedule) {
     const std::uint32_t height = std::min(edge, packet_edge);
     const std::uint64_t width = most_rays / (std::uint64_t{height} * spp) / edge * edge;
     return {static_cast<std::uint32_t>(std::max<std::uint64_t>(width, edge)), height};
+}
+
+bool worth_predicting(const Plan& plan) {
+    if (plan.straight) return false;
+    const std::uint32_t spp = plan.scene.film.spp, edge = tile_edge(spp);
+    const Tile w = shown_part(plan);
+    const std::uint64_t tiles = std::uint64_t{w.x1 - w.x0} * (w.y1 - w.y0) / (std::uint64_t{edge} * edge);
+    return spp >= many_rays_per_pixel || (plan.threads > 1 && tiles < many_tiles_per_thread * plan.threads);
 }
 
 }  // namespace
@@ -46,7 +61,7 @@ Schedule schedule_of(const Plan& plan) {
     const auto& names = schedule_names();
     const auto found = std::find(names.begin(), names.end(), plan.options.schedule);
     if (found != names.end()) return static_cast<Schedule>(found - names.begin());
-    return plan.straight ? Schedule::tiles : Schedule::predicted;
+    return worth_predicting(plan) ? Schedule::predicted : Schedule::tiles;
 }
 
 WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {

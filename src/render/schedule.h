@@ -17,7 +17,8 @@ enum class Schedule {
 const std::vector<std::string>& schedule_names();
 const char* name_of(Schedule schedule);
 
-/// What the options ask for; `auto` is `predicted`, or `tiles` where rays are straight and cost alike.
+/// What the options ask for; `auto` is `predicted` where that pays: with few tiles for each of several threads, or many rays per pixel,
+/// unless rays are straight and cost alike. Else it is `tiles`.
 Schedule schedule_of(const Plan& plan);
 
 /// Tiles in the order in which threads take them.

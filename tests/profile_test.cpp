@@ -136,6 +136,12 @@ TEST_F(ProfileVerb, RefusesWhatItCannotDo) {
     EXPECT_EQ(run("profile hole.toml -o hole.toml").status, 2);
 }
 
+Options predicting() {
+    Options options;
+    options.schedule = "predicted";
+    return options;
+}
+
 /// The tiles of a picture by their places, as they were predicted and as they were traced.
 std::map<std::array<std::uint32_t, 2>, TileRecord> tiles_of(const Plan& plan) {
     Film film(plan.scene.film.width, plan.scene.film.height, {"color"});
@@ -168,14 +174,14 @@ TEST(Profile, AnInterruptionKeepsTheRoundsThatAreWhole) {
 // Nothing is predicted by the clock: not even where most of a tile's time is that of its colours.
 TEST(Prediction, IsTheSameEveryTime) {
     for (const char* scene : {"room.toml", "galaxy.toml"}) {
-        const auto plan = plan_of_file(scene_file(scene), {"film.size=[320,200]"});
+        const auto plan = plan_of_file(scene_file(scene), {"film.size=[320,200]"}, predicting());
         auto once = tiles_of(*plan);
         for (const auto& [place, again] : tiles_of(*plan)) EXPECT_EQ(once[place].predicted, again.predicted) << scene;
     }
 }
 
 TEST(Prediction, FollowsWhatTilesDo) {
-    const auto plan = plan_of_file(scene_file("room.toml"), {});
+    const auto plan = plan_of_file(scene_file("room.toml"), {}, predicting());
     const Operations operations = operations_of(*plan);
     std::vector<double> predicted, done;
     for (const auto& [place, record] : tiles_of(*plan)) {
@@ -184,6 +190,19 @@ TEST(Prediction, FollowsWhatTilesDo) {
         done.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) + 400 * double(c.queries));
     }
     EXPECT_GT(*correlation(predicted, done), 0.9);
+}
+
+TEST(Prediction, IsMadeWhereItPays) {
+    const auto chosen = [](unsigned threads, const std::string& size, const std::string& spp) {
+        Options options;
+        options.threads = threads;
+        return schedule_of(*plan_of_file(scene_file("room.toml"), {"film.size=" + size, "film.spp=" + spp}, options));
+    };
+    EXPECT_EQ(chosen(1, "[320,200]", "1"), Schedule::tiles);       // no other thread waits for the last tile
+    EXPECT_EQ(chosen(2, "[1280,720]", "1"), Schedule::tiles);      // … nor long
+    EXPECT_EQ(chosen(2, "[320,200]", "1"), Schedule::predicted);
+    EXPECT_EQ(chosen(16, "[1280,720]", "1"), Schedule::predicted);
+    EXPECT_EQ(chosen(1, "[1280,720]", "16"), Schedule::predicted);  // the time left is asked for
 }
 
 TEST(Correlation, IsPearsons) {

@@ -11,9 +11,12 @@
 
 namespace kagero::formula {
 
+/// Operands are places: slots times `unit`, so that a processor's addresses scale them to packets without further arithmetic.
 struct Instruction {
+    static constexpr std::size_t unit = 16;
     std::uint16_t result, a, b, c;
 };
+static_assert(256 * Instruction::unit <= 1 << 16);
 
 /// What a run does: an `Op`, or one of these, where L is the result of the instruction before.
 inline constexpr int op_count = 32;  // more than there are of Op
@@ -38,8 +41,11 @@ struct Run {
     std::uint16_t first, count;
 };
 
+/// Behind what a survey returns of any system, Ω.
+enum { survey_pace = surveyed, formula_surveyed };
+
 struct Code {
-    static constexpr int inputs = 7, greatest_slots = 256, greatest_outputs = surveyed;
+    static constexpr int inputs = 7, greatest_slots = 256, greatest_outputs = formula_surveyed;
     std::int32_t slots, constants, runs, outputs;
     std::int32_t prepared;  ///< the first so many runs know nothing of the varying inputs
     Run run[Tape::capacity];
@@ -164,13 +170,13 @@ private:
             const int k = order_[i];
             const Node& n = p_.nodes[k];
             Instruction& to = code_.instruction[i];
-            to = {0, slot_of(swap_[i] ? n.b : n.a), slot_of(swap_[i] ? n.a : n.b), slot_of(n.c)};
+            to = {0, place_of(swap_[i] ? n.b : n.a), place_of(swap_[i] ? n.a : n.b), place_of(n.c)};
             const int operands[3] = {n.a, n.b != n.a ? n.b : -1, n.c != n.a && n.c != n.b ? n.c : -1};
             for (const int operand : operands)
                 if (operand >= 0 && !detail::is_leaf(p_.nodes[operand].op) && last_use_[operand] == i) free[free_count++] = slot_[operand];
             if (free_count == 0 && code_.slots == Code::greatest_slots) return false;
             slot_[k] = free_count ? free[--free_count] : code_.slots++;
-            to.result = slot_of(k);
+            to.result = place_of(k);
         }
         static_assert(Outputs <= Code::greatest_outputs);
         code_.outputs = Outputs;
@@ -178,6 +184,7 @@ private:
         return true;
     }
     std::uint16_t slot_of(int k) const { return k < 0 ? std::uint16_t(0) : static_cast<std::uint16_t>(slot_[k]); }
+    std::uint16_t place_of(int k) const { return static_cast<std::uint16_t>(slot_of(k) * Instruction::unit); }
 
     const Program<Size, Outputs>& p_;
     Code& code_;

@@ -2,6 +2,8 @@
 #include "kernels/formula/programs.h"
 #include "kernels/numeric/squares.h"
 
+#include <algorithm>
+
 namespace kagero::formula {
 namespace {
 
@@ -127,7 +129,10 @@ bool write_motion(const Formula& f, const Written* written, Programs& p) {
     r.ends(g, survey);
     if (t.full || !write(t, std::array{excess}, everything, p.value)) return false;
     p.derivative_nodes = listed(t, g);
-    if (!write(t, g, everything, p.derivatives) || !write(t, survey, everything, p.survey)) return false;
+    std::array<int, formula_surveyed> with_pace{};
+    std::copy(survey.begin(), survey.end(), with_pace.begin());
+    with_pace[survey_pace] = pace;
+    if (!write(t, g, everything, p.derivatives) || !write(t, with_pace, everything, p.survey)) return false;
     return write(t, std::array{pace}, everything, p.pace) && write_sides(t, g, p.force, p.velocity, p.separable);
 }
 

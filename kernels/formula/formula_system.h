@@ -177,11 +177,11 @@ public:
     }
     template <class V>
     Survey<V> survey(const State<V>& s) const {
-        V out[surveyed] = {};
+        V out[formula::formula_surveyed];
         formula::evaluate(p_.survey, s.y, out);
         if (!p_.scaled) out[survey_scale] = V(std::numeric_limits<S>::max());
         if (rescaled) {  // backward, or nowhere, goes what is rescaled by Ω ≤ 0 within the medium: no ray
-            const MaskOf<V> forward = (pace(s) > V(S(0))) | (out[survey_domain] <= V(S(0)));
+            const MaskOf<V> forward = (out[formula::survey_pace] > V(S(0))) | (out[survey_domain] <= V(S(0)));
             for (int k = survey_velocity; k < survey_excess; ++k) out[k] = pick(forward, out[k], V(std::numeric_limits<S>::quiet_NaN()));
         }
         return survey_of(out);
@@ -201,9 +201,9 @@ struct SeparableFormula : FormulaSystem<S> {
 
 template <bool is_separable, bool Rescaled, class S>
 struct System<formula::AnyFormula<is_separable>, Rescaled, S> : std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>> {
-    using Sides = std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>>;
+    using OneSided = std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>>;
     using Whole = FormulaSystem<S>;
-    using Sides::Sides;
+    using OneSided::OneSided;
     using Hamiltonian = formula::AnyFormula<is_separable>;
     static constexpr bool rescaled = Rescaled;
     static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;

@@ -6,13 +6,22 @@
 
 namespace kagero::formula {
 
+/// The slot at a place of an instruction.
+template <class T, int N>
+KAGERO_INLINE T* at(T* s, std::size_t place) {
+    constexpr std::size_t size = sizeof(T) * N;
+    if constexpr (size % Instruction::unit == 0) place *= size / Instruction::unit;
+    else place = place / Instruction::unit * size;
+    return reinterpret_cast<T*>(reinterpret_cast<unsigned char*>(s) + place);
+}
+
 /// The same instruction on N sets of slots: slot i of set n is s[i·N + n]. `last` is left with the last results.
 template <Op op, class T, int N>
 KAGERO_INLINE void run_of(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
     for (int i = 0; i < run.count; ++i) {
         const Instruction now = instruction[i];
-        T* result = s + now.result * N;
-        const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
+        T* result = at<T, N>(s, now.result);
+        const T *a = at<T, N>(s, now.a), *b = at<T, N>(s, now.b), *c = at<T, N>(s, now.c);
         for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply<op, true, T>(a[n], b[n], c[n]);
         if (run.keep)
             for (int n = 0; n < N; ++n) result[n] = last[n];
@@ -22,7 +31,7 @@ template <OnLast op, class T, int N>
 KAGERO_INLINE void run_on_last(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
     for (int i = 0; i < run.count; ++i) {
         const Instruction now = instruction[i];
-        const T *a = s + now.a * N, *b = s + now.b * N, *c = s + now.c * N;
+        const T *a = at<T, N>(s, now.a), *b = at<T, N>(s, now.b), *c = at<T, N>(s, now.c);
         for (int n = 0; n < N; ++n) {
             if constexpr (op == OnLast::add) last[n] = last[n] + b[n];
             else if constexpr (op == OnLast::mul) last[n] = last[n] * b[n];
@@ -34,7 +43,7 @@ KAGERO_INLINE void run_on_last(const Instruction* instruction, const Run& run, T
             else last[n] = neg_mul_add(a[n], b[n], last[n]);
         }
     }
-    T* result = s + instruction[run.count - 1].result * N;
+    T* result = at<T, N>(s, instruction[run.count - 1].result);
     if (run.keep)
         for (int n = 0; n < N; ++n) result[n] = last[n];
 }
@@ -46,14 +55,14 @@ __attribute__((noinline)) void interpret(const Code& code, int first, int end, T
     for (int n = 0; n < N; ++n) last[n] = s[n];
     for (int r = first; r < end; ++r) {
         const Run run = code.run[r];
-        const Instruction* at = code.instruction + run.first;
+        const Instruction* instruction = code.instruction + run.first;
         switch (run.kind) {
 #define KAGERO_RUN(OP) \
-    case kind_of(Op::OP): run_of<Op::OP, T, N>(at, run, s, last); break;
+    case kind_of(Op::OP): run_of<Op::OP, T, N>(instruction, run, s, last); break;
             KAGERO_OPERATIONS(KAGERO_RUN)
 #undef KAGERO_RUN
 #define KAGERO_RUN(OP) \
-    case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(at, run, s, last); break;
+    case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(instruction, run, s, last); break;
             KAGERO_RUN(add) KAGERO_RUN(mul) KAGERO_RUN(rsqrt) KAGERO_RUN(recip) KAGERO_RUN(mul_add) KAGERO_RUN(add_product)
             KAGERO_RUN(neg_mul_add) KAGERO_RUN(minus_product)
 #undef KAGERO_RUN

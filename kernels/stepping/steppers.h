@@ -64,7 +64,7 @@ template <class System, class Step>
 const auto& stepped_in(const SystemStorage& storage) {
     const System& system = system_in<System>(storage);
     if constexpr (!requires { typename System::Whole; }) return system;
-    else if constexpr (requires { Step::takes_sides; }) return static_cast<const typename System::Sides&>(system);
+    else if constexpr (requires { Step::takes_sides; }) return static_cast<const typename System::OneSided&>(system);
     else return static_cast<const typename System::Whole&>(system);
 }
 

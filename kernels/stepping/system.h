@@ -35,7 +35,7 @@ struct Survey {
 
 /// … from what its program returns.
 template <class V>
-KAGERO_INLINE Survey<V> survey_of(const V (&out)[surveyed]) {
+KAGERO_INLINE Survey<V> survey_of(const V* out) {
     return {{out[survey_velocity], out[survey_velocity + 1], out[survey_velocity + 2]}, out[survey_excess], out[survey_size],
             out[survey_terms], out[survey_domain], out[survey_captured], out[survey_side], out[survey_scale]};
 }

@@ -112,6 +112,16 @@ TEST_F(Files, AnEndDoesNotWaitForATile) {
     EXPECT_TRUE(exists("b.exr"));
 }
 
+TEST_F(Files, AProfileWithoutARoundLeavesNoDirectory) {
+    write("interrupt.sh", interrupt_soon);
+    const std::string endless = "profile hole.toml --size 4x4 --spp 4096 --precision double --integrator gauss16 --step 1e-6 -D integrator.max_steps=4000000000 --threads 1 ";
+    EXPECT_EQ(run(endless + "-o new", "timeout 60 sh interrupt.sh").status, 130);
+    EXPECT_FALSE(exists("new"));
+    EXPECT_EQ(run("profile hole.toml --size 8x8 --repeat 1 -o old").status, 0);
+    EXPECT_EQ(run(endless + "-o old", "timeout 60 sh interrupt.sh").status, 130);
+    EXPECT_TRUE(exists("old/report.html"));
+}
+
 TEST_F(Files, OptionsOverruleVariables) {
     const std::string render = "render hole.toml --quiet --json -o a.exr ";
     EXPECT_EQ(json::parse(run(render + "--threads 3", "KAGERO_THREADS=2").out)["threads"], 3);
@@ -133,6 +143,10 @@ TEST_F(Files, AToleranceIsKept) {
     const Outcome told = run("render hole.toml -o a.exr -D integrator.tolerance=1e-3 --integrator gauss8");
     EXPECT_EQ(told.status, 0);
     EXPECT_NE(told.err.find("integrator.tolerance has no effect"), std::string::npos) << told.err;
+    const Outcome too_fine = run("render hole.toml -o a.exr -D integrator.tolerance=1e-300");
+    EXPECT_NE(too_fine.err.find("rays failed"), std::string::npos) << too_fine.err;
+    EXPECT_NE(too_fine.err.find("Another integrator.tolerance may do"), std::string::npos) << too_fine.err;
+    EXPECT_EQ(too_fine.err.find("integrator.step"), std::string::npos) << too_fine.err;
 }
 
 // In an observer's frame too: neither squares of it that overflow nor those that vanish.

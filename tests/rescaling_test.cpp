@@ -133,7 +133,8 @@ TEST(Rescaling, IsOfPositivePaceAlone) {
                 EXPECT_TRUE(end.status == Status::failed || end.status == Status::step_limit);
             for (const RayEnd& end : traced(space, {"integrator.rescale=x"}, strategy, outward)) EXPECT_EQ(end.status, Status::escaped);
         }
-    EXPECT_NE(refusal(built_in, {"integrator.rescale=-r"}).find("camera.position: integrator.rescale is not greater than 0"), std::string::npos);
+    for (const std::string& space : {built_in, formula})
+        EXPECT_NE(refusal(space, {"integrator.rescale=-r"}).find("integrator.rescale = \"-r\" is not greater than 0 at camera.position"), std::string::npos);
 }
 
 TEST(Rescaling, SaysWhatItCannotDo) {

@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"render hole.toml -D camera.position=[0,0.01,0] -D camera.observer=zamo", "here can be: falling"},
         Mistake{"render hole.toml --layers ''", "an empty value"}, Mistake{"render hole.toml -o ''", "an empty value"},
         Mistake{"print hole.toml -o hole.toml", "are the same file"}, Mistake{"stability --json traped", "did you mean trapped?"},
-        Mistake{"render hole.toml -D space.rg=", "expected a value"}, Mistake{"render hole.toml -D integrator.rescale=-r", "camera.position: integrator.rescale"},
+        Mistake{"render hole.toml -D space.rg=", "expected a value"}, Mistake{"render hole.toml -D integrator.rescale=-r", "integrator.rescale = \"-r\" is not greater than 0 at camera.position"},
         Mistake{"stability trapped --lanes 4", "no option"}, Mistake{"error hole.toml --strategy per-ray", "compare"},
         Mistake{"render hole.toml -D camera.fvo=20", "fov"}, Mistake{"render hole.toml -D camera", "camera"}));
 

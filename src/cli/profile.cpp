@@ -53,12 +53,14 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     settle(*plan);
     for (const std::string& remark : plan->remarks) terminal.warning(remark);
     const std::string directory = report_directory(arguments, "profile");
+    const bool was_there = fs::exists(directory);
     make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));
 
     prepare_to_write(picture);  // what loading takes is not writing
     Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
     const Profile profile = profile_watched(*plan, film, repeats, terminal);
     if (profile.repeats == 0) {
+        if (!was_there) fs::remove(directory);
         terminal.note("interrupted before there was anything to report");
         return exit_interrupted;
     }

@@ -130,7 +130,8 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
     if (rays > 0 && count(Status::step_limit) == rays)
         terminal.warning("no ray ended within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps");
     if (count(Status::failed) > many * rays)
-        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. A smaller integrator.step may do");
+        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. " +
+                         (plan.module->integrators[plan.job.integrator].adaptive ? "Another integrator.tolerance" : "A smaller integrator.step") + " may do");
     if (report.energy_error.p99 > large && !(plan.pilot && plan.pilot->met))
         terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) + " alone: a smaller integrator.step will show another picture");
 }

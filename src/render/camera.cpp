@@ -105,6 +105,13 @@ Failure place_observer(Plan& plan, StartMap& map) {
     throw InputError(*camera.observer_place, "camera.observer = \"" + camera.observer + "\" cannot be at camera.position: " + why);
 }
 
+/// Blames what time is rescaled by, where the scene states it, else the place.
+[[noreturn]] void refuse_rescaling(const SceneDescription& scene) {
+    const IntegratorDescription& integrator = scene.integrator;
+    if (!integrator.rescale_place) throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::no_pace));
+    throw InputError(*integrator.rescale_place, "integrator.rescale = \"" + integrator.rescale + "\" is not greater than 0 at camera.position");
+}
+
 }  // namespace
 
 double pixel_size(const SceneDescription& scene, double distance) {
@@ -125,8 +132,7 @@ void place_camera(Plan& plan) {
     for (std::size_t k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
     const Failure failure = place_observer(plan, plan.camera.start);
     if (failure != Failure::none) refuse_observer(plan, failure);
-    if (lacks_pace(plan, plan.camera.position))
-        throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::no_pace));
+    if (lacks_pace(plan, plan.camera.position)) refuse_rescaling(scene);
     if (camera_needs_double(plan))
         throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
     plan.camera.clear = distance_to_objects(plan);

@@ -122,6 +122,7 @@ FormulaDescription load_formula(const Section& section) {
 
 void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator) {
     if (rescale.string == "auto" || rescale.string == "none") return;
+    integrator.rescale_place = rescale.place;
     if (!space.formula) integrator.rescaling = {formula_scope(), -1, rescale.place};
     FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
     std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;

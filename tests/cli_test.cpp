@@ -188,6 +188,19 @@ TEST_F(Cli, CheckReports) {
     EXPECT_TRUE(report["remarks"].empty());
 }
 
+TEST_F(Cli, CheckReportsWhatIsWrong) {
+    for (const std::string wrong : {"film.spp=0", "object=[{name=\"a\",shape=\"mesh\",file=\"none.obj\"}]"}) {
+        const Outcome outcome = run("check hole.toml --json -D '" + wrong + "'");
+        EXPECT_EQ(outcome.status, 2);
+        const json report = json::parse(outcome.out);
+        EXPECT_EQ(report["valid"], false);
+        EXPECT_NE(outcome.err.find(report["error"].get<std::string>()), std::string::npos) << outcome.err;
+    }
+    const std::string scene = read("hole.toml");
+    EXPECT_EQ(run("check hole.toml --json hole.toml -D film.spp=0").status, 2);
+    EXPECT_EQ(read("hole.toml"), scene);
+}
+
 TEST_F(Cli, RaysThatPassTheEscapeSphereByEscape) {
     // From beyond a sphere of radius 50: one misses it, one crosses it and is delivered onto it.
     write("rays.csv", "x,y,z,dx,dy,dz\n100,60,0,-1,0,0\n100,30,0,-1,0,0\n");

@@ -1,5 +1,6 @@
 // kagero check: is the scene right?
 #include "cli/verb.h"
+#include "error.h"
 #include "report/explanation.h"
 
 #include <ostream>
@@ -18,14 +19,23 @@ void declare(CLI::App& app, Arguments& arguments) {
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
-    // Making the plan reads meshes and textures too, and refuses what cannot be integrated.
-    SceneDescription scene = scene_of(arguments, options);
-    check_outputs({{"--json", arguments.json}}, files_of(scene));
-    const auto plan = make_plan(std::move(scene), options);
-    for (const std::string& remark : plan->remarks) terminal.warning(remark);
     const bool json = !arguments.json.empty();
-    const std::string text = json ? validity_json(*plan) : validity_text(*plan);
-    write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
+    check_outputs({{"--json", arguments.json}}, {{"the scene", arguments.scene}});
+    const auto report = [&](const std::string& text) { write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; }); };
+    const auto or_report = [&](const auto& make) {
+        try {
+            return make();
+        } catch (const InputError& error) {
+            if (json) report(invalidity_json(arguments.scene, error.what()));
+            throw;
+        }
+    };
+    SceneDescription scene = or_report([&] { return scene_of(arguments, options); });
+    check_outputs({{"--json", arguments.json}}, files_of(scene));
+    // Making the plan reads meshes and textures too, and refuses what cannot be integrated.
+    const auto plan = or_report([&] { return make_plan(std::move(scene), options); });
+    for (const std::string& remark : plan->remarks) terminal.warning(remark);
+    report(json ? validity_json(*plan) : validity_text(*plan));
     return exit_done;
 }
 

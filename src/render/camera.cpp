@@ -13,6 +13,13 @@
 namespace kagero {
 namespace {
 
+/// "camera.position = [x, y, z]", in the scene's lengths.
+std::string position_of_camera(const Plan& plan) {
+    std::string shown;
+    for (const double coordinate : plan.scene.camera.position) enumerate(shown, written(coordinate * plan.unit));
+    return "camera.position = [" + shown + "]";
+}
+
 /// How far the camera is from the surface of an object, or a number less than that. Refuses one that lies in it: every ray would start there.
 double distance_to_objects(const Plan& plan) {
     const Geometry* geometry = plan.geometry->kernel_view();
@@ -21,11 +28,8 @@ double distance_to_objects(const Plan& plan) {
     const double most = plan.geometry->diagonal(), tolerance = 1e-6 * most;
     const double distance = distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, most);
     if (distance > tolerance) return distance;
-    const Double3& at = plan.scene.camera.position;
-    std::string shown;
-    for (const double coordinate : at) enumerate(shown, written(coordinate * plan.unit));
     throw InputError(plan.scene.camera.position_place,
-                     "camera.position = [" + shown + "] lies in the surface of an object, or too close to it for a scene of this size: it must be farther than " +
+                     position_of_camera(plan) + " lies in the surface of an object, or too close to it for a scene of this size: it must be farther than " +
                          written(tolerance * plan.unit) + " from every surface, a millionth of the extent of all objects");
 }
 
@@ -101,14 +105,15 @@ Failure place_observer(Plan& plan, StartMap& map) {
     }
     const std::string why = describe(failure) + (others.empty() ? std::string() : "; here can be: " + others);
     if (others.empty() || !camera.observer_place)
-        throw InputError(camera.position_place, "camera.position: no " + camera.observer + " observer can be here: " + why);
-    throw InputError(*camera.observer_place, "camera.observer = \"" + camera.observer + "\" cannot be at camera.position: " + why);
+        throw InputError(camera.position_place, position_of_camera(plan) + ": no " + camera.observer + " observer can be here: " + why);
+    throw InputError(*camera.observer_place, "camera.observer = \"" + camera.observer + "\" cannot be at " + position_of_camera(plan) + ": " + why);
 }
 
 /// Blames what time is rescaled by, where the scene states it, else the place.
-[[noreturn]] void refuse_rescaling(const SceneDescription& scene) {
-    const IntegratorDescription& integrator = scene.integrator;
-    if (!integrator.rescale_place) throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::no_pace));
+[[noreturn]] void refuse_rescaling(const Plan& plan) {
+    const IntegratorDescription& integrator = plan.scene.integrator;
+    if (!integrator.rescale_place)
+        throw InputError(plan.scene.camera.position_place, position_of_camera(plan) + ": " + describe(Failure::no_pace));
     throw InputError(*integrator.rescale_place, "integrator.rescale = \"" + integrator.rescale + "\" is not greater than 0 at camera.position");
 }
 
@@ -132,9 +137,9 @@ void place_camera(Plan& plan) {
     for (std::size_t k = 0; k < 3; ++k) plan.camera.position[k] = scene.camera.position[k] - scene.space.center[k];
     const Failure failure = place_observer(plan, plan.camera.start);
     if (failure != Failure::none) refuse_observer(plan, failure);
-    if (lacks_pace(plan, plan.camera.position)) refuse_rescaling(scene);
+    if (lacks_pace(plan, plan.camera.position)) refuse_rescaling(plan);
     if (camera_needs_double(plan))
-        throw InputError(scene.camera.position_place, std::string("camera.position: ") + describe(Failure::needs_double));
+        throw InputError(scene.camera.position_place, position_of_camera(plan) + ": " + describe(Failure::needs_double));
     plan.camera.clear = distance_to_objects(plan);
     if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;
 }

@@ -74,7 +74,7 @@ std::vector<double> compile_formula(const FormulaDescription& description, const
 std::vector<double> compile_rescaled(const RescalingDescription& rescaling, const Plan& plan) {
     Formula formula{nullptr, 0, -1, -1, -1, -1, rescaling.node, {-1, -1}, plan.module->hamiltonians[plan.hamiltonian].level, 0};
     formula.hamiltonian = plan.hamiltonian, formula.parameters = plan.parameters.data();
-    return compiled(formula, rescaling.scope, *plan.module, rescaling.place, "integrator.rescale");
+    return compiled(formula, rescaling.scope, *plan.module, *plan.scene.integrator.rescale_place, "integrator.rescale");
 }
 
 RayStart formula_ray(const Plan& plan, const double (&q)[3], const Double3& d) {

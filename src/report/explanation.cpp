@@ -61,4 +61,8 @@ std::string validity_json(const Plan& plan) {
                     {"remarks", plan.remarks}});
 }
 
+std::string invalidity_json(const std::string& scene, const std::string& error) {
+    return text_of({{"scene", scene}, {"valid", false}, {"error", error}});
+}
+
 }  // namespace kagero

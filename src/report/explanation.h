@@ -11,5 +11,7 @@ std::string explanation_json(const Plan& plan, const Explanation& explanation);
 /// "SCENE: valid (…)".
 std::string validity_text(const Plan& plan);
 std::string validity_json(const Plan& plan);
+/// … of a scene that is refused with this error.
+std::string invalidity_json(const std::string& scene, const std::string& error);
 
 }  // namespace kagero

@@ -42,7 +42,6 @@ struct SpaceDescription {
 struct RescalingDescription {
     FormulaScope scope;
     std::int32_t node = -1;
-    Place place;
 };
 
 struct IntegratorDescription {

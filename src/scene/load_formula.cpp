@@ -123,7 +123,7 @@ FormulaDescription load_formula(const Section& section) {
 void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator) {
     if (rescale.string == "auto" || rescale.string == "none") return;
     integrator.rescale_place = rescale.place;
-    if (!space.formula) integrator.rescaling = {formula_scope(), -1, rescale.place};
+    if (!space.formula) integrator.rescaling = {formula_scope(), -1};
     FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
     std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;
     const bool taken = std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });

@@ -26,7 +26,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         try {
             return make();
         } catch (const InputError& error) {
-            if (json) report(invalidity_json(arguments.scene, error.what()));
+            if (json && !arguments.scene.empty()) report(invalidity_json(arguments.scene, error.what()));
             throw;
         }
     };

@@ -114,7 +114,7 @@ Failure place_observer(Plan& plan, StartMap& map) {
     const IntegratorDescription& integrator = plan.scene.integrator;
     if (!integrator.rescale_place)
         throw InputError(plan.scene.camera.position_place, position_of_camera(plan) + ": " + describe(Failure::no_pace));
-    throw InputError(*integrator.rescale_place, "integrator.rescale = \"" + integrator.rescale + "\" is not greater than 0 at camera.position");
+    throw InputError(*integrator.rescale_place, "integrator.rescale = \"" + integrator.rescale + "\" is not greater than 0 at " + position_of_camera(plan));
 }
 
 }  // namespace

@@ -51,9 +51,9 @@ TEST(Chart, TrianglesTakeThatOfTheirCorners) {
     const auto charts = charts_of(mesh);
     ASSERT_EQ(charts.size(), 1u);
     for (const std::size_t i : {0u, 1u, 2u}) {
-        const ChartPoint at = on_triangle(charts[0], vertex(mesh, static_cast<std::uint32_t>(i)));
-        EXPECT_NEAR(at.u, mesh.uv[2 * i], 1e-12);
-        EXPECT_NEAR(at.v, mesh.uv[2 * i + 1], 1e-12);
+        const auto [u, v] = on_triangle(charts[0], vertex(mesh, static_cast<std::uint32_t>(i)));
+        EXPECT_NEAR(u, mesh.uv[2 * i], 1e-12);
+        EXPECT_NEAR(v, mesh.uv[2 * i + 1], 1e-12);
     }
     EXPECT_TRUE(charts_of(TriangleMesh{}).empty());
 }

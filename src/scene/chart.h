@@ -28,11 +28,10 @@ struct TriangleChart {
 /// One per triangle; none where the mesh has no uv.
 std::vector<TriangleChart> charts_of(const TriangleMesh& mesh);
 
-inline ChartPoint on_triangle(const TriangleChart& chart, const Double3& point) {
+inline std::array<double, 2> on_triangle(const TriangleChart& chart, const Double3& point) {
     const Double3 from_corner = subtract(point, chart.corner);
-    ChartPoint at = chart.at_corner;
-    at.u += dot(at.u_gradient, from_corner), at.v += dot(at.v_gradient, from_corner);
-    return at;
+    const ChartPoint& at = chart.at_corner;
+    return {at.u + dot(at.u_gradient, from_corner), at.v + dot(at.v_gradient, from_corner)};
 }
 
 /// u is longitude (+x in the middle, growing towards +y), v latitude about z. Of a point, of any length, from the centre.

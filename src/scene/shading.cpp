@@ -9,10 +9,23 @@ namespace kagero {
 
 namespace {
 
-ChartPoint chart_point(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
-    if (object.shape == Shape::sphere) return on_sphere(subtract(point, object.center));
-    if (object.shape == Shape::disk) return on_disk(object.normal, object.inner, object.outer, subtract(point, object.center));
-    return object.charts.empty() ? ChartPoint{} : on_triangle(object.charts[primitive], point);
+/// A place on a paint, and what a patch around it covers.
+struct PaintedPatch {
+    double u = 0, v = 0;
+    UvPatch sides;
+};
+
+PaintedPatch painted(const ChartPoint& at, const Patch& patch) {
+    return {at.u, at.v, in_chart(at, patch)};
+}
+
+PaintedPatch painted(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Patch& patch) {
+    if (object.shape == Shape::sphere) return painted(on_sphere(subtract(point, object.center)), patch);
+    if (object.shape == Shape::disk) return painted(on_disk(object.normal, object.inner, object.outer, subtract(point, object.center)), patch);
+    if (object.charts.empty()) return {};
+    const TriangleChart& chart = object.charts[primitive];
+    const auto [u, v] = on_triangle(chart, point);
+    return {u, v, in_chart(chart.at_corner, patch)};
 }
 
 Float3 plain_color(const Paint& paint) {
@@ -29,9 +42,9 @@ Edges edges_on(Shape shape) {
 Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::uint32_t primitive, const Double3& point,
                    const Patch& patch) {
     if (!has_pattern(loaded)) return plain_color(loaded.paint);
-    const ChartPoint at = chart_point(object, primitive, point);
-    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, in_chart(at, patch));
-    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, in_chart(at, patch), edges_on(object.shape));
+    const PaintedPatch at = painted(object, primitive, point, patch);
+    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides);
+    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides, edges_on(object.shape));
 }
 
 /// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
 
 namespace kagero {
 
@@ -39,13 +40,14 @@ Neighbours neighbours(double place, int size, BeyondEdge edge) {
     return {wrapped(below, size, edge), wrapped(below + 1, size, edge), share};
 }
 
-/// Half of what a parallelogram takes up along an axis.
-double reach(const UvPatch& sides, std::size_t axis) {
-    return 0.5 * (std::abs(sides.a[axis]) + std::abs(sides.b[axis]));
-}
-
-bool within_square(double place, double square, double reach) {
-    return place - reach >= square && place + reach <= square + 1;
+/// The square that a place is in along an axis, if all that is within reach of it is.
+std::optional<std::int64_t> square_of(double place, double reach) {
+    if (!(std::abs(place) < 4503599627370496.0)) return {};  // 2^52
+    const auto toward_zero = static_cast<std::int64_t>(place);
+    const std::int64_t square = toward_zero - (static_cast<double>(toward_zero) > place);
+    const double from_edge = place - static_cast<double>(square);
+    if (from_edge >= reach && from_edge <= 1 - reach) return square;
+    return {};
 }
 
 /// The mean over an interval of the wave that is 1 from even numbers on and −1 from odd ones on. Its integral is the distance to
@@ -98,15 +100,14 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges) {
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch) {
     // From here on in squares.
     const auto [n_u, n_v] = paint.checker;
-    const UvPatch sides{{patch.a[0] * n_u, patch.a[1] * n_v}, {patch.b[0] * n_u, patch.b[1] * n_v}};
-    const double x = u * n_u, y = v * n_v, column = floor_of(x), row = floor_of(y);
+    const double x = u * n_u, y = v * n_v;
+    const auto column = square_of(x, 0.5 * n_u * (std::abs(patch.a[0]) + std::abs(patch.b[0]))),
+               row = square_of(y, 0.5 * n_v * (std::abs(patch.a[1]) + std::abs(patch.b[1])));
     double brightness;
-    if (within_square(x, column, reach(sides, 0)) && within_square(y, row, reach(sides, 1))) {
-        const double square = 0.5 * (column + row);
-        brightness = square == floor_of(square) ? 1.0 : 0.25;
-    } else {
-        brightness = 0.625 + 0.375 * mean_sign(x, y, sides);
-    }
+    if (column && row)
+        brightness = (*column + *row) % 2 == 0 ? 1.0 : 0.25;
+    else
+        brightness = 0.625 + 0.375 * mean_sign(x, y, {{patch.a[0] * n_u, patch.a[1] * n_v}, {patch.b[0] * n_u, patch.b[1] * n_v}});
     Float3 color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(brightness * paint.color[c]);
     return color;

@@ -19,6 +19,10 @@ struct PixelBlock {
 /// where a ray is alone. A block is one of the film's grid, never of a tile or crop, so that no picture depends on those.
 SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp);
 
+/// The patches of four rays, one per pixel of a whole block, that all meet the same face: the same as find_patches, in fewer operations and
+/// without their places. False for other blocks, which stay as they are.
+bool find_common_patch(const Plan& plan, PixelBlock& block, std::uint32_t spp);
+
 /// The patches of the block's rays: how the ends of those that meet the same face of the same object move with their places on
 /// the picture, a linear map fitted to them. Of two rays, or a row of them, it is known along their line alone; a ray alone has
 /// none.

@@ -18,6 +18,13 @@ double frequency(const Plan& plan, const RayEnd& end, const Double3& velocity) {
     return plan.module->frequency(plan.hamiltonian, plan.parameters.data(), end.q, end.p, end.pt, velocity.data(), plan.time);
 }
 
+/// Not inlined: most rays end elsewhere.
+[[gnu::noinline]] double redshift_of_disk(const Plan& plan, const Sighting& ray, const ObjectDescription& disk) {
+    const RayEnd& end = *ray.end;
+    const double sent = frequency(plan, end, orbit_velocity(plan, disk.normal, {end.q[0], end.q[1], end.q[2]}));
+    return sent > 0 ? ray.ray->frequency / sent : 0;
+}
+
 }  // namespace
 
 Double3 orbit_velocity(const Plan& plan, const Double3& normal, const Double3& q) {
@@ -32,14 +39,12 @@ Double3 orbit_velocity(const Plan& plan, const Double3& normal, const Double3& q
 
 double redshift_of(const Plan& plan, const Sighting& ray) {
     const RayEnd& end = *ray.end;
-    if (end.status == Status::escaped) {
-        return plan.spacetime ? ray.ray->frequency / std::abs(end.pt) : 1;
+    if (end.status == Status::hit) {
+        const ObjectDescription& object = plan.scene.objects[plan.geometry->object_of(end.surface)];
+        return object.shape == Shape::disk ? redshift_of_disk(plan, ray, object) : 0;
     }
-    if (end.status != Status::hit) return 0;
-    const ObjectDescription& object = plan.scene.objects[plan.geometry->object_of(end.surface)];
-    if (object.shape != Shape::disk) return 0;
-    const double sent = frequency(plan, end, orbit_velocity(plan, object.normal, {end.q[0], end.q[1], end.q[2]}));
-    return sent > 0 ? ray.ray->frequency / sent : 0;
+    if (end.status != Status::escaped) return 0;
+    return plan.spacetime ? ray.ray->frequency / std::abs(end.pt) : 1;
 }
 
 void check_disks(const Plan& plan) {

@@ -48,7 +48,7 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
 }
 
 /// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).
-Float3 glow(const ShadedObject& disk, const Double3& point, double redshift) {
+[[gnu::noinline]] Float3 glow(const ShadedObject& disk, const Double3& point, double redshift) {
     const double radius = std::max(length(subtract(point, disk.center)), disk.inner);
     const double kelvin = disk.temperature * std::pow(radius / disk.inner, -0.75) * redshift;
     if (!(kelvin > 0)) return {0, 0, 0};

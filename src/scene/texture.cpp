@@ -4,8 +4,9 @@
 #include "scene/vector3.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <numbers>
-#include <optional>
 
 namespace kagero {
 
@@ -40,15 +41,18 @@ Neighbours neighbours(double place, int size, BeyondEdge edge) {
     return {wrapped(below, size, edge), wrapped(below + 1, size, edge), share};
 }
 
-/// The square that a place is in along an axis, if all that is within reach of it is.
-std::optional<std::int64_t> square_of(double place, double reach) {
-    if (!(std::abs(place) < 4503599627370496.0)) return {};  // 2^52
-    const auto toward_zero = static_cast<std::int64_t>(place);
-    const std::int64_t square = toward_zero - (static_cast<double>(toward_zero) > place);
-    const double from_edge = place - static_cast<double>(square);
-    if (from_edge >= reach && from_edge <= 1 - reach) return square;
-    return {};
-}
+/// The square that a place is in along an axis: whether all within reach of the place is in it, and whether its number is odd.
+struct Square {
+    bool alone, odd;
+
+    Square(double place, double reach) {
+        // Rounds to a whole number, which the sum's last bits hold. A place on an edge is in no square alone.
+        constexpr double to_whole = 0x1.8p52;
+        const double sum = place - 0.5 + to_whole, from_edge = place - (sum - to_whole);
+        alone = (std::abs(place) < 0x1p51) & (from_edge >= reach) & (from_edge < 1 - reach);
+        odd = std::bit_cast<std::uint64_t>(sum) & 1;
+    }
+};
 
 /// The mean over an interval of the wave that is 1 from even numbers on and −1 from odd ones on. Its integral is the distance to
 /// the nearest even number.
@@ -59,8 +63,8 @@ double mean_wave(double middle, double width) {
 }
 
 /// The mean over a parallelogram of a checker's sign, 1 and −1: over rectangles along the axes, the product of the means of two
-/// waves; as many of them in a row along the longer axis, up to 64, as it takes to lie askew.
-double mean_sign(double x, double y, const UvPatch& sides) {
+/// waves; as many of them in a row along the longer axis, up to 64, as it takes to lie askew. Few places need it.
+[[gnu::noinline]] double mean_sign(double x, double y, const UvPatch& sides) {
     constexpr double most_pieces = 64;
     const PrincipalAxes axes = principal_axes(sides);
     const double askew = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
@@ -101,11 +105,11 @@ Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patc
     // From here on in squares.
     const auto [n_u, n_v] = paint.checker;
     const double x = u * n_u, y = v * n_v;
-    const auto column = square_of(x, 0.5 * n_u * (std::abs(patch.a[0]) + std::abs(patch.b[0]))),
-               row = square_of(y, 0.5 * n_v * (std::abs(patch.a[1]) + std::abs(patch.b[1])));
+    const Square column(x, 0.5 * n_u * (std::abs(patch.a[0]) + std::abs(patch.b[0]))),
+        row(y, 0.5 * n_v * (std::abs(patch.a[1]) + std::abs(patch.b[1])));
     double brightness;
-    if (column && row)
-        brightness = (*column + *row) % 2 == 0 ? 1.0 : 0.25;
+    if (column.alone & row.alone)
+        brightness = column.odd == row.odd ? 1.0 : 0.25;
     else
         brightness = 0.625 + 0.375 * mean_sign(x, y, {{patch.a[0] * n_u, patch.a[1] * n_v}, {patch.b[0] * n_u, patch.b[1] * n_v}});
     Float3 color{};

@@ -20,19 +20,25 @@ struct MomentumExpansion {
     Matrix<4> hessian;
 };
 
+/// At (0, 0, 0, p_t). The gradient is linear in p, so the second derivatives are what it grows by from there along each axis.
 template <class H>
 MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)[3], double pt) {
     using First = Dual<double, 4>;
-    using Second = Dual<First, 4>;
-    Second k[H::parameters.size() + 1];
-    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = Second(parameters[i]);
-    const auto variable = [](double x, int i) { return Second::variable(First::variable(x, i), i); };
-    const Vec3<Second> position{Second(q[0]), Second(q[1]), Second(q[2])};
-    const Second h = H::energy(make_parameters<H>(k), position, Vec3<Second>{variable(0, 0), variable(0, 1), variable(0, 2)},
-                               variable(pt, 3));
-    MomentumExpansion e{h.value.value, h.value.derivative, {}};
-    for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) e.hessian[a][b] = h.derivative[a].derivative[b];
+    First k[H::parameters.size() + 1];
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = First(parameters[i]);
+    const auto at = [&](const std::array<double, 4>& p) {
+        const auto variable = [&p](int i) { return First::variable(p[i], i); };
+        return H::energy(make_parameters<H>(k), Vec3<First>{First(q[0]), First(q[1]), First(q[2])},
+                         Vec3<First>{variable(0), variable(1), variable(2)}, variable(3));
+    };
+    const First h = at({0, 0, 0, pt});
+    MomentumExpansion e{h.value, h.derivative, {}};
+    for (int b = 0; b < 4; ++b) {
+        std::array<double, 4> p{0, 0, 0, pt};
+        p[b] += 1;
+        const First there = at(p);
+        for (int a = 0; a < 4; ++a) e.hessian[a][b] = there.derivative[a] - h.derivative[a];
+    }
     return e;
 }
 
@@ -129,7 +135,7 @@ Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3
 template <class H>
 double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt, const double (&v)[3], double time) {
     if constexpr (!H::spacetime) return 1;
-    return frequency_in(expand_in_momentum<H>(parameters, q, pt).hessian, p, pt, v, time);
+    return frequency_in(expand_in_momentum<H>(parameters, q, 0).hessian, p, pt, v, time);
 }
 
 }  // namespace kagero

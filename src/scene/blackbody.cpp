@@ -19,30 +19,37 @@ std::array<double, 3> observer(double l) {
             lobe(l, 1.217, 437.0, 11.8, 36.0) + lobe(l, 0.681, 459.0, 26.0, 13.8)};
 }
 
-/// What the observer makes of light of one wavelength, but for Planck's exponential.
-struct Line {
-    double exponent;  ///< hc/λk, kelvin
-    std::array<double, 3> weight;
+/// The trapezoidal sum over 1/λ, whose ends vanish: in equal steps of it Planck's exponentials follow from each other, four at a time.
+/// To 1e-4 of what finer steps give.
+struct Spectrum {
+    static constexpr std::size_t lines = 64, at_a_time = 4;
+    static constexpr double first = 1.0 / 830, step = (1.0 / 360 - first) / (lines - 1);  ///< per nanometre
+    std::array<std::array<double, lines>, 3> weights;  ///< what the observer makes of a line, but for the exponential
+
+    Spectrum() {
+        for (std::size_t i = 0; i < lines; ++i) {
+            const double wavelength = 1 / (first + static_cast<double>(i) * step);
+            const std::array<double, 3> seen = observer(wavelength);
+            for (std::size_t c = 0; c < 3; ++c) weights[c][i] = seen[c] * step * wavelength * wavelength / std::pow(wavelength / 560, 5);
+        }
+    }
 };
 
-/// The trapezoidal sum, whose ends vanish, in steps of 5 nm. hc/k = 1.438776877e7 nm K (CODATA 2018).
-std::array<Line, 95> lines() {
-    std::array<Line, 95> all{};
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const double wavelength = 360 + 5.0 * static_cast<double>(i);
-        all[i] = {1.438776877e7 / wavelength, observer(wavelength)};
-        for (double& weight : all[i].weight) weight *= 5 / std::pow(wavelength / 560, 5);
-    }
-    return all;
-}
-
+/// With m(x) = e^x − 1, m(x + d) = m(x) + m(d) (m(x) + 1). hc/k = 1.438776877e7 nm K (CODATA 2018).
 std::array<double, 3> tristimulus(double kelvin) {
-    static const std::array<Line, 95> all = lines();
-    std::array<double, 3> xyz{};
-    for (const Line& line : all) {
-        const double light = 1 / std::expm1(line.exponent / kelvin);
-        for (std::size_t i = 0; i < 3; ++i) xyz[i] += light * line.weight[i];
-    }
+    static const Spectrum spectrum;
+    const double exponent = 1.438776877e7 / kelvin, growth = std::expm1(exponent * (Spectrum::at_a_time * Spectrum::step));
+    std::array<double, Spectrum::at_a_time> m;
+    for (std::size_t k = 0; k < m.size(); ++k) m[k] = std::expm1(exponent * (Spectrum::first + static_cast<double>(k) * Spectrum::step));
+    std::array<std::array<double, Spectrum::at_a_time>, 3> sums{};
+    for (std::size_t i = 0; i < Spectrum::lines; i += m.size())
+        for (std::size_t k = 0; k < m.size(); ++k) {
+            const double light = 1 / m[k];
+            for (std::size_t c = 0; c < 3; ++c) sums[c][k] += light * spectrum.weights[c][i + k];
+            m[k] += growth * (m[k] + 1);
+        }
+    std::array<double, 3> xyz;
+    for (std::size_t c = 0; c < 3; ++c) xyz[c] = (sums[c][0] + sums[c][1]) + (sums[c][2] + sums[c][3]);
     return xyz;
 }
 

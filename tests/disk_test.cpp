@@ -317,6 +317,23 @@ TEST(Blackbody, HasTheColorsOfTheTables) {
     }
 }
 
+// The luminance is Planck's law times the observer's ȳ (Wyman, Sloan and Shirley 2013, table 1), here summed in steps of 0.01 nm.
+TEST(Blackbody, SumsPlancksLaw) {
+    const auto lobe = [](double l, double height, double middle, double below, double above) {
+        const double t = (l - middle) / (l < middle ? below : above);
+        return height * std::exp(-0.5 * t * t);
+    };
+    for (const double kelvin : {600.0, 1000.0, 3000.0, 6500.0, 2e4, 1e6}) {
+        double sum = 0;
+        for (int i = 0; i < 70000; ++i) {
+            const double l = 300 + 0.01 * i;
+            const double seen = lobe(l, 0.821, 568.8, 46.9, 40.5) + lobe(l, 0.286, 530.9, 16.3, 31.1);
+            sum += 0.01 * seen / (std::pow(l / 560, 5) * std::expm1(1.438776877e7 / (l * kelvin)));
+        }
+        EXPECT_NEAR(blackbody_luminance(kelvin) / sum, 1, 1e-4) << kelvin;
+    }
+}
+
 // Far up the spectrum's tail light grows with the temperature itself, and its colour stays.
 TEST(Blackbody, IsRayleighAndJeansWhenVeryHot) {
     const auto one = blackbody_color(1e8), two = blackbody_color(2e8);

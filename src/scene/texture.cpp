@@ -29,17 +29,21 @@ int wrapped(double index, int size, BeyondEdge edge) {
 struct Neighbours {
     int first, second;
     float share;
-};
 
-Neighbours neighbours(double place, int size, BeyondEdge edge) {
-    const double below = floor_of(place);
-    const auto share = static_cast<float>(place - below);
-    if (below >= 0 && below + 1 < size) {
-        const int first = static_cast<int>(below);
-        return {first, first + 1, share};
+    Neighbours(double place, int size, BeyondEdge edge) {
+        if (place >= 0 && place < size - 1)
+            first = static_cast<int>(place), second = first + 1, share = static_cast<float>(place - first);
+        else
+            wrap(place, size, edge);
     }
-    return {wrapped(below, size, edge), wrapped(below + 1, size, edge), share};
-}
+
+private:
+    /// Of a place that is not between two texels of the image: few are.
+    [[gnu::noinline]] void wrap(double place, int size, BeyondEdge edge) {
+        const double below = floor_of(place);
+        first = wrapped(below, size, edge), second = wrapped(below + 1, size, edge), share = static_cast<float>(place - below);
+    }
+};
 
 /// The square that a place is in along an axis: whether all within reach of the place is in it, and whether its number is odd.
 struct Square {
@@ -88,16 +92,17 @@ double mean_wave(double middle, double width) {
 Float3 texture_color(const Image& image, double u, double v, Edges edges) {
     // Texel centres lie at half-integers; rows count from the top.
     const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
-    const Neighbours columns = neighbours(x, image.width, edges.sides), rows = neighbours(y, image.height, edges.ends);
+    const Neighbours columns(x, image.width, edges.sides), rows(y, image.height, edges.ends);
     const float right = columns.share, down = rows.share;
-    const float* upper = image.rgb.data() + 3 * static_cast<std::size_t>(rows.first) * static_cast<std::size_t>(image.width);
-    const float* lower = image.rgb.data() + 3 * static_cast<std::size_t>(rows.second) * static_cast<std::size_t>(image.width);
-    const float *upper_left = upper + 3 * columns.first, *upper_right = upper + 3 * columns.second;
-    const float *lower_left = lower + 3 * columns.first, *lower_right = lower + 3 * columns.second;
+    const auto row = [&](int i) { return image.rgb.data() + 3 * static_cast<std::size_t>(i) * static_cast<std::size_t>(image.width); };
+    const float *upper = row(rows.first), *lower = row(rows.second);
+    const std::ptrdiff_t left_at = 3 * columns.first, right_at = 3 * columns.second;
+    const float lower_right = right * down, upper_right = right - lower_right, lower_left = down - lower_right,
+                upper_left = 1 - right - lower_left;
     Float3 color;
-    for (std::size_t c = 0; c < 3; ++c)
-        color[c] = (1 - down) * ((1 - right) * upper_left[c] + right * upper_right[c]) +
-                   down * ((1 - right) * lower_left[c] + right * lower_right[c]);
+    for (std::ptrdiff_t c = 0; c < 3; ++c)
+        color[std::size_t(c)] = (upper_left * upper[left_at + c] + upper_right * upper[right_at + c]) +
+                                (lower_left * lower[left_at + c] + lower_right * lower[right_at + c]);
     return color;
 }
 

@@ -110,6 +110,29 @@ TEST_P(LongSteps, ThrownRaysMeetTheFloorOnlyWhereTheyHaveNotLeft) {
 }
 
 // The origin is a place as any other, where a step may end.
+// Where a ray turns back within a step, it is above both ends of the step, and so above the chord: as exactly as pixels of this size ask for.
+TEST_P(LongSteps, ThrownRaysMeetALidBelowTheirTop) {
+    const double g = 2, lid = 0.499;
+    const std::string object = "[[object]]\nname = \"lid\"\nshape = \"rectangle\"\norigin = [-3, -3, 0.499]\nedge_u = [6, 0, 0]\nedge_v = [0, 6, 0]\n";
+    std::vector<RayInput> rays;
+    for (const double slope : {0.0, 0.001, 0.01, 0.02, 0.04}) rays.push_back({{0, 0, 0}, {slope, 0, 1}});
+    for (const char* method : {"srkn6", "gauss8", "rk4", "dp54", "verlet"})
+        for (const double step : {0.05, 0.11, 0.17, 0.21, 0.23, 0.3, 0.5}) {
+            const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\nn0 = 1\ng = 2", "escape_radius = 5", object),
+                                      {std::string("integrator.method=") + method, "integrator.step=" + std::to_string(step), "film.size=[2000,2000]"});
+            const auto starts = start_rays(*plan, rays, "");
+            std::vector<RayEnd> ends;
+            trace(*plan, starts, ends);
+            for (std::size_t i = 0; i < starts.size(); ++i) {
+                SCOPED_TRACE(testing::Message() << method << ", step " << step << ", ray " << i);
+                ASSERT_EQ(ends[i].status, Status::hit);
+                const Parabola ray{starts[i], g};
+                const Double3 meets = ray.at(ray.first([&](const Double3& q) { return lid - q[2]; }, 2));
+                for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], meets[k], 1e-6);
+            }
+        }
+}
+
 TEST_P(LongSteps, RaysGoOnThroughTheOrigin) {
     for (const char* method : {"srkn6", "gauss8", "rk4"}) {
         const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\ng = 1e-300", "step = 0.25\nescape_radius = 10"), {std::string("integrator.method=") + method});

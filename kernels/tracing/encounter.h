@@ -228,7 +228,7 @@ private:
         return true;
     }
 
-    /// As fractions of the step: halving a curve divides its sagitta by four.
+    /// As fractions of the step.
     V length_of_pieces(V sagitta) const {
         V length(S(1));
         for (int pieces = 1; pieces < most_pieces; pieces *= 2) {
@@ -244,7 +244,7 @@ private:
         const V fit = min(way / piece, V(S(most_pieces))), nearest = nearest_whole(fit);
         return pick(nearest > fit, nearest - V(S(1)), nearest) * piece;
     }
-    static constexpr int most_pieces = 64;
+    static constexpr int most_pieces = 1024;
     /// Closer to a surface floats do not tell its sides, in Embree's coordinates of order one: some 30 roundings.
     static constexpr float start_offset = 4e-6f;
     /// Beyond this segments are cut down to the scene first, in the same coordinates.

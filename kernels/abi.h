@@ -29,6 +29,7 @@ enum class Failure : std::uint8_t {
     zero_direction,      ///< the direction has length zero
     nonfinite_start,     ///< a coordinate of the start or direction is infinite or not a number
     singular_start,      ///< H or its derivatives do not exist at the start
+    too_far,             ///< squares of the start's coordinates are out of the range of the number type
     no_observer,         ///< the space has no such observer, or none can be here
     no_rest_frame,       ///< H is no light in a spacetime: its rays start along directions in coordinates
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)

@@ -39,7 +39,8 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 std::string near_match(const std::string& word, const std::vector<std::string>& known) {
     std::string nearest;
-    std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+    // Of a single letter every other one is as near.
+    std::size_t least = word.size() < 2 ? 1 : std::max<std::size_t>(1, word.size() / 3) + 1;
     for (const std::string& name : known) {
         const std::size_t distance = edit_distance(word, name);
         if (distance < least) {

@@ -11,11 +11,21 @@ namespace {
 std::atomic<bool> interrupted{false}, snapshot_wanted{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
+/// Handlers that were there before, which come back.
+struct sigaction before[NSIG];
+
+/// A signal that is ignored stays so: those who run programs in the background mean that.
 void set(int signal, void (*handler)(int), int flags) {
+    sigaction(signal, nullptr, &before[signal]);
+    if (before[signal].sa_handler == SIG_IGN) return;
     struct sigaction action {};
     action.sa_handler = handler;
     action.sa_flags = flags;
     sigaction(signal, &action, nullptr);
+}
+
+void restore(int signal) {
+    sigaction(signal, &before[signal], nullptr);
 }
 
 }  // namespace
@@ -28,7 +38,7 @@ InterruptGuard::InterruptGuard() {
 }
 
 InterruptGuard::~InterruptGuard() {
-    for (const int signal : {SIGINT, SIGTERM}) set(signal, SIG_DFL, 0);
+    for (const int signal : {SIGINT, SIGTERM}) restore(signal);
 }
 
 const std::atomic<bool>* InterruptGuard::requested() {
@@ -42,7 +52,7 @@ SnapshotGuard::SnapshotGuard() {
 }
 
 SnapshotGuard::~SnapshotGuard() {
-    set(SIGUSR1, SIG_DFL, 0);
+    restore(SIGUSR1);
 }
 
 std::atomic<bool>* SnapshotGuard::wanted() {

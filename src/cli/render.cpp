@@ -66,14 +66,14 @@ double time_limit_of(const Arguments& arguments) {
 }
 
 /// Answers SIGUSR1. A snapshot that cannot be written is no reason to end the work.
-void write_snapshot(const Plan& plan, const Film& film, const std::string& path, const Terminal& terminal) {
+void write_snapshot(const Plan& plan, const Film& film, const std::string& path, const Terminal& terminal, ProgressLine& line) {
     RunReport so_far;
     so_far.interrupted = true;
     try {
         write_film(film, path, picture_metadata(plan, so_far));
-        terminal.note("a snapshot is in " + path);
+        line.aside([&] { terminal.note("a snapshot is in " + path); });
     } catch (const std::exception& error) {
-        terminal.warning(error.what());
+        line.aside([&] { terminal.warning(error.what()); });
     }
 }
 
@@ -84,7 +84,7 @@ RunReport render_watched(const Plan& plan, Film& film, const std::string& output
     watch.stop = InterruptGuard::requested();
     watch.time_limit = time_limit;
     watch.snapshot_wanted = SnapshotGuard::wanted();
-    watch.snapshot = [&](const Film& so_far) { write_snapshot(plan, so_far, output, terminal); };
+    watch.snapshot = [&](const Film& so_far) { write_snapshot(plan, so_far, output, terminal, line); };
     return render(plan, film, watch);
 }
 

@@ -61,6 +61,8 @@ void ProgressLine::show(double done, double seconds) {
     constexpr int width = 30;
     constexpr double least_interval = 0.1;
     if (terminal_.quiet()) return;
+    done = std::clamp(done, 0.0, 1.0);
+    const std::lock_guard lock(writing_);
     const int tenths = static_cast<int>(10 * done);
     if (!terminal_.interactive()) {
         if (tenths > tenths_) terminal_.note(std::to_string(10 * tenths) + " % done" + time_left(done, seconds));
@@ -76,6 +78,17 @@ void ProgressLine::show(double done, double seconds) {
 }
 
 void ProgressLine::clear() {
+    const std::lock_guard lock(writing_);
+    wipe();
+}
+
+void ProgressLine::aside(const std::function<void()>& say) {
+    const std::lock_guard lock(writing_);
+    wipe();
+    say();
+}
+
+void ProgressLine::wipe() {
     if (drawn_) std::cerr << "\r\033[K" << std::flush;
     drawn_ = false;
 }

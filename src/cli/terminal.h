@@ -3,7 +3,9 @@
 
 #include "cli/arguments.h"
 
+#include <functional>
 #include <iosfwd>
+#include <mutex>
 #include <string>
 
 namespace kagero {
@@ -23,7 +25,7 @@ private:
     bool quiet_, verbose_, interactive_, color_;
 };
 
-/// The progress of a render: a line that overwrites itself on a terminal, else a line for each 10 %.
+/// The progress of a render: a line that overwrites itself on a terminal, else a line for each 10 %. Any thread may call it.
 class ProgressLine {
 public:
     explicit ProgressLine(const Terminal& terminal) : terminal_(terminal) {}
@@ -32,9 +34,14 @@ public:
     ProgressLine& operator=(const ProgressLine&) = delete;
     void show(double done, double seconds);
     void clear();
+    /// Calls `say`, which may write lines of its own, where the line has made room.
+    void aside(const std::function<void()>& say);
 
 private:
+    void wipe();
+
     const Terminal& terminal_;
+    std::mutex writing_;
     bool drawn_ = false;
     int tenths_ = 0;          ///< last one told
     double drawn_at_ = -1e9;  ///< seconds

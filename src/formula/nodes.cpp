@@ -67,7 +67,8 @@ std::int32_t operation(FormulaScope& scope, FormulaOp op, std::int32_t a, std::i
 }
 
 std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent) {
-    // A whole power of a negative number is a number; halves beyond 64 are left to the logarithm, which below 0 is none either.
+    // Whole powers are products and halves products with a root, so that even a negative number has the former. The rest is left to the
+    // logarithm: halves beyond 64, and whole powers beyond 2^30, of which odd ones thus want a base above 0.
     constexpr double greatest = 1 << 30, greatest_half = 64;
     if (is_number(scope, base) && is_number(scope, exponent))
         return number_node(scope, std::pow(value_of(scope, base), value_of(scope, exponent)));
@@ -82,7 +83,9 @@ std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent
             return value_of(scope, exponent) < 0 ? operation(scope, FormulaOp::div, number_node(scope, 1), result) : result;
         }
     }
-    return operation(scope, FormulaOp::exp, operation(scope, FormulaOp::mul, exponent, operation(scope, FormulaOp::log, base)));
+    const bool even = is_number(scope, exponent) && std::fmod(value_of(scope, exponent), 2) == 0;
+    const std::int32_t size = even ? operation(scope, FormulaOp::abs, base) : base;
+    return operation(scope, FormulaOp::exp, operation(scope, FormulaOp::mul, exponent, operation(scope, FormulaOp::log, size)));
 }
 
 FormulaScope formula_scope() {

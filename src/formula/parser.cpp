@@ -176,6 +176,7 @@ private:
             if (name == small) near = name;
         }
         if (near.empty()) near = near_match(token.text, known);
+        if (!called && formula_.name == "space.let." + token.text) message += ", which is what is being defined";
         message += near.empty() ? "; known: " : "; did you mean " + near + "? Known: ";
         fail_at(formula_, token.position, message + list);
     }

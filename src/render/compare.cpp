@@ -191,7 +191,10 @@ void Comparer::choose_by_error(Plan& plan, const Candidates& candidates) {
     for (const KernelInfo* kernel : yardstick_first(*plan.module)) {
         if (stopped()) return;
         if (!is_yardstick(*kernel) && !wanted(*kernel)) continue;
-        if (kernel->form == Form::gang && options_.lanes.empty()) continue;  // no quicker than its packets
+        if (kernel->form == Form::gang && options_.lanes.empty()) {
+            result_.left_out.push_back({words_for(plan, *kernel), "it takes the steps of its packets, and is searched for with --lanes alone"});
+            continue;
+        }
         const auto variant = cheapest_for(plan, *kernel, candidates, stop_);
         if (stopped()) return;
         if (variant) {
@@ -274,6 +277,7 @@ void Comparer::take_times(unsigned round) {
 
 void Comparer::finish(Runner& runner) {
     const auto& yardstick = runners_[runner.yardstick].seconds;
+    runner.seconds.resize(result_.rounds);  // of a round that was interrupted nothing counts
     std::vector<double> ratios;
     for (unsigned round = 0; round < result_.rounds; ++round) ratios.push_back(yardstick[round] / runner.seconds[round]);
     runner.row.speedup = timing_of(ratios).median;

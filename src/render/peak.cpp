@@ -3,7 +3,6 @@
 #include "render/threads.h"
 
 #include <chrono>
-#include <latch>
 #include <numeric>
 #include <vector>
 
@@ -33,9 +32,7 @@ Peak::Peak(const Module& module, Precision precision)
 
 double Peak::operations_per_second(unsigned threads) const {
     std::vector<double> rates(threads);
-    std::latch start(threads);
     on_threads(threads, [&](unsigned i) {
-        start.arrive_and_wait();
         const auto begin = Clock::now();
         const double operations = module_.multiply_adds(precision_, rounds_);
         rates[i] = operations / seconds_since(begin);

@@ -32,14 +32,15 @@ double chord_tolerance(const Plan& plan, bool with_camera) {
     return with_camera ? std::min(most, 0.02 * pixel_size(plan.scene, 0.5 * size)) : most;
 }
 
-/// The method of a space may serve its H only as the space rescales it; where a scene states another rescaling, or none, and no method,
-/// another one is taken.
+/// The method of a space is meant for its H as the space rescales it. Where a scene states another rescaling, or none, and no method,
+/// another one is taken: without rescaling one with step control, as a step of one length may be too long beside a hole.
 void choose_method(Plan& plan) {
     IntegratorDescription& integrator = plan.scene.integrator;
     const Module& m = *plan.module;
     plan.job.integrator = index_of(integrator.method, m.integrators, m.integrator_count);
     if (integrator.method_place || integrator.rescale == "auto" || plan.scene.space.formula) return;
-    if (refusal_of(plan, plan.job.integrator, states_rescaling(plan))) integrator.method = "gauss8";
+    if (integrator.rescale == "none" && m.hamiltonians[plan.hamiltonian].rescales && !m.integrators[plan.job.integrator].adaptive) integrator.method = "dp85";
+    else if (refusal_of(plan, plan.job.integrator, states_rescaling(plan))) integrator.method = "gauss8";
     plan.job.integrator = index_of(integrator.method, m.integrators, m.integrator_count);
 }
 
@@ -260,6 +261,7 @@ const char* describe(Failure failure) {
         case Failure::zero_direction: return "the direction has length zero";
         case Failure::nonfinite_start: return "start or direction is not finite";
         case Failure::singular_start: return "the Hamiltonian is singular at the start";
+        case Failure::too_far: return "the start is too far out for numbers of this precision";
         case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
         case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
         case Failure::no_momentum: return "no momentum with this direction exists here";

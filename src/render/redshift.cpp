@@ -44,7 +44,8 @@ double redshift_of(const Plan& plan, const Sighting& ray) {
         return object.shape == Shape::disk ? redshift_of_disk(plan, ray, object) : 0;
     }
     if (end.status != Status::escaped) return 0;
-    return plan.spacetime ? ray.ray->frequency / std::abs(end.pt) : 1;
+    if (!plan.spacetime) return 1;
+    return end.pt != 0 ? ray.ray->frequency / std::abs(end.pt) : 0;
 }
 
 void check_disks(const Plan& plan) {

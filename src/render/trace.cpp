@@ -76,6 +76,15 @@ private:
     std::vector<RayStart> starts_;
 };
 
+/// The end of a ray that never went: where it was to start, without direction or momentum.
+RayEnd end_at_start(const RayStart& start, Failure failure) {
+    RayEnd end{};
+    std::copy_n(start.q, 3, end.q);
+    end.energy_error = std::numeric_limits<double>::quiet_NaN();
+    end.status = Status::failed, end.failure = failure;
+    return end;
+}
+
 /// Ends of rays that an interrupt leaves out say so.
 RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vector<RayEnd>& ends, const Watch& watch) {
     const std::vector<RayStart>& starts = *list.rays;
@@ -86,14 +95,14 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     const auto begin = std::chrono::steady_clock::now();
     if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
     const double probed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    RayEnd untraced{};
-    untraced.status = Status::failed, untraced.failure = Failure::untraced;
-    ends.assign(starts.size(), untraced);
+    ends.resize(starts.size());
+    for (std::size_t i = 0; i < starts.size(); ++i) to_scene(plan, ends[list.place(i)] = end_at_start(starts[i], Failure::untraced));
     const auto take = [&](const Tile& tile, const RayEnd* done, const RayList&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetched < tile.x1) __builtin_prefetch(&ends[list.place(i + prefetched)], 1);
-            RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
-            to_scene(plan, end);
+            const RayEnd& end = done[i - tile.x0];
+            const bool went = end.failure == Failure::none || (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
+            to_scene(plan, ends[list.place(i)] = went ? end : end_at_start(starts[i], end.failure));
         }
     };
     RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, take, watch);
@@ -177,7 +186,9 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
         starts.push_back(frame ? observed(plan, *frame, q, ray.direction) : directed(plan, q, ray.direction));
     }
     for (RayStart& start : starts)
-        if (start.failure == Failure::none && lacks_pace(plan, start.q)) start.failure = Failure::no_pace;
+        if ((start.failure == Failure::none || start.failure == Failure::singular_start) && !start.escaped &&
+            std::hypot(start.q[0], start.q[1], start.q[2]) > greatest_length(plan)) start.failure = Failure::too_far;
+        else if (start.failure == Failure::none && lacks_pace(plan, start.q)) start.failure = Failure::no_pace;
         else if (start.failure == Failure::none && !start.captured && observer != "falling" && start.pt > 0 &&  // which may vanish
             needs_double(plan, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;
@@ -207,6 +218,8 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
         to_scene(plan, point);
         point.ray = list.place(point.ray);
     }
+    // Of rays that were given up no path is left either.
+    std::erase_if(collector.points, [&](const PathPoint& point) { return ends[point.ray].failure == Failure::untraced; });
     std::stable_sort(collector.points.begin(), collector.points.end(), [](const PathPoint& a, const PathPoint& b) {
         return a.ray != b.ray ? a.ray < b.ray : a.step < b.step;
     });

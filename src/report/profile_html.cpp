@@ -132,8 +132,8 @@ std::string profile_text(const Profile& profile, double write_seconds) {
         text += rounded(1e-9 * ratio(profile.all_operations, tracing_seconds(profile))) +
                 " GFLOP/s per thread while tracing, of " +
                 rounded(1e-9 * profile.peak_of_all / double(profile.report.threads.size())) + " that multiply-adds alone reach\n";
-    return text + "with recording " + rounded(profile.recorded_seconds) + " s, without " + rounded(profile.plain_seconds) +
-           " s: " + percent(profile.overhead, 2) + " more\n";
+    return text + "recording: " + percent(profile.overhead, 2) + " more time, median of the rounds; the best took " +
+           rounded(profile.recorded_seconds) + " s with it and " + rounded(profile.plain_seconds) + " s without\n";
 }
 
 }  // namespace kagero

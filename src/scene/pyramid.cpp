@@ -64,7 +64,7 @@ Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const st
     const auto [u, v] = place;
     const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, edges); };
     const double last = static_cast<double>(coarser.size());
-    if (level <= 0) return at(0);
+    if (!(level > 0)) return at(0);  // as where it is not a number
     if (level >= last) return at(coarser.size());
     const auto fine = static_cast<std::size_t>(level);
     const auto share = static_cast<float>(level - static_cast<double>(fine));

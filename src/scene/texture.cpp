@@ -20,9 +20,10 @@ double floor_of(double x) {
 }
 
 int wrapped(double index, int size, BeyondEdge edge) {
+    if (!std::isfinite(index)) return 0;
     if (edge == BeyondEdge::clamp) return static_cast<int>(std::clamp(index, 0.0, size - 1.0));
     const double rest = index - floor_of(index / size) * size;
-    return std::clamp(static_cast<int>(rest), 0, size - 1);
+    return static_cast<int>(std::clamp(rest, 0.0, size - 1.0));
 }
 
 /// The two texels of a row or column around a place, and how far it is on the way from the first to the second.

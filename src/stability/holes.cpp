@@ -21,14 +21,16 @@ std::vector<RayInput> fan(const double (&impacts)[n], double radius) {
     return rays;
 }
 
-/// Every ray has its class, or has failed with a reason.
+/// Every ray has its class, or has failed with a reason, as no greater share of them may than `most_failed`.
 template <std::size_t n>
-void expect_class_or_failure(Trial& trial, const Plan& plan, const double (&impacts)[n], Status expected,
+void expect_class_or_failure(Trial& trial, const Plan& plan, const double (&impacts)[n], Status expected, double most_failed,
                              const std::string& how) {
     const auto ends = trial.ends(plan, fan(impacts, 18));
+    double failed = 0;
     for (std::size_t i = 0; i < ends.size(); ++i)
-        if (ends[i].status != Status::failed)
-            trial.expect_status(ends[i], expected, "b = " + number(impacts[i % n]) + ", " + how);
+        if (ends[i].status == Status::failed) failed += 1 / double(ends.size());
+        else trial.expect_status(ends[i], expected, "b = " + number(impacts[i % n]) + ", " + how);
+    trial.measure("% of a fan that fail", 100 * failed, 100 * most_failed);
 }
 
 }  // namespace
@@ -39,15 +41,9 @@ void captured_stay(Trial& trial) {
             for (const double step : {0.01, 0.05}) {
                 if (step > 0.01 && std::string(method).starts_with("satoh")) continue;  // of order 1
                 const std::string how = std::string(method) + ", step " + number(step) + ", rescale " + rescale;
-                const std::string text = hole(method, step, std::string("rescale = \"") + rescale + "\"");
-                std::unique_ptr<Plan> plan;
-                try {
-                    plan = trial.plan(text);
-                } catch (const InputError&) {
-                    continue;  // the method cannot serve the space in this form
-                }
+                const auto plan = trial.plan(hole(method, step, std::string("rescale = \"") + rescale + "\""));
                 for (const RayEnd& end : trial.ends(*plan, fan(swallowed, 18)))
-                    trial.expect(end.status != Status::escaped, "a ray below b_c is escaped, " + how);
+                    trial.expect_status(end, Status::captured, how);
             }
 }
 
@@ -83,8 +79,8 @@ void unsolvable_step(Trial& trial) {
             Options watched = trial.options();
             watched.energy_error = true;
             const auto plan = make_plan(trial.scene(hole(method, step, "rescale = \"none\"")), watched, false);
-            expect_class_or_failure(trial, *plan, well_inside, Status::captured, how);
-            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, how);
+            expect_class_or_failure(trial, *plan, well_inside, Status::captured, 0.75, how);
+            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, 0.75, how);
             for (const RayEnd& end : trial.ends(*plan, fan(well_outside, 18)))
                 if (end.status == Status::escaped) trial.measure("H off by", end.energy_error, 0.04);
         }
@@ -95,14 +91,10 @@ void coarse_steps(Trial& trial) {
          {"verlet", "suzuki4-nine", "kahan-li8", "s10", "ks-s10", "midpoint", "gauss4", "gauss8", "gauss16", "rk4", "dp5"})
         for (const char* rescale : {"auto", "none"}) {
             const std::string how = std::string(method) + ", rescale " + rescale;
-            std::unique_ptr<Plan> plan;
-            try {
-                plan = trial.plan(hole(method, 50, std::string("rescale = \"") + rescale + "\""));
-            } catch (const InputError&) {
-                continue;
-            }
-            expect_class_or_failure(trial, *plan, well_inside, Status::captured, how);
-            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, how);
+            const auto plan = trial.plan(hole(method, 50, std::string("rescale = \"") + rescale + "\""));
+            const double most_failed = rescale == std::string("auto") ? 0 : 0.75;
+            expect_class_or_failure(trial, *plan, well_inside, Status::captured, most_failed, how);
+            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, most_failed, how);
         }
 }
 

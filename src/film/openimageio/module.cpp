@@ -43,20 +43,25 @@ void place_in_picture(const OIIO::ImageSpec& spec, DecodedImage& image) {
     image.values = std::move(pixels);
 }
 
+/// Not all of the library's readers say what they miss.
+std::string unreadable(const std::string& reason) {
+    return "cannot be read as an image: " + (reason.empty() ? "it is truncated or damaged" : reason);
+}
+
 std::string read(const std::string& path, DecodedImage& image) try {
     // Alpha is dropped, so colours are wanted as stored and not multiplied by it.
     OIIO::ImageSpec wish;
     wish.attribute("oiio:UnassociatedAlpha", 1);
     const auto input = OIIO::ImageInput::open(path, &wish);
-    if (!input) return "cannot be read as an image: " + OIIO::geterror();
+    if (!input) return unreadable(OIIO::geterror());
     const OIIO::ImageSpec spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1) return "is not a flat image with pixels";
     image.width = spec.width, image.height = spec.height, image.channels = spec.nchannels < 3 ? 1 : 3, image.srgb = is_srgb(spec);
     image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
     if (!input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::FLOAT, image.values.data()))
-        return "cannot be read as an image: " + input->geterror();
+        return unreadable(input->geterror());
     // What a truncated file lacks may be no reason to fail for its reader, but a message.
-    if (input->has_error()) return "cannot be read as an image: " + input->geterror();
+    if (input->has_error()) return unreadable(input->geterror());
     if (is_stored_otherwise(*input, spec)) place_in_picture(spec, image);
     return {};
 } catch (const std::bad_alloc&) {

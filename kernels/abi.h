@@ -89,7 +89,7 @@ struct Hole {
 struct IntegratorInfo {
     const char* name;
     std::uint32_t order;
-    bool symplectic, symmetric, implicit, adaptive;
+    bool symplectic = false, symmetric = false, implicit = false, adaptive = false;
     const char* what;      ///< one line with its source
     bool angular = false;  ///< steps are angles, not lengths of the integration parameter
     bool drifts = false;   ///< drifts along p and kicks in turn, so that cyclic coordinates can wait for a step's end

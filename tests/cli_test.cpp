@@ -171,6 +171,19 @@ TEST_F(Cli, TraceEndsAtAParameter) {
     EXPECT_EQ(lines_of(path.out).back().find(",0.75,"), lines_of(path.out).back().find(',', 2)) << path.out;
 }
 
+TEST_F(Cli, RaysThatCannotStartHaveNoDirection) {
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,0,0,0\n0,-2,0,inf,0,0\n0,0,0,1,0,0\n1e200,0,0,-1,0,0\n");
+    for (const char* observer : {"", " --observer static"}) {
+        const Outcome outcome = run(std::string("trace hole.toml --rays rays.csv") + observer);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        const auto lines = lines_of(outcome.out);
+        ASSERT_EQ(lines.size(), 5u);
+        for (std::size_t i = 1; i < lines.size(); ++i)
+            EXPECT_NE(lines[i].find(",0,0,0,0,0,0,0,0,0,0,nan,"), std::string::npos) << lines[i];  // direction to energy_error
+        EXPECT_NE(lines[4].find("too far out"), std::string::npos) << lines[4];
+    }
+}
+
 TEST_F(Cli, RaysWithoutAPathAreTold) {
     write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n0,-2,0,0,0,0\n");
     const Outcome outcome = run("trace hole.toml --rays rays.csv --path");

@@ -76,6 +76,24 @@ TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
     }
 }
 
+// Without the space's rescaling a step of one length leads past a hole: by default steps are under control then.
+TEST(HoleEndsByDefault, AreThoseOfFineStepsWithoutRescaling) {
+    const std::string scene = "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nrescale = \"none\"\nescape_radius = 4\n"
+                              "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
+    const std::vector<RayInput> rays{{{-0.9, 0.3, 0}, {1, 0, 0}}, {{-0.9, 0.25, 0}, {1, 0, 0}}, {{-0.9, 0.22, 0.1}, {1, 0, 0}}};
+    const auto ends_of = [&](const Overrides& overrides) {
+        const auto plan = plan_of_text(scene, overrides, {}, false);
+        std::vector<RayEnd> ends;
+        trace(*plan, start_rays(*plan, rays, ""), ends);
+        return ends;
+    };
+    const auto ends = ends_of({}), fine = ends_of({"integrator.method=gauss16", "integrator.step=0.005"});
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(ends[i].status, Status::escaped) << i;
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], fine[i].q[k], 1e-5) << i;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Strategies, HoleEnds, testing::Values("scalar", "packet"));
 
 }  // namespace

@@ -2,7 +2,8 @@
 ///
 /// Kernel code is written once over a value type V. V is `Lanes<T, R>` (R registers of T, one ray per lane), or plain `double`,
 /// `float` for the scalar strategy; masks are `LaneMask<T, R>` or `bool`. Scalars obey the same functions with the same rounding, so
-/// scalar and packet runs agree bit for bit wherever only + − × ÷ √ and the functions below are used.
+/// scalar and packet runs agree bit for bit, but for exp, log, tanh and atan2: scalars have those of the standard library.
+/// At 0, 1/x and 1/√x are infinite, with AVX-512 not a number.
 #pragma once
 
 #include "kernels/numeric/bits.h"

@@ -23,6 +23,15 @@ constexpr double greatest_rounding(Op op) {
     return op == Op::recip || op == Op::rsqrt || is_function(op) ? 4 : 1;
 }
 
+/// The product that a sum of products rounds on its own, where the instruction set has no fused operation for them; else none.
+template <class V>
+KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] const V& a, [[maybe_unused]] const V& b) {
+#if !defined(__FMA__)
+    if (op == Op::mul_add || op == Op::mul_sub || op == Op::neg_mul_add) return a * b;
+#endif
+    return V(0.0);
+}
+
 }  // namespace detail
 
 /// Σ |adjoint · last place of the value| over the operations of a program that reads `inputs`. `seeds` are its outputs' adjoints with
@@ -50,6 +59,7 @@ V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int
                 adjoint[operands[k]][r] = mul_add(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);
         const V reach = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
         sum += V(S(detail::greatest_rounding(n.op))) * reach * first_place(value[i]);
+        sum += reach * first_place(detail::product_rounded_apart(n.op, of(n.a), of(n.b)));
     }
     return sum;
 }

@@ -93,8 +93,7 @@ inline constexpr ButcherTable dormand_prince8{
      2.01365400804030348374776537501e-1, 4.47106157277725905176885569043e-2},
 };
 
-/// The same with DOP853's embedded formula of order five. With its third, of order three, as well, the same error took
-/// more time.
+/// The same with DOP853's embedded formula of order five; its third, of order three, is left out.
 inline constexpr ButcherTable dormand_prince85 = [] {
     ButcherTable t = dormand_prince8;
     constexpr double error[12] = {0.1312004499419488073250102996e-1, 0, 0, 0, 0, -0.1225156446376204440720569753e1,

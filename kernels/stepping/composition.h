@@ -101,8 +101,8 @@ private:
                                        const Vec3<V>& guess, const Next& next) {
         using S = ScalarOf<V>;
         Convergence<V> convergence(f);
-        // Converged lanes iterate on, unheard: the next iterations need not wait for the test of these. A test costs a third of an
-        // iteration, so only every second one is tested.
+        // Converged lanes iterate on, unheard: the next iterations need not wait for the test of these. Only every second one is
+        // tested, as a test is no small part of an iteration.
         Vec3<V> x = guess, iterate = guess;
         V evaluations(S(0));
         int i = 0;

@@ -76,8 +76,8 @@ struct Orbit {
             arriving = arriving | beyond, open = open & !beyond;
         }
         // From beyond the sphere back onto it: the angle to third order, until what second order leaves out is a rounding. ∂²V/∂u² is taken
-        // as (∂V/∂u)/u, as it is far out. The last of it the midpoint rule goes, but where λ is wanted: of a ray that hardly turns that
-        // changes much in the smallest angle.
+        // as (∂V/∂u)/u, as it is far out. The last correction is a step of the midpoint rule. Where λ is wanted it is not:
+        // a ray that hardly turns covers much λ in the smallest angle.
         const V rounding(S(0.125) * machine_epsilon<S>);
         MaskOf<V> moving = arriving;
         way.arrived = never<V>();

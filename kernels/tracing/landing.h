@@ -218,7 +218,7 @@ private:
     }
 
     /// Edges by the secant, always from the step's start: beyond them H means nothing. Where that hardly moves any more, a little farther than
-    /// it says: the edge lies between two places so close, or else the way is torn there. Other lanes stay where they are.
+    /// it says: the edge lies between two places so close, or else the step is discontinuous there. Other lanes stay where they are.
     void deliver_to_edge(const V& full) {
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         const MaskOf<V> edge = from_bits<V>(edge_), capture = from_bits<V>(captured), turning = from_bits<V>(turning_);
@@ -249,7 +249,7 @@ private:
             else s_ = pick(open, next, s_);
         }
         if (flow.test_energy) lost |= to_bits(edge & !(flow.solved & flow.energy_holds));
-        // Captured it is all the same.
+        // A captured ray is captured even where its landing loses H.
         static_cast<Arrival<V>&>(flow).take(whole, from_bits<V>(lost & captured));
         lost &= ~captured;
         task_.go_on(flow, edge);

@@ -139,7 +139,7 @@ std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active,
 
 }  // namespace detail
 
-/// So many active rays, or fewer, are queried one by one: measured break-even of a packet query.
+/// So many active rays, or fewer, are queried one by one: about where a packet query costs as much.
 inline constexpr int single_query_limit = 3;
 
 /// Queries the active segments; returns which of them hit. End points must be finite.

@@ -14,14 +14,11 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 /// Handlers that were there before, which come back.
 struct sigaction before[NSIG];
 
-/// A signal that is ignored stays so: those who run programs in the background mean that.
 void set(int signal, void (*handler)(int), int flags) {
-    sigaction(signal, nullptr, &before[signal]);
-    if (before[signal].sa_handler == SIG_IGN) return;
     struct sigaction action {};
     action.sa_handler = handler;
     action.sa_flags = flags;
-    sigaction(signal, &action, nullptr);
+    sigaction(signal, &action, &before[signal]);
 }
 
 void restore(int signal) {

@@ -50,19 +50,26 @@ struct Request {
     const Terminal& terminal;
 };
 
+/// λ belongs to H: rays that are to end at a given λ follow no other clock. The scene on the general path, and without a rescaling of the
+/// space's own, as if it said so, and with the defaults that follow.
+SceneDescription scene_with_parameter(Arguments arguments, const Options& options) {
+    const SceneDescription scene = general_scene_of(arguments, options);
+    if (scene.integrator.rescale != "auto") return scene;
+    arguments.overrides.push_back("integrator.rescale=none");
+    return general_scene_of(arguments, options);
+}
+
 std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
     SceneDescription scene = request.scene;
     Options options = request.options;
     options.energy_error = options.parameter = every_column;
     options.observer = request.arguments.observer;
     const std::string& limit = request.arguments.parameter;
-    // λ belongs to H: a ray that follows another clock cannot be ended at a given λ.
     if (!limit.empty()) {
-        if (scene.integrator.rescale != "auto" && scene.integrator.rescale != "none")
+        if (scene.integrator.rescale != "none")
             throw InputError(
                 "--parameter: a ray cannot be ended at a parameter of H while integrator.rescale changes that parameter; "
                 "set it to \"none\"");
-        scene.integrator.rescale = "none";
     }
     auto plan = make_plan(std::move(scene), options, false);
     if (every_column == request.csv)  // once, of both plans
@@ -134,8 +141,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
     const std::uint32_t repetitions = arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, most_repeats);
     const Options options = options_of(arguments);
-    // λ belongs to H: rays that are to end at a given λ do not step in angles unasked.
-    SceneDescription scene = arguments.parameter.empty() ? scene_of(arguments, options) : general_scene_of(arguments, options);
+    SceneDescription scene = arguments.parameter.empty() ? scene_of(arguments, options) : scene_with_parameter(arguments, options);
     const bool json = !arguments.json.empty();
     const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
     const std::string output = arguments.output.empty() ? "-" : arguments.output;

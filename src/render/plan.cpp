@@ -32,15 +32,14 @@ double chord_tolerance(const Plan& plan, bool with_camera) {
     return with_camera ? std::min(most, 0.02 * pixel_size(plan.scene, 0.5 * size)) : most;
 }
 
-/// The method of a space is meant for its H as the space rescales it. Where a scene states another rescaling, or none, and no method,
-/// another one is taken: without rescaling one with step control, as a step of one length may be too long beside a hole.
+/// The method of a space may serve its H only as the space rescales it; where a scene states another rescaling, or none, and no method,
+/// another one is taken.
 void choose_method(Plan& plan) {
     IntegratorDescription& integrator = plan.scene.integrator;
     const Module& m = *plan.module;
     plan.job.integrator = index_of(integrator.method, m.integrators, m.integrator_count);
     if (integrator.method_place || integrator.rescale == "auto" || plan.scene.space.formula) return;
-    if (integrator.rescale == "none" && m.hamiltonians[plan.hamiltonian].rescales && !m.integrators[plan.job.integrator].adaptive) integrator.method = "dp85";
-    else if (refusal_of(plan, plan.job.integrator, states_rescaling(plan))) integrator.method = "gauss8";
+    if (refusal_of(plan, plan.job.integrator, states_rescaling(plan))) integrator.method = "gauss8";
     plan.job.integrator = index_of(integrator.method, m.integrators, m.integrator_count);
 }
 

@@ -32,7 +32,7 @@ void to_scene(const Plan& plan, Point& point) {
 }
 
 /// Whether finished lanes are to get new rays: where some packets of the list say that lanes stand empty, and for long enough to be worth
-/// the start of a packet. (Room, 36864 rays: pays at 28 steps per ray and an occupancy of 0.6, not at 6 steps, never at 0.9.)
+/// the start of a packet.
 bool refill_pays(const Plan& plan, const Job& job, std::size_t rays) {
     constexpr double full = 0.75, short_of_steps = 20;
     constexpr std::uint32_t packets = 16;

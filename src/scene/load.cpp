@@ -106,14 +106,17 @@ bool follows_orbits(const Section& section, const IntegratorDescription& integra
     return true;
 }
 
-/// The default method; adaptive where the scene states a tolerance, in which only those have a use for it, and where one serves.
+/// The default method; adaptive, where one serves, if the scene states a tolerance, for which only those have a use, or does without the
+/// space's rescaling: then steps of one length may be too long beside a hole.
 std::string default_method(const Section& section, const HamiltonianInfo& info, const Catalogue& catalogue) {
     constexpr const char* adaptive = "rkf78";
     const IntegratorInfo* const all = catalogue.integrators;
     const bool is_adaptive = std::find_if(all, all + catalogue.integrator_count, [&](const IntegratorInfo& one) {
         return one.name == std::string_view(info.method);
     })->adaptive;
-    return find(section, "tolerance") && !is_adaptive && !info.creased ? adaptive : info.method;
+    const Value* rescale = find(section, "rescale");
+    const bool wants_control = find(section, "tolerance") || (rescale && rescale->string == "none" && info.rescales);
+    return wants_control && !is_adaptive && !info.creased ? adaptive : info.method;
 }
 
 /// The default step, in proportion to the length of the medium that it is for; and to the inverse of its index, as what counts is the way

@@ -132,5 +132,19 @@ TEST(Roundings, AreThoseOfEveryOperation) {
     EXPECT_NEAR(sum, 4 / 32.0 + 16 / 400.0, 1e-12);
 }
 
+// x y − 19 = 1, with the 16 of the product where that is rounded apart.
+TEST(Roundings, CountProductsThatAreNotFused) {
+    Tape t;
+    const auto program = kagero::detail::extract_all<1>(t, std::array{t.sub(t.mul(t.input(0), t.input(1)), t.input(2))});
+    const double inputs[] = {4, 5, 19}, seeds[] = {0.6, 0.8};
+    const double sum = sum_of_roundings<double>(
+        Listed<double>{{program.nodes, program.slot, program.outputs.data(), program.size}, nullptr}, inputs, seeds, 1);
+#if defined(__FMA__)
+    EXPECT_EQ(sum, 1);
+#else
+    EXPECT_EQ(sum, 1 + 16);
+#endif
+}
+
 }  // namespace
 }  // namespace kagero::test

@@ -107,7 +107,7 @@ bool follows_orbits(const Section& section, const IntegratorDescription& integra
 }
 
 /// The default method; adaptive, where one serves, if the scene states a tolerance, for which only those have a use, or does without the
-/// space's rescaling: then steps of one length may be too long beside a hole.
+/// space's rescaling and states no step: then steps of one length may be too long beside a hole.
 std::string default_method(const Section& section, const HamiltonianInfo& info, const Catalogue& catalogue) {
     constexpr const char* adaptive = "rkf78";
     const IntegratorInfo* const all = catalogue.integrators;
@@ -115,7 +115,7 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
         return one.name == std::string_view(info.method);
     })->adaptive;
     const Value* rescale = find(section, "rescale");
-    const bool wants_control = find(section, "tolerance") || (rescale && rescale->string == "none" && info.rescales);
+    const bool wants_control = find(section, "tolerance") || (rescale && rescale->string == "none" && info.rescales && !find(section, "step"));
     return wants_control && !is_adaptive && !info.creased ? adaptive : info.method;
 }
 

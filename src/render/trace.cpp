@@ -95,8 +95,9 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     const auto begin = std::chrono::steady_clock::now();
     if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
     const double probed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    ends.resize(starts.size());
-    for (std::size_t i = 0; i < starts.size(); ++i) to_scene(plan, ends[list.place(i)] = end_at_start(starts[i], Failure::untraced));
+    RayEnd untraced{};
+    untraced.failure = Failure::untraced;
+    ends.assign(starts.size(), untraced);
     const auto take = [&](const Tile& tile, const RayEnd* done, const RayList&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetched < tile.x1) __builtin_prefetch(&ends[list.place(i + prefetched)], 1);
@@ -106,6 +107,8 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
         }
     };
     RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, take, watch);
+    for (std::size_t i = 0; report.interrupted && i < starts.size(); ++i)
+        if (RayEnd& end = ends[list.place(i)]; end.failure == Failure::untraced) to_scene(plan, end = end_at_start(starts[i], Failure::untraced));
     report.seconds += list.seconds + probed;
     return report;
 }

@@ -35,6 +35,19 @@ void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
     text.solver_tolerance = plan.job.solver_tolerance;
 }
 
+/// What a scene states of steps is for where nothing is seen to meet the bound.
+void remark_on_stated(Plan& plan, const IntegratorDescription& stated, bool adaptive) {
+    const IntegratorDescription& chosen = plan.scene.integrator;
+    const auto say = [&](const char* key, double value) {
+        std::ostringstream remark;
+        remark << "integrator." << key << " = " << value << " has no effect: for integrator.max_pixel_error, " << chosen.method << " takes "
+               << (adaptive ? "tolerance " : "step ") << (adaptive ? chosen.tolerance : chosen.step);
+        plan.remarks.push_back(remark.str());
+    };
+    if (stated.step_place) say("step", stated.step);
+    if (stated.tolerance_place) say("tolerance", stated.tolerance);
+}
+
 }  // namespace
 
 void fit_to_error(Plan& plan) {
@@ -70,7 +83,9 @@ void fit_to_error(Plan& plan) {
     auto variant = find_variant(plan, curve->method, *kernel, best->step);
     if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
     follow(plan, *variant);
+    const IntegratorDescription stated = plan.scene.integrator;
     tell_scene(plan, *curve, *best);
+    remark_on_stated(plan, stated, curve->info->adaptive);
 }
 
 void settle(Plan& plan) {

@@ -46,7 +46,7 @@ struct RescalingDescription {
 
 struct IntegratorDescription {
     std::string method;                ///< resolved: never empty after loading
-    std::optional<Place> method_place, tolerance_place, lanes_place, rescale_place;  ///< where the scene states them, for messages found later
+    std::optional<Place> method_place, step_place, tolerance_place, lanes_place, rescale_place;  ///< where the scene states them, for what is said later
     double step = 0;                   ///< resolved; adaptive methods start with it
     double tolerance = 1e-6;           ///< local error of adaptive methods, relative to 1 + |value|
     double solver_tolerance = 0;       ///< 0: to rounding

@@ -154,6 +154,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
                              "\" follows rays in the plane of their orbit, which integrator.symmetry = \"none\" forbids");
     }
     read(section, "step", integrator.step, {0, 1e12, true});
+    if (const Value* step = find(section, "step")) integrator.step_place = step->place;
     read(section, "tolerance", integrator.tolerance, {0, 1, true, true});
     if (const Value* tolerance = find(section, "tolerance")) integrator.tolerance_place = tolerance->place;
     read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});

@@ -40,7 +40,7 @@ void remark_on_stated(Plan& plan, const IntegratorDescription& stated, bool adap
     const IntegratorDescription& chosen = plan.scene.integrator;
     const auto say = [&](const char* key, double value) {
         std::ostringstream remark;
-        remark << "integrator." << key << " = " << value << " has no effect: for integrator.max_pixel_error, " << chosen.method << " takes "
+        remark << "integrator." << key << " = " << value << " is not taken: for integrator.max_pixel_error, " << chosen.method << " takes "
                << (adaptive ? "tolerance " : "step ") << (adaptive ? chosen.tolerance : chosen.step);
         plan.remarks.push_back(remark.str());
     };

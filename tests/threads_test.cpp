@@ -1,0 +1,59 @@
+// Teams of threads.
+#include "render/threads.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <iterator>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include <sched.h>
+
+namespace kagero::test {
+namespace {
+
+constexpr unsigned more_than_processors = 7;
+
+TEST(Threads, EveryTaskHasAThreadOfItsOwn) {
+    std::thread::id ids[more_than_processors];
+    on_threads(more_than_processors, [&](unsigned i) { ids[i] = std::this_thread::get_id(); });
+    EXPECT_EQ(ids[0], std::this_thread::get_id());
+    EXPECT_EQ(std::set(std::begin(ids), std::end(ids)).size(), more_than_processors);
+}
+
+/// They are given processors at the start, and may leave them.
+TEST(Threads, AreTiedToNoProcessor) {
+    cpu_set_t before, within[more_than_processors];
+    ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+    on_threads(more_than_processors, [&](unsigned i) {
+        // What is given is given while the thread may be running already.
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        sched_getaffinity(0, sizeof within[i], &within[i]);
+    });
+    for (const cpu_set_t& set : within) EXPECT_TRUE(CPU_EQUAL(&set, &before));
+}
+
+/// A program that may use one processor alone is left there.
+TEST(Threads, StayWithinTheProgramsProcessors) {
+    cpu_set_t before, one;
+    ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
+    CPU_ZERO(&one);
+    CPU_SET(sched_getcpu(), &one);
+    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+    cpu_set_t within[2];
+    on_threads(2, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
+    sched_setaffinity(0, sizeof before, &before);
+    for (const cpu_set_t& set : within) EXPECT_TRUE(CPU_EQUAL(&set, &one));
+}
+
+TEST(Threads, ThrowWhatATaskThrows) {
+    const auto task = [](unsigned i) {
+        if (i == 2) throw std::runtime_error("task 2");
+    };
+    EXPECT_THROW(on_threads(3, task), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -86,6 +86,9 @@ struct Hole {
 };
 
 /// One integrator.
+/// What methods have in common.
+enum class Family : std::uint8_t { recipe, composition, exact_split, nystroem, runge_kutta, gauss };
+
 struct IntegratorInfo {
     const char* name;
     std::uint32_t order;
@@ -94,6 +97,8 @@ struct IntegratorInfo {
     bool angular = false;  ///< steps are angles, not lengths of the integration parameter
     bool drifts = false;   ///< drifts along p and kicks in turn, so that cyclic coordinates can wait for a step's end
     bool collocates = false;  ///< implicit for every H; others that are implicit are not for |p|²/2 + V(q)
+    bool typical = false;  ///< stands for its family where few methods are measured, or shown
+    Family family{};       ///< as its kind of step says
 };
 
 /// One surface of the scene, in the order of Embree's geometry identifiers; in double, for refinement.

@@ -54,7 +54,7 @@ constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 
 constexpr auto integrator_infos = [] {
     std::array<IntegratorInfo, methods.size()> infos{};
-    for (std::size_t i = 0; i < infos.size(); ++i) infos[i] = methods[i].info;
+    for (std::size_t i = 0; i < infos.size(); ++i) infos[i] = info_of(methods[i]);
     return infos;
 }();
 

@@ -15,6 +15,7 @@
 namespace kagero {
 
 struct Composition {
+    static constexpr Family family = Family::composition;
     static constexpr bool takes_sides = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }

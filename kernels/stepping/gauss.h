@@ -13,6 +13,7 @@ namespace kagero {
 /// `fixed` stages, known to the compiler, or with 0 as many as the coefficients say.
 template <int fixed>
 struct Gauss {
+    static constexpr Family family = Family::gauss;
     /// No stage lies on an end of the step.
     static constexpr bool stages_inside = true;
     static constexpr bool carries = true;

@@ -2,6 +2,7 @@
 /// one more line of KAGERO_STEPS.
 ///
 /// A kind of step is a struct of static functions and constants,
+///   family                                what it has in common with others
 ///   refusal<System>()                     null where it serves a system, else why not
 ///   begin(system, flow, coefficients)     fills flow.stage at the start of rays
 ///   step(system, flow, coefficients)      from flow.start by flow.h: sets end, end.parameter and solved, counts gradients; adaptive
@@ -62,22 +63,22 @@ inline constexpr std::array methods{
             .what = "semi-implicit Euler, Satoh (2003) eq. (9)"},
            Kind::composition, {.fractions = fractions::once}},
     Method{{.name = "satoh2", .order = 1, .symplectic = true, .implicit = true,
-            .what = "S2 as printed, Satoh (2003) eq. (11): of order 1, because eq. (9) is not self-adjoint"},
+            .what = "S2 as printed, Satoh (2003) eq. (11): of order 1, because eq. (9) is not self-adjoint", .typical = true},
            Kind::recipe, {.fractions = fractions::once}},
     Method{{.name = "satoh4", .order = 1, .symplectic = true, .implicit = true,
-            .what = "S4 as printed, Satoh (2003) eqs. (12), (13): of order 1"},
+            .what = "S4 as printed, Satoh (2003) eqs. (12), (13): of order 1", .typical = true},
            Kind::recipe, {.fractions = fractions::yoshida4_weights}},
     Method{{.name = "satoh4-nine", .order = 1, .symplectic = true, .implicit = true,
             .what = "S4 as printed, Satoh (2003) eqs. (14), (15): of order 1"},
            Kind::recipe, {.fractions = fractions::nine_weights}},
     Method{{.name = "verlet", .order = 2, .symplectic = true, .symmetric = true, .implicit = true,
-            .what = "eq. (9) with its adjoint: generalised Stoermer-Verlet, the self-adjoint S2"},
+            .what = "eq. (9) with its adjoint: generalised Stoermer-Verlet, the self-adjoint S2", .typical = true},
            Kind::composition, {.fractions = fractions::verlet}},
     Method{{.name = "yoshida4", .order = 4, .symplectic = true, .symmetric = true, .implicit = true,
             .what = "three S2, Satoh (2003) eqs. (12), (13); Yoshida (1990)"},
            Kind::composition, {.fractions = fractions::yoshida4}},
     Method{{.name = "suzuki4-nine", .order = 4, .symplectic = true, .symmetric = true, .implicit = true,
-            .what = "nine S2, Satoh (2003) eqs. (14), (15)"},
+            .what = "nine S2, Satoh (2003) eqs. (14), (15)", .typical = true},
            Kind::composition, {.fractions = fractions::suzuki4_nine}},
     Method{{.name = "suzuki4", .order = 4, .symplectic = true, .symmetric = true, .implicit = true,
             .what = "five S2, Suzuki (1990)"},
@@ -119,7 +120,7 @@ inline constexpr std::array methods{
             .what = "exact Kerr-Schild split, explicit; Blanes & Moan (2002) S6"},
            Kind::exact_split, {.fractions = fractions::split_s6}},
     Method{{.name = "ks-s10", .order = 6, .symplectic = true, .symmetric = true,
-            .what = "exact Kerr-Schild split, explicit; Blanes & Moan (2002) S10"},
+            .what = "exact Kerr-Schild split, explicit; Blanes & Moan (2002) S10", .typical = true},
            Kind::exact_split, {.fractions = fractions::split_s10}},
     Method{{.name = "ks-kahan-li6", .order = 6, .symplectic = true, .symmetric = true,
             .what = "exact Kerr-Schild split, explicit; Kahan & Li (1997)"},
@@ -137,13 +138,13 @@ inline constexpr std::array methods{
             .what = "in the plane of the orbit, steps in radians; Blanes & Moan (2002) SRKN14a", .angular = true},
            Kind::orbit, {.fractions = fractions::srkn14, .kick_first = false}},
     Method{{.name = "rk4", .order = 4,
-            .what = "classical Runge-Kutta, Kutta (1901)"},
+            .what = "classical Runge-Kutta, Kutta (1901)", .typical = true},
            Kind::runge_kutta, {.table = &kutta4}},
     Method{{.name = "dp5", .order = 5,
             .what = "Dormand & Prince (1980), fifth order, fixed step"},
            Kind::runge_kutta, {.table = &dormand_prince5}},
     Method{{.name = "dp54", .order = 5, .adaptive = true,
-            .what = "Dormand & Prince (1980), step control by the embedded fourth order"},
+            .what = "Dormand & Prince (1980), step control by the embedded fourth order", .typical = true},
            Kind::runge_kutta, {.table = &dormand_prince54}},
     Method{{.name = "rkf78", .order = 8, .adaptive = true,
             .what = "Fehlberg (1968), step control by the embedded seventh order"},
@@ -167,7 +168,7 @@ inline constexpr std::array methods{
             .what = "Gauss-Legendre collocation, 3 stages", .collocates = true},
            Kind::gauss, {.gauss = &gauss_tableau<3>}},
     Method{{.name = "gauss8", .order = 8, .symplectic = true, .symmetric = true, .implicit = true,
-            .what = "Gauss-Legendre collocation, 4 stages", .collocates = true},
+            .what = "Gauss-Legendre collocation, 4 stages", .collocates = true, .typical = true},
            Kind::gauss_of_4, {.gauss = &gauss_tableau<4>}},
     Method{{.name = "gauss12", .order = 12, .symplectic = true, .symmetric = true, .implicit = true,
             .what = "Gauss-Legendre collocation, 6 stages", .collocates = true},
@@ -186,6 +187,13 @@ constexpr auto visit_kind(Kind kind, const Visit& visit) {
 #undef KAGERO_KIND
     }
     __builtin_unreachable();
+}
+
+/// What the world is told of a method.
+constexpr IntegratorInfo info_of(const Method& method) {
+    IntegratorInfo info = method.info;
+    info.family = visit_kind(method.kind, []<class Step>() { return Step::family; });
+    return info;
 }
 
 /// A method's operations on the programs of a Hamiltonian.

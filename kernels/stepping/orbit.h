@@ -19,6 +19,7 @@
 namespace kagero {
 
 struct Orbit {
+    static constexpr Family family = Family::nystroem;
     static constexpr bool carries = true;  ///< L, which no place along the ray tells as well as its start
     static constexpr bool resumes = true;
 

@@ -10,6 +10,7 @@
 namespace kagero {
 
 struct Recipe {
+    static constexpr Family family = Family::recipe;
     template <class System>
     static constexpr const char* refusal() {
         if (System::rescaled) return "the printed recipe integrates H itself, not a rescaled one";

@@ -10,6 +10,7 @@ namespace kagero {
 
 /// Any table: coefficients are data, so that one copy of the derivative program serves them all.
 struct RungeKutta {
+    static constexpr Family family = Family::runge_kutta;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
     template <class System>

@@ -8,6 +8,7 @@ namespace kagero {
 /// K = ½|p|² + V(q), as it is or after rescaling: drift q += t p, kick p −= t ∂V/∂q. With the Runge–Kutta–Nyström fractions of Blanes
 /// & Moan (2002).
 struct Nystroem {
+    static constexpr Family family = Family::nystroem;
     template <class System>
     static constexpr const char* refusal() {
         return System::separable ? nullptr : "its Hamiltonian is not of the form |p|^2/2 + V(q)";
@@ -61,6 +62,7 @@ private:
 
 /// ½(|p|² − p_t²) + K with K's flow in closed form, as Kerr–Schild metrics have it: drift first.
 struct ExactSplit {
+    static constexpr Family family = Family::exact_split;
     template <class System>
     static constexpr const char* refusal() {
         if (System::rescaled) return "the exact split integrates H itself, not a rescaled one";

@@ -17,8 +17,7 @@ EnergyDrift energy_drift(Plan& plan, const Variant& variant, const std::vector<R
 
 /// The same quantity step by step along one ray, signed.
 struct EnergyTrace {
-    std::string method;
-    bool adaptive = false;
+    const IntegratorInfo* info = nullptr;
     double step = 0;                            ///< of adaptive methods: the tolerance
     double gradients = 0;                       ///< per ray of the sample
     std::vector<std::array<double, 2>> points;  ///< parameter of H, relative H − H0

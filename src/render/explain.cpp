@@ -54,7 +54,7 @@ const char* orbit_method_served(const Plan& plan) {
 /// Whether what is integrated is |p|²/2 + V(q): Nyström methods take nothing else.
 bool is_separable(const Plan& plan) {
     for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i)
-        if (plan.module->integrators[i].name == std::string("srkn6")) return !refusal_of(plan, i, plan.job.rescaled);
+        if (plan.module->integrators[i].drifts) return !refusal_of(plan, i, plan.job.rescaled);
     return false;
 }
 

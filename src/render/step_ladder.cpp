@@ -6,9 +6,6 @@
 namespace kagero {
 namespace {
 
-/// The recipe as printed, its symmetric cure, and what rivals them; the scene's own method joins them.
-constexpr const char* quick_methods[] = {"satoh2", "satoh4", "verlet", "suzuki4-nine", "rk4", "dp54", "gauss8"};
-
 /// Beyond this order a method buys nothing before float is exhausted.
 constexpr std::uint32_t highest_float_order = 4;
 
@@ -65,15 +62,15 @@ bool worth_it(const Plan& plan, const IntegratorInfo& info, const LadderKind& ki
 
 std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused) {
     const std::string& own = plan.scene.integrator.method;
-    const auto wanted = [&](const std::string& name) {
-        if (plan.straight) return name == own;
-        return !choice.quick || name == own || std::count(std::begin(quick_methods), std::end(quick_methods), name) > 0;
+    const auto wanted = [&](const IntegratorInfo& info) {
+        if (plan.straight) return info.name == own;
+        return !choice.quick || info.name == own || info.typical;
     };
     std::vector<Ladder> ladders;
     for (const LadderKind& kind : ladder_kinds)
         for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i) {
             const IntegratorInfo& info = plan.module->integrators[i];
-            if (!wanted(info.name) || !worth_it(plan, info, kind, choice, info.name == own)) continue;
+            if (!wanted(info) || !worth_it(plan, info, kind, choice, info.name == own)) continue;
             const auto variant = find_variant(plan, info.name, kind.strategy, kind.precision, 0);
             if (!variant) {
                 if (std::count(refused.begin(), refused.end(), info.name) == 0) refused.push_back(info.name);

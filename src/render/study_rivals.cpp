@@ -25,7 +25,7 @@ const Timed* Study::nearest_in_work(const std::string& method, double gradients)
     return nearest;
 }
 
-/// The scene's own method at about the scene's step, and what others do with about as much work.
+/// The scene's own method at about the scene's step, and what typical ones of low order do with about as much work.
 std::vector<const Timed*> Study::rivals() const {
     const std::string& own = plan_.scene.integrator.method;
     const Timed* mine = nullptr;
@@ -40,8 +40,12 @@ std::vector<const Timed*> Study::rivals() const {
     if (!mine) return {};
     std::vector<const Timed*> all{mine};
     const double work = gradients_of(*mine);
-    for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "rk4"})
-        if (const Timed* rival = nearest_in_work(name, work); rival && own != name) all.push_back(rival);
+    constexpr std::uint32_t highest_order = 4;
+    for (std::uint32_t i = 0; i < plan_.module->integrator_count; ++i) {
+        const IntegratorInfo& info = plan_.module->integrators[i];
+        if (!info.typical || info.adaptive || info.order > highest_order || info.name == own) continue;
+        if (const Timed* rival = nearest_in_work(info.name, work)) all.push_back(rival);
+    }
     return all;
 }
 

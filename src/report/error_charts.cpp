@@ -24,11 +24,11 @@ std::string tip_of(const StudyCurve& curve, const StudyPoint& point) {
 }
 
 bool emphasised(const StudyCurve& curve) {
-    return curve.own || curve.method == "satoh2" || curve.method == "satoh4";
+    return curve.own || (curve.info->family == Family::recipe && curve.info->typical);
 }
 
 Series series_of(const ErrorStudy& study, const StudyCurve& curve, Work work) {
-    const MethodStyle style = style_of(curve.method);
+    const MethodStyle style = style_of(*curve.info);
     Series series{curve.method, style.color, style.mark, false, false, emphasised(curve) && study.shows(curve) && !curve.loose, {}, {}};
     if (curve.loose) series.label += " loose", series.dotted = true;
     if (curve.precision == Precision::float32) series.label += " float", series.dashed = true;
@@ -50,10 +50,7 @@ bool represents(const ErrorStudy& study, std::size_t index) {
     if (curve.own) return true;
     for (const Cheapest& best : study.cheapest)
         if (best.found && best.curve == index) return true;
-    if (curve.precision != study.precision || curve.loose) return false;
-    for (const char* name : {"satoh2", "satoh4", "verlet", "suzuki4-nine", "ks-s10", "rk4", "dp54", "gauss8"})
-        if (curve.method == name) return true;
-    return false;
+    return curve.precision == study.precision && !curve.loose && curve.info->typical;
 }
 
 std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vector<const StudyCurve*>& curves, Work work) {
@@ -83,12 +80,12 @@ std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work
     return chart_of(plan, study, curves, work);
 }
 
-std::string family_chart(const Plan& plan, const ErrorStudy& study, const std::string& example) {
+std::string family_chart(const Plan& plan, const ErrorStudy& study, Family family) {
     std::vector<const StudyCurve*> curves;
     bool more = false;
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
-        if (curve.strategy != study.strategy || !same_family(curve.method, example)) continue;
+        if (curve.strategy != study.strategy || curve.info->family != family) continue;
         curves.push_back(&curve);
         more |= !represents(study, i);
     }
@@ -101,13 +98,13 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
     chart.x = {"parameter λ along the ray", false};
     chart.y.title = "|H − H₀| relative";
     for (const EnergyTrace& trace : study.energy) {
-        const MethodStyle style = style_of(trace.method);
-        const bool own = trace.method == plan.scene.integrator.method;
-        Series series{trace.method, style.color, trace.points.size() > 60 ? Mark::none : style.mark, false, false, own, {}, {}};
+        const MethodStyle style = style_of(*trace.info);
+        const bool own = trace.info->name == plan.scene.integrator.method;
+        Series series{trace.info->name, style.color, trace.points.size() > 60 ? Mark::none : style.mark, false, false, own, {}, {}};
         // Points where the error changes sign are accidents; the floor keeps them from ruling the axis.
         for (std::size_t i = 1; i < trace.points.size(); ++i)
             series.points.push_back({trace.points[i][0], std::max(std::abs(trace.points[i][1]), 1e-17)});
-        series.label += (trace.adaptive ? ", tolerance " : ", step ") + short_number(trace.step) + ", " + rounded(trace.gradients) + " gradients";
+        series.label += (trace.info->adaptive ? ", tolerance " : ", step ") + short_number(trace.step) + ", " + rounded(trace.gradients) + " gradients";
         chart.series.push_back(std::move(series));
     }
     chart.least_y = 1e-17;

@@ -15,7 +15,7 @@ enum class Work { nanoseconds, gradients };
 std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work work);
 
 /// The same over run time for all methods of one family; empty where the study has none that the chart above leaves out.
-std::string family_chart(const Plan& plan, const ErrorStudy& study, const std::string& example);
+std::string family_chart(const Plan& plan, const ErrorStudy& study, Family family);
 
 /// |H − H0| along one ray.
 std::string energy_chart(const Plan& plan, const ErrorStudy& study);

@@ -75,12 +75,10 @@ std::string cheapest_section(const ErrorStudy& study) {
 
 std::string legend(const ErrorStudy& study) {
     std::string text = "<p class=\"note\">";
-    for (const MethodFamily& family : method_families()) {
-        if (std::none_of(study.curves.begin(), study.curves.end(),
-                         [&](const StudyCurve& curve) { return same_family(curve.method, family.example); }))
+    for (const FamilyStyle& family : family_styles()) {
+        if (std::none_of(study.curves.begin(), study.curves.end(), [&](const StudyCurve& curve) { return curve.info->family == family.family; }))
             continue;
-        text += "<span class=\"key\"><span style=\"color:" + style_of(family.example).color + "\">■</span> " +
-                html_text(family.name) + "</span> ";
+        text += "<span class=\"key\"><span style=\"color:" + family.color() + "\">■</span> " + html_text(family.name) + "</span> ";
     }
     return text + "</p>\n";
 }
@@ -88,8 +86,8 @@ std::string legend(const ErrorStudy& study) {
 /// Every method beside its siblings, where the first chart shows one of them only.
 std::string families_section(const Plan& plan, const ErrorStudy& study) {
     std::string text;
-    for (const MethodFamily& family : method_families())
-        if (const std::string svg = family_chart(plan, study, family.example); !svg.empty())
+    for (const FamilyStyle& family : family_styles())
+        if (const std::string svg = family_chart(plan, study, family.family); !svg.empty())
             text += html_figure(std::string("Run time, family by family: ") + family.name, svg,
                                 "All methods of the family; dashed: single precision, dotted: loosely solved.");
     return text;
@@ -99,7 +97,7 @@ std::string order_section(const ErrorStudy& study) {
     Rows rows;
     for (const StudyCurve& curve : study.curves) {
         if (!study.shows(curve) || curve.loose) continue;
-        rows.push_back({"<span style=\"color:" + style_of(curve.method).color + "\">■</span> " + html_text(curve.method) +
+        rows.push_back({"<span style=\"color:" + style_of(*curve.info).color + "\">■</span> " + html_text(curve.method) +
                             (curve.own ? " <b>(the scene's)</b>" : ""),
                         html_text(curve.info->what), curve.rescaled ? "yes" : "no",
                         curve.info->adaptive ? "adaptive" : std::to_string(curve.info->order),

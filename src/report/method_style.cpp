@@ -1,58 +1,34 @@
 #include "report/method_style.h"
 
+#include <algorithm>
+#include <string_view>
+
 namespace kagero {
-namespace {
 
-struct Family {
-    const char* prefix;  ///< of its methods' names; the first that fits counts
-    int hue, saturation;
-    Mark mark;
-};
-constexpr Family families[] = {
-    {"satoh", 354, 72, Mark::cross},  {"euler", 354, 72, Mark::cross},  {"ks-", 282, 45, Mark::diamond},
-    {"srkn", 180, 70, Mark::diamond}, {"orbit-", 180, 70, Mark::diamond}, {"gauss", 132, 55, Mark::circle}, {"midpoint", 132, 55, Mark::circle},
-    {"rk", 215, 78, Mark::square},    {"dp", 215, 78, Mark::square},      {"verner", 215, 78, Mark::square}, {"", 34, 88, Mark::triangle},
-};
-
-/// Shades tell siblings apart; a name has the same one in every run.
-struct Shade {
-    int hue, lightness;
-};
-Shade shade_of(const std::string& method) {
-    unsigned sum = 0;
-    for (const char c : method) sum = 31 * sum + static_cast<unsigned char>(c);
-    return {static_cast<int>(sum / 3 % 3) * 12 - 12, 34 + static_cast<int>(sum % 3) * 8};
-}
-
-}  // namespace
-
-MethodStyle style_of(const std::string& method) {
-    const Shade shade = shade_of(method);
-    for (const Family& family : families)
-        if (method.starts_with(family.prefix))
-            return {"hsl(" + std::to_string(family.hue + shade.hue) + " " + std::to_string(family.saturation) + "% calc(" +
-                        std::to_string(shade.lightness) + "% + var(--shade)))",
-                    family.mark};
-    return {"var(--ink)", Mark::circle};
-}
-
-bool same_family(const std::string& a, const std::string& b) {
-    const auto hue = [](const std::string& method) {
-        for (const Family& family : families)
-            if (method.starts_with(family.prefix)) return family.hue;
-        return 0;
+const std::vector<FamilyStyle>& family_styles() {
+    static const std::vector<FamilyStyle> all{
+        {Family::recipe, "the recipe as printed", 354, 72, Mark::cross},
+        {Family::composition, "compositions", 34, 88, Mark::triangle},
+        {Family::exact_split, "exact split", 282, 45, Mark::diamond},
+        {Family::nystroem, "Runge–Kutta–Nyström", 180, 70, Mark::diamond},
+        {Family::runge_kutta, "Runge–Kutta", 215, 78, Mark::square},
+        {Family::gauss, "Gauss–Legendre", 132, 55, Mark::circle},
     };
-    return hue(a) == hue(b);
+    return all;
 }
 
-const std::vector<MethodFamily>& method_families() {
-    static const std::vector<MethodFamily> all{{"the recipe as printed", "satoh2"},
-                                               {"symmetric compositions", "verlet"},
-                                               {"exact split", "ks-verlet"},
-                                               {"Runge–Kutta–Nyström", "srkn6"},
-                                               {"Runge–Kutta", "rk4"},
-                                               {"Gauss–Legendre", "gauss8"}};
-    return all;
+std::string FamilyStyle::color(int hue_shift, int lightness) const {
+    return "hsl(" + std::to_string(hue + hue_shift) + " " + std::to_string(saturation) + "% calc(" + std::to_string(lightness) + "% + var(--shade)))";
+}
+
+MethodStyle style_of(const IntegratorInfo& method) {
+    const auto& families = family_styles();
+    const auto family = std::find_if(families.begin(), families.end(), [&](const FamilyStyle& f) { return f.family == method.family; });
+    if (family == families.end()) return {"var(--ink)", Mark::circle};
+    // A name has the same shade in every run.
+    unsigned sum = 0;
+    for (const char c : std::string_view(method.name)) sum = 31 * sum + static_cast<unsigned char>(c);
+    return {family->color(static_cast<int>(sum / 3 % 3) * 12 - 12, 34 + static_cast<int>(sum % 3) * 8), family->mark};
 }
 
 }  // namespace kagero

@@ -1,7 +1,10 @@
 /// How methods look in every chart: families share a hue and a mark, whatever else is drawn beside them.
 #pragma once
 
+#include "kernels/abi.h"
 #include "report/chart.h"
+
+#include <vector>
 
 namespace kagero {
 
@@ -10,15 +13,17 @@ struct MethodStyle {
     Mark mark;
 };
 
-MethodStyle style_of(const std::string& method);
+MethodStyle style_of(const IntegratorInfo& method);
 
-bool same_family(const std::string& a, const std::string& b);
-
-/// What the families are called, with one method of each to ask for its style.
-struct MethodFamily {
+struct FamilyStyle {
+    Family family;
     const char* name;
-    const char* example;
+    int hue, saturation;
+    Mark mark;
+    /// CSS; shades around the family's own tell siblings apart.
+    std::string color(int hue_shift = 0, int lightness = 42) const;
 };
-const std::vector<MethodFamily>& method_families();
+/// Of all families, in the order in which they are told.
+const std::vector<FamilyStyle>& family_styles();
 
 }  // namespace kagero

@@ -7,9 +7,14 @@
 #include "kernels/stepping/steppers.h"
 
 namespace kagero {
-namespace {
 
 using hamiltonians::Schwarzschild;
+// The tape's are those of the module.
+extern template const SpaceKernel<PacketDouble>& space_kernel<Schwarzschild, PacketDouble>(bool);
+extern template const SpaceKernel<PacketFloat>& space_kernel<Schwarzschild, PacketFloat>(bool);
+extern template const SpaceKernel<Lanes<double, 1>>& space_kernel<Schwarzschild, Lanes<double, 1>>(bool);
+
+namespace {
 
 template <class S>
 struct HandSystem : System<Schwarzschild, true, S> {

@@ -1,9 +1,5 @@
 // The derivatives that the tape writes against the complex step, f'(x) = Im f(x + iε)/ε, which subtracts nothing and so is exact to
 // rounding; and second derivatives of nested duals against the complex step of first ones.
-// Short to compile; a test of values, not of speed.
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC optimize("O1")
-#endif
 
 #include "spaces.h"
 

@@ -1,10 +1,5 @@
 // Every Hamiltonian on quadruple precision, compiled once for all tests that need it.
 
-// Short to compile; a test of values, not of speed.
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC optimize("O1")
-#endif
-
 #include "steps.h"
 
 #include "kernels/stepping/shared_steps.h"
@@ -12,7 +7,10 @@
 
 namespace kagero {
 
-#define KAGERO_HAMILTONIAN(TYPE) template const SpaceKernel<Quad>& space_kernel<hamiltonians::TYPE, Quad>(bool);
+// Those on double are compiled elsewhere.
+#define KAGERO_HAMILTONIAN(TYPE)                                                              \
+    template const SpaceKernel<Quad>& space_kernel<hamiltonians::TYPE, Quad>(bool);            \
+    extern template const SpaceKernel<double>& space_kernel<hamiltonians::TYPE, double>(bool);
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
 template struct Shared<Quad>;

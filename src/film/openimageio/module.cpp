@@ -22,6 +22,7 @@ bool is_srgb(const OIIO::ImageSpec& spec) {
 }
 
 std::string too_large(const DecodedImage& image) {
+    if (image.width == 0) return "asks for more memory than there is before it says its size";
     return "says that it has " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, for which there is not enough memory";
 }
 

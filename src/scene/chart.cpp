@@ -22,7 +22,8 @@ std::vector<TriangleChart> charts_of(const TriangleMesh& mesh) {
         const auto gradient = [&](std::size_t k) {
             return add(scaled(second, uv(1, k) - uv(0, k)), scaled(third, uv(2, k) - uv(0, k)));
         };
-        charts.push_back({a, {uv(0, 0), uv(0, 1), gradient(0), gradient(1)}});
+        const Double3 u = gradient(0), v = gradient(1);
+        charts.push_back({a, {uv(0, 0), uv(0, 1)}, {{{u[0], v[0]}, {u[1], v[1]}, {u[2], v[2]}}}});
     }
     return charts;
 }

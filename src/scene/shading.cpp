@@ -25,7 +25,7 @@ PaintedPatch painted(const ShadedObject& object, std::uint32_t primitive, const 
     if (object.charts.empty()) return {};
     const TriangleChart& chart = object.charts[primitive];
     const auto [u, v] = on_triangle(chart, point);
-    return {u, v, in_chart(chart.at_corner, patch)};
+    return {u, v, in_chart(chart, patch)};
 }
 
 Float3 plain_color(const Paint& paint) {

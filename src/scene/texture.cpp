@@ -46,16 +46,21 @@ private:
     }
 };
 
-/// The square that a place is in along an axis: whether all within reach of the place is in it, and whether its number is odd.
+/// The square that a place is in: whether all within reach of the place is in it, and whether the sum of its numbers is odd. Both axes side
+/// by side.
 struct Square {
-    bool alone, odd;
+    bool alone = true, odd = false;
 
-    Square(double place, double reach) {
+    Square(const std::array<double, 2>& place, const std::array<double, 2>& reach) {
         // Rounds to a whole number, which the sum's last bits hold. A place on an edge is in no square alone.
         constexpr double to_whole = 0x1.8p52;
-        const double sum = place - 0.5 + to_whole, from_edge = place - (sum - to_whole);
-        alone = (std::abs(place) < 0x1p51) & (from_edge >= reach) & (from_edge < 1 - reach);
-        odd = std::bit_cast<std::uint64_t>(sum) & 1;
+        std::array<double, 2> sum, from_edge, most;
+        for (std::size_t k = 0; k < 2; ++k) sum[k] = place[k] - 0.5 + to_whole;
+        for (std::size_t k = 0; k < 2; ++k) from_edge[k] = place[k] - (sum[k] - to_whole), most[k] = 1 - reach[k];
+        for (std::size_t k = 0; k < 2; ++k) {
+            alone &= (std::abs(place[k]) < 0x1p51) & (from_edge[k] >= reach[k]) & (from_edge[k] < most[k]);
+            odd ^= std::bit_cast<std::uint64_t>(sum[k]) & 1;
+        }
     }
 };
 
@@ -109,15 +114,18 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges) {
 
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch) {
     // From here on in squares.
-    const auto [n_u, n_v] = paint.checker;
-    const double x = u * n_u, y = v * n_v;
-    const Square column(x, 0.5 * n_u * (std::abs(patch.a[0]) + std::abs(patch.b[0]))),
-        row(y, 0.5 * n_v * (std::abs(patch.a[1]) + std::abs(patch.b[1])));
+    const std::array<double, 2> place{u * paint.checker[0], v * paint.checker[1]};
+    std::array<double, 2> reach;
+    for (std::size_t k = 0; k < 2; ++k) reach[k] = 0.5 * paint.checker[k] * (std::abs(patch.a[k]) + std::abs(patch.b[k]));
+    const Square square(place, reach);
     double brightness;
-    if (column.alone & row.alone)
-        brightness = column.odd == row.odd ? 1.0 : 0.25;
-    else
-        brightness = 0.625 + 0.375 * mean_sign(x, y, {{patch.a[0] * n_u, patch.a[1] * n_v}, {patch.b[0] * n_u, patch.b[1] * n_v}});
+    if (square.alone) {
+        brightness = square.odd ? 0.25 : 1.0;
+    } else {
+        UvPatch sides;
+        for (std::size_t k = 0; k < 2; ++k) sides.a[k] = patch.a[k] * paint.checker[k], sides.b[k] = patch.b[k] * paint.checker[k];
+        brightness = 0.625 + 0.375 * mean_sign(place[0], place[1], sides);
+    }
     Float3 color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(brightness * paint.color[c]);
     return color;

@@ -128,6 +128,16 @@ std::vector<Point> states(std::size_t n) {
     return points;
 }
 
+template <class V>
+std::array<double, 6> numbers_of(const V (&values)[6], int lane) {
+    std::array<double, 6> numbers;
+    for (std::size_t k = 0; k < 6; ++k) numbers[k] = static_cast<double>(get_lane(values[k], lane));
+    return numbers;
+}
+void expect_near(const std::array<double, 6>& found, const Point& expected, double epsilon, const Point& unit) {
+    for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(found[k], expected[k], roundings * epsilon * unit[k]) << "component " << k;
+}
+
 template <class H, bool rescaled, class V>
 void check_tape() {
     using S = ScalarOf<V>;
@@ -141,13 +151,8 @@ void check_tape() {
         system.derivatives(s, both);
         const Vec3<V> dq = system.dq(s), dp = system.dp(s);
         const V sides[6] = {dq.x, dq.y, dq.z, dp.x, dp.y, dp.z};
-        for (int k = 0; k < 6; ++k) {
-            const double tolerance = roundings * static_cast<double>(machine_epsilon<S>) * unit[k];
-            for (const int lane : {0, lane_count<V> - 1}) {
-                EXPECT_NEAR(static_cast<double>(get_lane(both[k], lane)), expected[k], tolerance) << "component " << k;
-                EXPECT_NEAR(static_cast<double>(get_lane(sides[k], lane)), expected[k], tolerance) << "component " << k;
-            }
-        }
+        for (const int lane : {0, lane_count<V> - 1})
+            for (const auto& found : {numbers_of(both, lane), numbers_of(sides, lane)}) expect_near(found, expected, static_cast<double>(machine_epsilon<S>), unit);
     }
 }
 template <class H, class V>

@@ -9,10 +9,9 @@
 namespace kagero {
 
 using hamiltonians::Schwarzschild;
-// The tape's are those of the module.
+// The tape's on the module's own packets are those of the module.
 extern template const SpaceKernel<PacketDouble>& space_kernel<Schwarzschild, PacketDouble>(bool);
 extern template const SpaceKernel<PacketFloat>& space_kernel<Schwarzschild, PacketFloat>(bool);
-extern template const SpaceKernel<Lanes<double, 1>>& space_kernel<Schwarzschild, Lanes<double, 1>>(bool);
 
 namespace {
 

@@ -97,8 +97,12 @@ struct SparseForward {
 
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
         using S = ScalarOf<V>;
-        const auto x = variable<0>(s.y[0]), y = variable<1>(s.y[1]), z = variable<2>(s.y[2]);
-        const auto px = variable<3>(s.y[3]), py = variable<4>(s.y[4]), pz = variable<5>(s.y[5]);
+        const auto x = variable<0>(s.y[0]);
+        const auto y = variable<1>(s.y[1]);
+        const auto z = variable<2>(s.y[2]);
+        const auto px = variable<3>(s.y[3]);
+        const auto py = variable<4>(s.y[4]);
+        const auto pz = variable<5>(s.y[5]);
         const SparseDual<V, 0> pt{s.y[6], {}}, half{V(S(0.5)), {}}, mass{V(rg), {}};
         const auto r2 = x * x + y * y + z * z;
         const auto ir = rsqrt(r2);

@@ -49,7 +49,7 @@ private:
 /// The square that a place is in: whether all within reach of the place is in it, and whether the sum of its numbers is odd. Both axes side
 /// by side.
 struct Square {
-    bool alone = true, odd = false;
+    bool alone, odd = false;
 
     Square(const std::array<double, 2>& place, const std::array<double, 2>& reach) {
         // Rounds to a whole number, which the sum's last bits hold. A place on an edge is in no square alone.
@@ -57,10 +57,12 @@ struct Square {
         std::array<double, 2> sum, from_edge, most;
         for (std::size_t k = 0; k < 2; ++k) sum[k] = place[k] - 0.5 + to_whole;
         for (std::size_t k = 0; k < 2; ++k) from_edge[k] = place[k] - (sum[k] - to_whole), most[k] = 1 - reach[k];
+        unsigned within = 1;  // as numbers, and not step by step: which it is no processor foresees
         for (std::size_t k = 0; k < 2; ++k) {
-            alone &= (std::abs(place[k]) < 0x1p51) & (from_edge[k] >= reach[k]) & (from_edge[k] < most[k]);
+            within &= unsigned(std::abs(place[k]) < 0x1p51) & unsigned(from_edge[k] >= reach[k]) & unsigned(from_edge[k] < most[k]);
             odd ^= std::bit_cast<std::uint64_t>(sum[k]) & 1;
         }
+        alone = within;
     }
 };
 

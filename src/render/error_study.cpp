@@ -254,7 +254,8 @@ StudyPoint Study::measure(Timed& timed) {
 bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
     const RayErrors& e = point.errors;
     if (double(e.flips) > 0.01 * double(reference.decided)) return false;
-    if (e.compared == 0) return reference.decided > 0;  // rays that are all captured end nowhere in particular
+    // Rays that are all captured end nowhere in particular; of those that are all ill-conditioned nothing is known.
+    if (e.compared == 0) return e.ill == 0 && reference.decided > 0;
     // Of what is closer to the reference than that is to the truth nobody knows how close it is to that.
     const double unknown = spread == &RayErrors::pixels ? reference.pixels.p99 : spread == &RayErrors::position ? reference.uncertainty.p99 : reference.direction.p99;
     return std::max((e.*spread).p99, unknown) <= error;

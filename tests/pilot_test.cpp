@@ -54,6 +54,15 @@ TEST_F(MaxPixelError, IsMetWhereAllRaysAreCaptured) {
     EXPECT_EQ(run("compare hole.toml --size 8x8 --rounds 1 --quiet --strategy packet --equal-error 0.25 -D camera.fov=0.5").status, 0);
 }
 
+// Seen from far away the rays around a hole are all ill-conditioned: where none was compared nothing is promised.
+TEST_F(MaxPixelError, IsNotMetByRaysThatNobodyCompared) {
+    const auto plan = plan_of_file((directory_ / "hole.toml").string(), {"camera.position=[0,-10000,0]", "camera.fov=0.006", "film.size=[32,32]",
+                                                       "integrator.escape_radius=20000", "integrator.max_pixel_error=0.25"});
+    fit_to_error(*plan);
+    ASSERT_TRUE(plan->pilot);
+    if (plan->pilot->met) EXPECT_GT(plan->pilot->estimate, 0);
+}
+
 // A sixteenth of an octave longer, a step would not do.
 TEST_F(MaxPixelError, TakesTheLongestSteps) {
     const auto plan = plan_of_file(scene_file("room.toml"), {"film.size=[64, 64]"});

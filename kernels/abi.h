@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 19;
+inline constexpr std::uint32_t abi_version = 20;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };

@@ -4,28 +4,29 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <iterator>
 #include <set>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include <sched.h>
 
 namespace kagero::test {
 namespace {
 
-constexpr unsigned more_than_processors = 7;
+const unsigned more_than_processors = std::thread::hardware_concurrency() + 1;
 
 TEST(Threads, EveryTaskHasAThreadOfItsOwn) {
-    std::thread::id ids[more_than_processors];
+    std::vector<std::thread::id> ids(more_than_processors);
     on_threads(more_than_processors, [&](unsigned i) { ids[i] = std::this_thread::get_id(); });
     EXPECT_EQ(ids[0], std::this_thread::get_id());
-    EXPECT_EQ(std::set(std::begin(ids), std::end(ids)).size(), more_than_processors);
+    EXPECT_EQ(std::set(ids.begin(), ids.end()).size(), more_than_processors);
 }
 
 /// They are given processors at the start, and may leave them.
 TEST(Threads, AreTiedToNoProcessor) {
-    cpu_set_t before, within[more_than_processors];
+    cpu_set_t before;
+    std::vector<cpu_set_t> within(more_than_processors);
     ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
     on_threads(more_than_processors, [&](unsigned i) {
         // What is given is given while the thread may be running already.

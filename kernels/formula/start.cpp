@@ -12,6 +12,7 @@ using Vector = std::array<double, 3>;
 
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double size(const Vector& a) { return std::sqrt(dot(a, a)); }
+double distance(const Vector& a, const Vector& b) { return size({a[0] - b[0], a[1] - b[1], a[2] - b[2]}); }
 
 /// H − H0 at (q, p), with its first and second derivatives by p: by three, or with p_t by four.
 template <std::size_t n>
@@ -66,12 +67,14 @@ bool quadratic_step(const Expansion<3>& e, const Vector& d, Vector& p, double& m
     return std::isfinite(dot(p, p));
 }
 
-/// Newton's method for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0).
+/// Newton's method for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0). What G says nothing of, and needs no change,
+/// stays.
 void newton_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<std::array<double, 4>, 4> a{};
     std::array<double, 4> b{};
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) a[i][k] = e.hessian[i][k];
+        a[i][i] += std::numeric_limits<double>::min();
         a[i][3] = -d[i], a[3][i] = e.gradient[i];
         b[i] = mu * d[i] - e.gradient[i];
     }
@@ -112,6 +115,62 @@ bool converge(const Programs& programs, const double (&q)[3], const Vector& d, V
     return last < enough;
 }
 
+/// The places on the line along d between which H − H0 changes its sign upward, from the innermost of them outward; false where there are
+/// none.
+bool bracket(const Programs& programs, const double (&q)[3], const Vector& d, double& below, double& above) {
+    constexpr double nearest = 1e-6, farthest = 1e6;
+    const auto value = [&](double at) {
+        Vector unused;
+        return slope(programs, q, {at * d[0], at * d[1], at * d[2]}, unused);
+    };
+    for (below = nearest, above = 2 * below; above < farthest; below = above, above *= 2)
+        if (value(below) < 0 && value(above) >= 0) break;
+    if (!(above < farthest)) return false;
+    for (double middle; middle = 0.5 * (below + above), below < middle && middle < above;) (value(middle) < 0 ? below : above) = middle;
+    return true;
+}
+
+/// Newton's method until its steps get no shorter, which along flat directions of H is long after the equations hold. False when it does not
+/// come to rest nearby.
+bool settle(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double& mu) {
+    constexpr int most = 16;
+    constexpr double enough = 1e-8, rounding = 1e-13, farthest = 0.5, hardly_shorter = 0.5;
+    const Vector first = p;
+    double last = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < most; ++i) {
+        const Expansion<3> e = expand<3>(programs, q, p);
+        if (!e.finite()) return false;
+        const bool holds = residual(e.value, e.gradient, d, p, programs.level) < enough;
+        Vector next = p;
+        double next_mu = mu;
+        newton_step(e, d, next, next_mu);
+        const double step = distance(next, p);
+        if (holds && (step <= rounding * size(p) || step >= hardly_shorter * last)) return true;
+        p = next, mu = next_mu, last = step;
+        if (!(distance(p, first) <= farthest * size(first))) return false;
+    }
+    return false;
+}
+
+/// Turns p, for which ∂H/∂p points along `from`, until it points along d: by small turns, each settled from the one before. It comes where no
+/// guess along d is near, as with powers higher than squares. False where the turn comes to an end before.
+bool turn_to(const Programs& programs, const double (&q)[3], const Vector& from, const Vector& d, Vector& p, double& mu) {
+    constexpr double least_turn = 1e-200;
+    double done = 0, turn = 1;
+    while (done < 1 && turn > least_turn) {
+        const double share = std::min(1.0, done + turn);
+        Vector target;
+        for (int i = 0; i < 3; ++i) target[i] = (1 - share) * from[i] + share * d[i];
+        const double length = size(target);
+        for (double& component : target) component /= length;
+        Vector tried = p;
+        double tried_mu = mu;
+        if (settle(programs, q, target, tried, tried_mu)) p = tried, mu = tried_mu, done = share, turn *= 4;
+        else turn *= 0.125;
+    }
+    return done >= 1;
+}
+
 /// Whether e, at p, is what G says of a form without terms of lower degree.
 bool is_form(const Expansion<4>& e, const Matrix<4>& g, const std::array<double, 4>& p) {
     constexpr double rounding = 1e-12;
@@ -141,7 +200,8 @@ bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>
 }
 
 /// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians have; then both
-/// methods from guesses along d, from |p| = 1 outward to both sides. The first solution is taken.
+/// methods from guesses along d, from |p| = 1 outward to both sides; at last from where H = H0 on that line, by turning. The first solution
+/// is taken.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out) {
     out = {{q[0], q[1], q[2]}, {0, 0, 0}, programs.pt, Failure::none, false, false};
     const double length = std::hypot(d[0], d[1], d[2]);
@@ -149,6 +209,11 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
         if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
     if (!(length > 0)) return out.failure = Failure::zero_direction;
     const Vector unit{d[0] / length, d[1] / length, d[2] / length};
+    const auto solves = [&](Vector p, double mu) {
+        if (!converge(programs, q, unit, p, mu)) return false;
+        for (int i = 0; i < 3; ++i) out.p[i] = p[i];
+        return true;
+    };
     constexpr double guesses[] = {0, 1, 0.5, 2, 0.125, 8, 1.0 / 64, 64, 1e-4, 1e4};
     bool defined = false;
     for (const double guess : guesses) {
@@ -160,10 +225,16 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
             Vector p = start;
             double mu = dot(e.gradient, unit);
             if (quadratic ? !quadratic_step(e, unit, p, mu) : !(mu > 0)) continue;
-            if (!converge(programs, q, unit, p, mu)) continue;
-            for (int i = 0; i < 3; ++i) out.p[i] = p[i];
-            return Failure::none;
+            if (solves(p, mu)) return Failure::none;
         }
+    }
+    double below, above;
+    if (bracket(programs, q, unit, below, above)) {
+        Vector p{above * unit[0], above * unit[1], above * unit[2]}, from;
+        slope(programs, q, p, from);
+        double mu = size(from);
+        for (double& component : from) component /= mu;
+        if (turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
     }
     return out.failure = defined ? Failure::no_momentum : Failure::singular_start;
 }

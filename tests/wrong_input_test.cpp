@@ -24,6 +24,10 @@ TEST_P(WrongInput, EndsWithStatus2AndLeavesNoFile) {
     write("twice.csv", "x,x,z,dx,dy,dz\n");
     write("empty.csv", "");
     write("huge.csv", "x,y,z,dx,dy,dz\n1e999,0,0,0,1,0\n");
+    std::string deep = "a";
+    for (int i = 0; i < 20000; ++i) deep += ".\"a.b\"";
+    write("deep-key.toml", "note = \"\"\"\n\"\"\"  # a.b\n" + deep + " = 1\n");
+    write("deep-table.toml", "[" + deep + "]\n");
     const auto before = files();
     const Outcome outcome = run(GetParam().arguments);
     EXPECT_EQ(outcome.status, 2) << outcome.err;
@@ -64,6 +68,8 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(Files, WrongInput,
                          testing::Values(Mistake{"render missing.toml", "missing.toml"}, Mistake{"render .", "."},
                                          Mistake{"render bad.toml", "bad.toml:3:1"},
+                                         Mistake{"check deep-key.toml", "deep-key.toml:3: a key of more than 32 parts"},
+                                         Mistake{"check deep-table.toml", "deep-table.toml:1: a key of more than 32 parts"},
                                          Mistake{"render hole.toml -o hole.xyz", "'.xyz' is not a kind of picture"},
                                          Mistake{"render hole.toml -o picture", ".exr"},
                                          Mistake{"render hole.toml -o missing/a.exr", "'missing' does not exist"},

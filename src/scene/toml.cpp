@@ -4,6 +4,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cstring>
 #include <sstream>
 
 namespace kagero {
@@ -64,6 +66,39 @@ void set_place(Value& value, const Place& place) {
     for (Value& item : value.items) set_place(item, place);
 }
 
+/// Past the string that begins at `i`, in any of the four ways that TOML writes them.
+std::size_t end_of_string(const std::string& text, std::size_t i) {
+    const char quote = text[i];
+    const std::string whole(text.compare(i, 3, std::string(3, quote)) == 0 ? 3 : 1, quote);
+    for (i += whole.size(); i < text.size(); ++i) {
+        if (text.compare(i, whole.size(), whole) == 0) return i + whole.size();
+        if (quote == '"' && text[i] == '\\') ++i;
+        if (whole.size() == 1 && i < text.size() && text[i] == '\n') return i;  // not closed
+    }
+    return text.size();
+}
+
+/// toml++ makes a table of every part of a key, and takes them down one inside the other: thousands of parts exhaust the stack.
+void check_depth_of_keys(const std::string& text, Place place) {
+    constexpr int most_parts = 32;
+    int parts = 1;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"' || c == '\'') {
+            const std::size_t end = end_of_string(text, i);
+            place.line += static_cast<int>(std::count(text.begin() + std::ptrdiff_t(i), text.begin() + std::ptrdiff_t(end), '\n'));
+            i = end - 1;
+            continue;
+        }
+        if (c == '#') i = std::min(text.find('\n', i), text.size()) - 1;
+        else if (c == '\n') ++place.line, parts = 1;
+        else if (c == '.') ++parts;
+        else if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("_- \t", c)) parts = 1;
+        if (parts > most_parts)
+            throw InputError(place, "a key of more than " + std::to_string(most_parts) + " parts; a scene's have up to 3");
+    }
+}
+
 bool is_bare_word(const std::string& text) {
     return !text.empty() && text.find_first_of("[]{}\"'=,#\n\r") == std::string::npos;
 }
@@ -71,6 +106,7 @@ bool is_bare_word(const std::string& text) {
 }  // namespace
 
 Value parse_toml(const std::string& text, const std::string& file) {
+    check_depth_of_keys(text, {file, 1, 0});
     try {
         return convert(toml::parse(text, file), file);
     } catch (const toml::parse_error& error) {
@@ -81,6 +117,7 @@ Value parse_toml(const std::string& text, const std::string& file) {
 Value parse_toml_value(const std::string& text, const Place& place) {
     Value value;
     if (text.empty()) throw InputError(place, "expected a value after '='");
+    check_depth_of_keys(text, place);
     try {
         const Value document = convert(toml::parse("value = " + text), "");
         if (document.items.size() != 1) throw InputError(place, "expected one value after '='");

@@ -155,6 +155,14 @@ TEST_F(CompareVerb, TakesMethodsThatServeARescaledSpaceAlone) {
     EXPECT_NE(outcome.out.find("srkn6"), std::string::npos) << outcome.out;
 }
 
+TEST_F(CompareVerb, SaysWhatTheSceneDoesInVain) {
+    for (const std::string key : {"integrator.max_pixel_error", "integrator.tolerance"}) {
+        const Outcome outcome = run("compare hole.toml --rounds 1 --lanes 1 --strategy scalar --integrator rk4 -D " + key + "=0.1");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_NE(outcome.err.find(key + " has no effect"), std::string::npos) << outcome.err;
+    }
+}
+
 TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
     const Outcome outcome = run("compare hole.toml --rounds 1 --equal-error 0.25 --precision double --json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -180,6 +188,9 @@ TEST_F(CompareVerb, SixteenLanesAndMoreThereAreInEverySpace) {
 TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 1").status, 0);
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 128").status, 0);
+    const auto lanes = [&](const char* options) { return json::parse(run(std::string("explain hole.toml --json ") + options).out)["lanes"]; };
+    EXPECT_EQ(lanes("-D integrator.lanes=1 --lanes auto"), lanes(""));
+    EXPECT_EQ(lanes("-D integrator.lanes=1"), 1);
     const Outcome none = run("render hole.toml -o a.png --quiet --lanes 7");
     EXPECT_EQ(none.status, 2);
     EXPECT_NE(none.err.find("lanes there are: 1, "), std::string::npos) << none.err;

@@ -59,8 +59,34 @@ TEST_F(MaxPixelError, IsNotMetByRaysThatNobodyCompared) {
     const auto plan = plan_of_file((directory_ / "hole.toml").string(), {"camera.position=[0,-10000,0]", "camera.fov=0.006", "film.size=[32,32]",
                                                        "integrator.escape_radius=20000", "integrator.max_pixel_error=0.25"});
     fit_to_error(*plan);
-    ASSERT_TRUE(plan->pilot);
-    if (plan->pilot->met) EXPECT_GT(plan->pilot->estimate, 0);
+    ASSERT_TRUE(plan->pilot && plan->pilot->met);
+    EXPECT_GT(plan->pilot->estimate, 0);
+}
+
+// Where nothing can be measured the picture is drawn all the same, as the scene says, with a warning.
+TEST_F(MaxPixelError, IsNotMetWhereNobodyKnowsHowRaysEnd) {
+    const Outcome short_of_steps = run("render hole.toml --size 16x16 -o a.exr -D integrator.max_steps=5 -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(short_of_steps.status, 4) << short_of_steps.err;
+    EXPECT_NE(short_of_steps.err.find("is not seen to be met"), std::string::npos) << short_of_steps.err;
+    EXPECT_TRUE(exists("a.exr"));
+    // Most go round in circles for ever; a few leave.
+    write("circles.toml", R"(
+space = { hamiltonian = "fisheye", n0 = 2, radius = 1 }
+camera = { position = [-1, 0, 0], look_at = [0, 0, 0], fov = 90 }
+film = { size = [8, 8] }
+integrator = { escape_radius = 6, max_steps = 2000, max_pixel_error = 0.25 }
+)");
+    const Outcome circling = run("render circles.toml -o b.exr");
+    EXPECT_EQ(circling.status, 4) << circling.err;
+    EXPECT_NE(circling.err.find("no two methods agree on how"), std::string::npos) << circling.err;
+    EXPECT_TRUE(exists("b.exr"));
+}
+
+TEST_F(MaxPixelError, IsSoughtWithinTheTimeLimit) {
+    const Outcome late = run("render hole.toml --size 16x16 -o a.exr --time-limit 1e-4 -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(late.status, 4) << late.err;
+    EXPECT_NE(late.err.find("the time was up"), std::string::npos) << late.err;
+    EXPECT_TRUE(exists("a.exr"));
 }
 
 // A sixteenth of an octave longer, a step would not do.

@@ -49,8 +49,7 @@ std::vector<std::string> overrides_of(const Arguments& arguments) {
     std::vector<std::string> all = arguments.overrides;
     if (!arguments.integrator.empty()) all.push_back("integrator.method=" + written(arguments.integrator));
     if (!arguments.step.empty()) all.push_back("integrator.step=" + written(finite_number("--step", arguments.step)));
-    if (!arguments.lanes.empty() && arguments.lanes != "auto")
-        all.push_back("integrator.lanes=" + whole("--lanes", arguments.lanes));
+    if (!arguments.lanes.empty()) all.push_back("integrator.lanes=" + (arguments.lanes == "auto" ? written("auto") : whole("--lanes", arguments.lanes)));
     if (!arguments.size.empty()) {
         const auto size = split(arguments.size, 'x');
         if (size.size() != 2) throw InputError("--size: '" + arguments.size + "' is not a width and a height separated by 'x'");

@@ -61,6 +61,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const SceneDescription scene = general_scene_of(general, options);
     check_outputs({{"--json", arguments.json}}, files_of(scene));
     const Comparison comparison = compare_watched(scene, compared, terminal);
+    for (const std::string& remark : comparison.remarks) terminal.warning(remark);
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << compare_text(compared, comparison); });
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << compare_json(scene, compared, comparison); });

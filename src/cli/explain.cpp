@@ -1,6 +1,6 @@
 // kagero explain: what would run for a scene, and what is left out of it.
+#include "cli/settle.h"
 #include "cli/verb.h"
-#include "render/pilot.h"
 #include "report/explanation.h"
 
 #include <ostream>
@@ -22,8 +22,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     check_outputs({{"--json", arguments.json}}, files_of(scene));
     const auto plan = make_plan(std::move(scene), options);
-    settle(*plan);
-    for (const std::string& remark : plan->remarks) terminal.warning(remark);
+    settle_watched(*plan, terminal);
     const bool json = !arguments.json.empty();
     const Explanation explanation = explain(*plan);
     const std::string text = json ? explanation_json(*plan, explanation) : explanation_text(*plan, explanation);

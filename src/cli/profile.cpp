@@ -1,8 +1,8 @@
 // kagero profile: where the time of a render goes.
-#include "render/pilot.h"
 #include "render/profile.h"
 
 #include "cli/interrupt.h"
+#include "cli/settle.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/partial_file.h"
@@ -50,8 +50,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
     const auto plan = make_plan(std::move(scene), options);
-    settle(*plan);
-    for (const std::string& remark : plan->remarks) terminal.warning(remark);
+    settle_watched(*plan, terminal);
     const std::string directory = report_directory(arguments, "profile");
     const bool was_there = fs::exists(directory);
     make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));

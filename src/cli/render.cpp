@@ -1,8 +1,9 @@
 // kagero render: a scene to a picture.
-#include "render/pilot.h"
+#include "render/deadline.h"
 #include "render/render.h"
 
 #include "cli/interrupt.h"
+#include "cli/settle.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/map.h"
@@ -106,7 +107,6 @@ void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, c
 }
 
 void tell_plan(const Plan& plan, const Terminal& terminal) {
-    for (const std::string& remark : plan.remarks) terminal.warning(remark);
     const std::string text = plan.scene.space.hamiltonian + ", " + plan.scene.integrator.method + ", " + plan.module->isa + ", " +
                              name_of(plan.kernel->strategy) + ", " + name_of(plan.kernel->precision) + ", " +
                              std::to_string(plan.kernel->lanes) + " lanes";
@@ -130,8 +130,8 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
     if (rays > 0 && count(Status::step_limit) == rays)
         terminal.warning("no ray ended within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps");
     if (count(Status::failed) > many * rays)
-        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. " +
-                         (plan.module->integrators[plan.job.integrator].adaptive ? "Another integrator.tolerance" : "A smaller integrator.step") + " may do");
+        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. Where it is a step, " +
+                         (plan.module->integrators[plan.job.integrator].adaptive ? "another integrator.tolerance" : "a smaller integrator.step") + " may do");
     if (report.energy_error.p99 > large && !(plan.pilot && plan.pilot->met))
         terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) + " alone: a smaller integrator.step will show another picture");
 }
@@ -174,14 +174,16 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
 
     const auto plan = make_plan(std::move(scene), options);
-    settle(*plan);
+    constexpr double pilots_share = 0.5;  // the rest of the time is the picture's
+    const Deadline deadline(time_limit);
+    settle_watched(*plan, terminal, pilots_share * time_limit);
     const InterruptGuard interrupts;  // from here on there is something to keep; before, the signal ends the program
     tell_plan(*plan, terminal);
     if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
 
     Film film = film_of(*plan);
     prepared.get();  // nothing else runs beside the rays
-    const RunReport report = render_watched(*plan, film, output, time_limit, terminal);
+    const RunReport report = render_watched(*plan, film, output, deadline.left(), terminal);
     const double write_seconds = save_film(film, output, picture_metadata(*plan, report));
     write_maps(film, mapped, output, terminal);
     if (!arguments.json.empty())

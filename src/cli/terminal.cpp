@@ -65,7 +65,7 @@ void ProgressLine::show(double done, double seconds) {
     const std::lock_guard lock(writing_);
     const int tenths = static_cast<int>(10 * done);
     if (!terminal_.interactive()) {
-        if (tenths > tenths_) terminal_.note(std::to_string(10 * tenths) + " % done" + time_left(done, seconds));
+        if (tenths > tenths_) terminal_.note(std::to_string(10 * tenths) + " %" + of_what_ + " done" + time_left(done, seconds));
         tenths_ = std::max(tenths, tenths_);
         return;
     }
@@ -73,7 +73,7 @@ void ProgressLine::show(double done, double seconds) {
     drawn_at_ = seconds;
     const int filled = static_cast<int>(width * done);
     std::cerr << "\r\033[K[" << std::string(filled, '#') << std::string(width - filled, '.') << "] "
-              << static_cast<int>(100 * done) << " %" << time_left(done, seconds) << std::flush;
+              << static_cast<int>(100 * done) << " %" << of_what_ << time_left(done, seconds) << std::flush;
     drawn_ = true;
 }
 

@@ -28,7 +28,8 @@ private:
 /// The progress of a render: a line that overwrites itself on a terminal, else a line for each 10 %. Any thread may call it.
 class ProgressLine {
 public:
-    explicit ProgressLine(const Terminal& terminal) : terminal_(terminal) {}
+    /// `of_what` follows the per cent, where that is not the work that was asked for.
+    explicit ProgressLine(const Terminal& terminal, const char* of_what = "") : terminal_(terminal), of_what_(of_what) {}
     ~ProgressLine() { clear(); }
     ProgressLine(const ProgressLine&) = delete;
     ProgressLine& operator=(const ProgressLine&) = delete;
@@ -41,6 +42,7 @@ private:
     void wipe();
 
     const Terminal& terminal_;
+    const char* of_what_;
     std::mutex writing_;
     bool drawn_ = false;
     int tenths_ = 0;          ///< last one told

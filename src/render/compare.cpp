@@ -68,6 +68,10 @@ private:
         options.isa = isa, options.threads = options_.threads;
         plans_.push_back(make_plan(std::move(scene), options));
         result_.compiler = plans_.back()->module->compiler;
+        if (plans_.size() > 1) return;
+        result_.remarks = plans_.front()->remarks;
+        if (plans_.front()->scene.integrator.max_pixel_error > 0)
+            result_.remarks.push_back("integrator.max_pixel_error has no effect on a comparison; --equal-error has");
     }
     bool wanted(const KernelInfo& kernel) const;
     void choose_rows();

@@ -37,6 +37,7 @@ struct CompareRow {
 struct Comparison {
     std::vector<CompareRow> rows;
     std::vector<std::array<std::string, 2>> left_out;  ///< what, and why
+    std::vector<std::string> remarks;                  ///< of the scene, for the user
     std::string compiler;
     std::uint64_t rays = 0;
     unsigned rounds = 0;  ///< done

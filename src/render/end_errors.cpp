@@ -73,7 +73,7 @@ double EndErrors::least_error(const RayEnd& end) const {
     return epsilon * std::hypot(end.q[0], end.q[1], end.q[2]) / pixel_at(plan_, end);
 }
 
-std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const RayList& list) const {
+std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) const {
     std::vector<EndError> errors;
     if (!position_ && !rounding_) return errors;
     const std::size_t count = rays_of(tile, list);
@@ -81,7 +81,9 @@ std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const 
     if (finer_) {
         std::vector<RayEnd> others;
         Counters unused{};
-        trace_tile(*finer_->kernel, finer_->job, tile, list, others, unused);
+        Job job = finer_->job;
+        halt.tell(job);
+        trace_tile(*finer_->kernel, job, tile, list, others, unused);
         for (std::size_t i = 0; i < count; ++i) {
             const double difference = pixel_error(plan_, others[i], ends[i]);
             errors[i].position =
@@ -89,7 +91,7 @@ std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const 
         }
     }
     if (rounding_ && !plan_.straight) {
-        const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list);
+        const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list, halt);
         for (std::size_t i = 0; i < count; ++i) errors[i].rounding = bounds[i];
     }
     return errors;

@@ -23,8 +23,8 @@ struct EndError {
 class EndErrors {
 public:
     EndErrors(const Plan& plan, bool position, bool rounding);
-    /// Of the rays of a tile, in the order of their ends; empty where nothing is wanted.
-    std::vector<EndError> of(const Tile& tile, const RayEnd* ends, const RayList& list) const;
+    /// Of the rays of a tile, in the order of their ends; empty where nothing is wanted, of no meaning where it was told to give up.
+    std::vector<EndError> of(const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) const;
 
 private:
     struct Way {

@@ -1,5 +1,6 @@
 #include "render/equal_error.h"
 
+#include "error.h"
 #include "render/error_study.h"
 
 #include <algorithm>
@@ -26,6 +27,7 @@ Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* s
     StudyOptions options;
     options.pixel_bound = pixels;
     const ErrorStudy study = study_error(plan, options, {}, stop);
+    if (!is_known(study.reference)) throw RunError("--equal-error: " + what_is_unknown(study.reference));
     Candidates found{study.sample.starts, {}};
     for (const StudyCurve& curve : study.curves) {
         const StudyPoint* best = nullptr;

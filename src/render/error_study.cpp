@@ -6,6 +6,8 @@
 namespace kagero {
 namespace {
 
+/// The share of the rays that may end otherwise than they should, or nobody knows how, where the others are within a bound.
+constexpr double most_astray = 0.01;
 /// Rays whose energy is followed step by step.
 constexpr std::size_t drift_rays = 8;
 /// Points that do more work per ray than this many times the cheapest are not worth their wait.
@@ -40,13 +42,13 @@ std::uint32_t enough_steps(const std::vector<RayEnd>& ends) {
 ErrorStudy Study::run() {
     study_.sample = sample_rays(plan_, study_.options.width, study_.options.height);
     bound_steps();
-    reference_ = trace_reference(plan_, study_.sample, study_.reference);
+    reference_ = trace_reference(plan_, study_.sample, study_.reference, study_.options.deadline);
     keep_decided();
     for (std::size_t i = 0; i < reference_.ends.size(); ++i)
         study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
     choose_drift_rays();
     choose_timed_rays();
-    climb_all();
+    if (!study_.options.pixel_bound || is_known(study_.reference)) climb_all();
     choose_shown();
     if (!study_.options.pixel_bound) {
         take_times();
@@ -64,7 +66,7 @@ ErrorStudy Study::run() {
 /// what the middle one of those needs that end by themselves.
 void Study::bound_steps() {
     std::vector<RayEnd> ends;
-    trace(plan_, study_.sample.starts, ends);
+    trace(plan_, study_.sample.starts, ends, {.time_limit = study_.options.deadline.left()});
     std::vector<double> steps;
     for (const RayEnd& end : ends)
         if (end.status != Status::step_limit) steps.push_back(end.steps);
@@ -133,7 +135,9 @@ void Study::climb(const Ladder& ladder) {
         variant.step = ladder.steps[n];
         if (ladder.loose && !set_loose_tolerance(variant)) break;
         Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, 0, 0, {}, {}};
-        const StudyPoint point = measure(timed);
+        const auto measured = measure(timed);
+        if (!measured) break;
+        const StudyPoint& point = *measured;
         curve.points.push_back(point), timed_.push_back(std::move(timed));
         steps.push_back(variant.step), errors.push_back(point.errors.position.p90);
         const double work = std::max(point.gradients, point.steps);
@@ -179,15 +183,17 @@ void Study::close_in(StudyCurve& curve, Variant variant) {
     auto longest = std::find_if(curve.points.begin(), curve.points.end(), within);
     if (longest == curve.points.end()) return;
     if (curve.loose) variant.solver_tolerance = longest->solver_tolerance;
-    for (int i = 0; i < doublings && longest == curve.points.begin() && !stopped(); ++i) {
-        longest = curve.points.insert(longest, measured(2 * longest->step));
-        if (!within(*longest)) ++longest;
-    }
-    for (int i = 0; i < bisections && longest != curve.points.begin() && !stopped(); ++i) {
-        const StudyPoint point = measured(std::sqrt(std::prev(longest)->step * longest->step));
-        longest = curve.points.insert(longest, point);
-        if (!within(point)) ++longest;
-    }
+    const auto insert = [&](double step) {
+        const auto point = measured(step);
+        if (!point) return false;
+        longest = curve.points.insert(longest, *point);
+        if (!within(*point)) ++longest;
+        return true;
+    };
+    for (int i = 0; i < doublings && longest == curve.points.begin(); ++i)
+        if (!insert(2 * longest->step)) return;
+    for (int i = 0; i < bisections && longest != curve.points.begin(); ++i)
+        if (!insert(std::sqrt(std::prev(longest)->step * longest->step))) return;
 }
 
 /// Packets in double precision; where they were not studied, what was.
@@ -218,7 +224,9 @@ bool Study::set_loose_tolerance(Variant& variant) const {
     return false;
 }
 
-StudyPoint Study::measure(Timed& timed) {
+/// Nothing where there was no time.
+std::optional<StudyPoint> Study::measure(Timed& timed) {
+    if (stopped()) return {};
     const Variant& variant = timed.variant;
     StudyPoint point;
     point.step = variant.step;
@@ -227,7 +235,8 @@ StudyPoint Study::measure(Timed& timed) {
     {
         PlanAs as(plan_, variant);
         std::vector<RayEnd> ends;
-        const RunReport report = trace(plan_, study_.sample.starts, ends);
+        const RunReport report = trace(plan_, study_.sample.starts, ends, {.time_limit = study_.options.deadline.left()});
+        if (report.interrupted) return {};
         point.errors = compare_rays(plan_, reference_, ends);
         const Counters& work = report.counters;
         point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
@@ -251,14 +260,21 @@ StudyPoint Study::measure(Timed& timed) {
     return point;
 }
 
+bool is_known(const ReferenceStory& reference) {
+    return double(reference.undecided) <= most_astray * double(reference.decided + reference.undecided);
+}
+
+std::string what_is_unknown(const ReferenceStory& reference) {
+    return "no two methods agree on how " + std::to_string(reference.undecided) + " of " + std::to_string(reference.decided + reference.undecided) + " rays end";
+}
+
 bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
     const RayErrors& e = point.errors;
-    if (double(e.flips) > 0.01 * double(reference.decided)) return false;
-    // Rays that are all captured end nowhere in particular; of those that are all ill-conditioned nothing is known.
-    if (e.compared == 0) return e.ill == 0 && reference.decided > 0;
+    if (reference.decided == 0 || !is_known(reference) || double(e.flips) > most_astray * double(reference.decided)) return false;
+    if (e.compared + e.ill == 0) return true;  // rays that are all captured end nowhere in particular
     // Of what is closer to the reference than that is to the truth nobody knows how close it is to that.
     const double unknown = spread == &RayErrors::pixels ? reference.pixels.p99 : spread == &RayErrors::position ? reference.uncertainty.p99 : reference.direction.p99;
-    return std::max((e.*spread).p99, unknown) <= error;
+    return (e.*spread).p99 <= error && unknown <= error;
 }
 
 ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {

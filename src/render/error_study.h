@@ -2,6 +2,7 @@
 /// uses.
 #pragma once
 
+#include "render/deadline.h"
 #include "render/energy_drift.h"
 #include "render/picture_error.h"
 #include "render/reference.h"
@@ -17,6 +18,7 @@ struct StudyOptions {
     /// Where it is not 0, errors of packets alone are measured, and nothing is timed, followed or drawn: sought are the longest steps whose 99th
     /// percentile of the error, in pixels, is within this.
     double pixel_bound = 0;
+    Deadline deadline;                      ///< of the search for those steps: what was found by then is told. RunError if that is nothing
     unsigned threads = 1;                   ///< of the timed runs
     unsigned repeats = 5;                   ///< at least; of a quick study 1, for runs that take long
 };
@@ -76,7 +78,11 @@ struct ErrorStudy {
     bool interrupted = false;
 };
 
-/// Whether 99 % of the rays are within a bound, and at most 1 % end otherwise than they should.
+/// Whether two methods agree on how at least 99 % of the rays end.
+bool is_known(const ReferenceStory& reference);
+/// In words, where it is not so.
+std::string what_is_unknown(const ReferenceStory& reference);
+/// Whether that is so, 99 % of them are within a bound, and at most 1 % end otherwise than they should.
 bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference);
 
 /// The plan is as before when this returns.

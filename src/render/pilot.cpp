@@ -1,5 +1,6 @@
 #include "render/pilot.h"
 
+#include "error.h"
 #include "render/error_study.h"
 #include "render/kernels.h"
 #include "render/precision.h"
@@ -35,6 +36,13 @@ void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
     text.solver_tolerance = plan.job.solver_tolerance;
 }
 
+/// Why no point of a study is within the bound.
+std::string why_not(const ErrorStudy& study, const IntegratorDescription& stated) {
+    if (!is_known(study.reference)) return what_is_unknown(study.reference);
+    return "by no " + (stated.method_place ? "step of " + stated.method : std::string("method")) + " that was tried" +
+           (study.interrupted ? " before its time was up" : "");
+}
+
 /// What a scene states of steps is for where nothing is seen to meet the bound.
 void remark_on_stated(Plan& plan, const IntegratorDescription& stated, bool adaptive) {
     const IntegratorDescription& chosen = plan.scene.integrator;
@@ -50,13 +58,20 @@ void remark_on_stated(Plan& plan, const IntegratorDescription& stated, bool adap
 
 }  // namespace
 
-void fit_to_error(Plan& plan) {
+void fit_to_error(Plan& plan, const Progress& progress, double time_limit) {
     const double bound = plan.scene.integrator.max_pixel_error;
     StudyOptions options;
     options.width = options.height = pilot_grid;
     options.quick = true, options.pixel_bound = bound;
     options.threads = plan.threads;
-    const ErrorStudy study = study_error(plan, options);
+    options.deadline = Deadline(time_limit);
+    ErrorStudy study;
+    std::string why;
+    try {
+        study = study_error(plan, options, progress);
+    } catch (const RunError& error) {  // there is nothing to measure by: the picture can be drawn all the same
+        why = error.what();
+    }
     const StudyCurve* curve = nullptr;
     const StudyPoint* best = nullptr;
     const KernelInfo* kernel = nullptr;
@@ -73,13 +88,13 @@ void fit_to_error(Plan& plan) {
     plan.pilot = {study.sample.starts.size(), bound, 0, best != nullptr};
     if (!best) {
         const IntegratorDescription& stated = plan.scene.integrator;
+        if (why.empty()) why = why_not(study, stated);
         std::ostringstream remark;
-        remark << "integrator.max_pixel_error = " << bound << ": no " << (stated.method_place ? "step of " + stated.method : std::string("method"))
-               << " that was tried is seen to meet it; " << stated.method << " takes its own step";
+        remark << "integrator.max_pixel_error = " << bound << " is not seen to be met: " << why << "; " << stated.method << " takes its own step";
         plan.remarks.push_back(remark.str());
         return;
     }
-    if (best->errors.compared > 0) plan.pilot->estimate = std::max(best->errors.pixels.p99, study.reference.pixels.p99);
+    if (best->errors.compared + best->errors.ill > 0) plan.pilot->estimate = std::max(best->errors.pixels.p99, study.reference.pixels.p99);
     auto variant = find_variant(plan, curve->method, *kernel, best->step);
     if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
     follow(plan, *variant);
@@ -88,8 +103,8 @@ void fit_to_error(Plan& plan) {
     remark_on_stated(plan, stated, curve->info->adaptive);
 }
 
-void settle(Plan& plan) {
-    if (plan.scene.integrator.max_pixel_error > 0) fit_to_error(plan);
+void settle(Plan& plan, const Progress& progress, double time_limit) {
+    if (plan.scene.integrator.max_pixel_error > 0) fit_to_error(plan, progress, time_limit);
     else choose_precision(plan);
 }
 

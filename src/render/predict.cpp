@@ -73,7 +73,7 @@ private:
         const auto count = static_cast<std::uint32_t>(starts_.size());
         for (std::uint32_t i = 0; i < count; i += rays_at_a_time) work.tiles.push_back({i, 0, std::min(i + rays_at_a_time, count), 1});
         const std::uint32_t together = edge_ * edge_;
-        const auto done = [&](const Tile& rays, const RayEnd* ends, const RayList&) {
+        const auto done = [&](const Tile& rays, const RayEnd* ends, const RayList&, const Halt&) {
             for (std::uint32_t i = rays.x0; i < rays.x1; i += together) costs_[i / together] = cost_of(ends + (i - rays.x0));
         };
         complete_ = !run_tiles(plan_, job, work, {}, done, watch).interrupted;

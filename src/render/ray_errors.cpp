@@ -76,16 +76,16 @@ RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
             continue;
         }
         if (!has_end(should)) continue;
-        const double displaced = pixels_apart(plan, in_space(plan, should), in_space(plan, is));
-        if (reference.conditioning[i] > ill_conditioned) {
-            ill.push_back(displaced / reference.conditioning[i]);
+        const double displaced = pixels_apart(plan, in_space(plan, should), in_space(plan, is)), conditioning = reference.conditioning[i];
+        pixels.push_back(displaced / std::max(1.0, conditioning / ill_conditioned));
+        if (conditioning > ill_conditioned) {
+            ill.push_back(displaced / conditioning);
             continue;
         }
         position.push_back(distance(should.q, is.q));
         direction.push_back(angle(should.v, is.v));
-        pixels.push_back(displaced);
     }
-    errors.compared = pixels.size(), errors.ill = ill.size();
+    errors.compared = position.size(), errors.ill = ill.size();
     const auto above = std::count_if(pixels.begin(), pixels.end(), [](double error) { return error > 0.25; });
     errors.above_quarter_pixel = double(above) / double(pixels.size());
     errors.position = spread_of(std::move(position));

@@ -6,7 +6,8 @@
 
 namespace kagero {
 
-/// A ray that turns its neighbours apart by more than this multiplies every error by as much; it is counted apart.
+/// A ray that turns its neighbours apart by more than this multiplies every error by as much. It is counted apart, and in pixels by the
+/// error over that excess: a pixel beside it spans thousands of its size, and by how many of those an end is off is not seen.
 inline constexpr double ill_conditioned = 1e3;
 
 /// The ends that rays should have.
@@ -42,8 +43,8 @@ struct RayErrors {
     std::uint64_t compared = 0, flips = 0, ill = 0;
     Spread position;                 ///< of the end point, scene units
     Spread direction;                ///< between the ends' directions, radians
-    Spread pixels;                   ///< where the end is seen, in pixels of the film
-    double above_quarter_pixel = 0;  ///< share of the compared rays
+    Spread pixels;                   ///< where the end is seen, in pixels of the film; of ill-conditioned rays too, see below
+    double above_quarter_pixel = 0;  ///< share of those
     Spread ill_pixels;               ///< of ill-conditioned rays: pixels over conditioning
 };
 

@@ -29,10 +29,11 @@ std::optional<Variant> find(const Plan& plan, const Candidate& candidate) {
     return found;
 }
 
-std::vector<RayEnd> ends_by(Plan& plan, const Variant& variant, const std::vector<RayStart>& starts) {
+std::vector<RayEnd> ends_by(Plan& plan, const Variant& variant, const std::vector<RayStart>& starts, const Deadline& deadline) {
     const PlanAs as(plan, variant);
     std::vector<RayEnd> ends;
-    trace(plan, starts, ends);
+    if (trace(plan, starts, ends, {.time_limit = deadline.left()}).interrupted)
+        throw RunError("the time was up before two methods had shown how rays end");
     return ends;
 }
 
@@ -45,7 +46,7 @@ struct Attempt {
     ReferenceStory story;
 };
 
-Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other) {
+Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other, const Deadline& deadline) {
     Attempt made;
     ReferenceStory& story = made.story;
     story.variant = best;
@@ -55,10 +56,10 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
     story.adaptive = info_of(plan, best).adaptive, story.confirmed_adaptive = info_of(plan, other).adaptive;
 
     ReferenceRays& rays = made.rays;
-    rays.ends = ends_by(plan, best, sample.starts);
-    const std::vector<RayEnd> confirming = ends_by(plan, other, sample.starts);
+    rays.ends = ends_by(plan, best, sample.starts, deadline);
+    const std::vector<RayEnd> confirming = ends_by(plan, other, sample.starts, deadline);
     rays.conditioning =
-        conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right), ends_by(plan, best, sample.below));
+        conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, deadline), ends_by(plan, best, sample.below, deadline));
     for (std::size_t i = 0; i < rays.ends.size(); ++i) {
         const bool decided = ended(rays.ends[i]) && same_class(plan, rays.ends[i], confirming[i]);
         rays.decided.push_back(decided);
@@ -72,14 +73,14 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
 
 }  // namespace
 
-ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story) {
+ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline) {
     const double size = scene_size(plan);
     std::optional<Attempt> least;
     for (const Pair& pair : pairs) {
         const auto best = find(plan, pair.best), other = find(plan, pair.other);
         const bool compared = least && std::isfinite(least->story.uncertainty.p99);  // not a number where no two rays ended alike
         if (!best || !other || (compared && pair.alike)) continue;
-        Attempt made = attempt(plan, sample, *best, *other);
+        Attempt made = attempt(plan, sample, *best, *other, deadline);
         if (!compared || made.story.uncertainty.p99 < least->story.uncertainty.p99) least = std::move(made);
         if (least->story.uncertainty.p99 <= close_enough * size) break;
     }

@@ -1,6 +1,7 @@
 /// Where rays really end: by one method at the edge of double precision, confirmed by another that shares no step with it.
 #pragma once
 
+#include "render/deadline.h"
 #include "render/ray_errors.h"
 #include "render/variant.h"
 
@@ -20,7 +21,8 @@ struct ReferenceStory {
     std::uint64_t status[status_count] = {};
 };
 
-/// Tries pairs of methods until two agree, and takes the closest. Throws RunError where the space has no two methods to compare.
-ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story);
+/// Tries pairs of methods until two agree, and takes the closest. Throws RunError where the space has no two methods to compare, or there
+/// was no time to.
+ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline = Deadline());
 
 }  // namespace kagero

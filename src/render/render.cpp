@@ -40,8 +40,9 @@ RunReport render(const Plan& plan, Film& film, const Watch& watch) {
     if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
     const EndErrors end_errors(plan, needs & need_position_error, needs & need_rounding_error);
     Snapshots snapshots(watch, film);
-    const auto done = [&, shown = shown_part(plan)](const Tile& tile, const RayEnd* ends, const RayList& list) {
-        const std::vector<EndError> errors = end_errors.of(tile, ends, list);
+    const auto done = [&, shown = shown_part(plan)](const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
+        const std::vector<EndError> errors = end_errors.of(tile, ends, list, halt);
+        if (!errors.empty() && halt()) return;
         snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, errors, film); });
         snapshots.take();
     };

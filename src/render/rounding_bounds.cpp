@@ -72,8 +72,9 @@ struct Paths {
     std::vector<std::vector<PathPoint>> points;
     std::vector<RayEnd> ends;
 
-    Paths(const Plan& plan, const RayList& rays) : points(rays.starts.size()) {
+    Paths(const Plan& plan, const RayList& rays, const Halt& halt) : points(rays.starts.size()) {
         Job job = plan.job;
+        halt.tell(job);
         job.refill = false;
         job.path_user = this;
         job.path_sink = [](void* user, const PathPoint* point) {
@@ -93,8 +94,9 @@ std::vector<RayStart> starts_of(const Plan& plan, const Tile& tile, const RayLis
 }
 
 /// Of a few of the rays that `ends` and `bounds` are of, by their places there.
-void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::size_t>& places, const RayEnd* ends, double* bounds) {
-    const Paths traced(plan, rays);
+void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::size_t>& places, const RayEnd* ends, double* bounds, const Halt& halt) {
+    const Paths traced(plan, rays, halt);
+    if (halt()) return;
     std::vector<RayPath> paths;
     std::vector<std::size_t> wanted;
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -112,7 +114,7 @@ void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::siz
 
 }  // namespace
 
-std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const RayEnd* ends, const RayList& list) {
+std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
     const std::vector<RayStart> starts = starts_of(plan, tile, list);
     std::vector<double> bounds;
     RayList few;
@@ -121,7 +123,8 @@ std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const Ra
         bounds.push_back(ends[i].status == Status::captured ? 0 : std::numeric_limits<double>::quiet_NaN());
         if (has_end(ends[i])) few.starts.push_back(starts[i]), places.push_back(i);
         if (places.empty() || (places.size() < paths_together && i + 1 < starts.size())) continue;
-        bound_few(plan, few, places, ends, bounds.data());
+        bound_few(plan, few, places, ends, bounds.data(), halt);
+        if (halt()) return bounds;
         few.starts.clear(), places.clear();
     }
     return bounds;

@@ -147,11 +147,12 @@ private:
         if (record) record->listed = rays_ ? seconds() : record->begin, record->ticks = __rdtsc();
         Job job = job_;
         job.timed = record && record->looked_into;
-        job.halted = [](void* user) { return static_cast<HaltedTile*>(user)->ask(); }, job.halted_user = &halting;
+        const Halt halt{[](void* user) { return static_cast<HaltedTile*>(user)->ask(); }, &halting};
+        halt.tell(job);
         trace_tile(*plan_.kernel, job, tile, share.list, share.ends, share.counters);
         if (record) record->traced = seconds(), record->ticks = __rdtsc() - record->ticks;
+        if (!halting.told) done_(tile, share.ends.data(), share.list, halt);
         if (halting.told) return share.counters = before, false;
-        done_(tile, share.ends.data(), share.list);
         count(share);
         return true;
     }

@@ -16,8 +16,16 @@ struct RayList {
 /// Lists the rays of a tile. Called, as TileDone is, from several threads at once, for different tiles.
 using TileRays = std::function<void(const Tile&, RayList&)>;
 
-/// Takes the finished rays of one tile: one end per pixel, row by row, or one per ray of the list.
-using TileDone = std::function<void(const Tile&, const RayEnd*, const RayList&)>;
+/// Whether the work on a tile is to be given up: what takes long over one asks now and then.
+struct Halt {
+    bool (*asked)(void* user) = nullptr;
+    void* user = nullptr;
+    bool operator()() const { return asked && asked(user); }
+    void tell(Job& job) const { job.halted = asked, job.halted_user = user; }
+};
+/// Takes the finished rays of one tile: one end per pixel, row by row, or one per ray of the list. Where it is told to give up, it does so
+/// before it keeps anything.
+using TileDone = std::function<void(const Tile&, const RayEnd*, const RayList&, const Halt&)>;
 
 /// How many rays a tile has.
 std::size_t rays_of(const Tile& tile, const RayList& list);

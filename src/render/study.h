@@ -30,10 +30,10 @@ public:
     ErrorStudy run();
 
 private:
-    bool stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
+    bool stopped() const { return (stop_ && stop_->load(std::memory_order_relaxed)) || study_.options.deadline.passed(); }
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
     /// The share of the time that passes before any run is repeated.
-    double climbing() const { return study_.options.quick ? 0.6 : 0.3; }
+    double climbing() const { return study_.options.pixel_bound ? 1 : study_.options.quick ? 0.6 : 0.3; }
     void tell(double done) const {
         if (progress_) progress_(done, seconds());
     }
@@ -46,7 +46,7 @@ private:
     void close_in(StudyCurve& curve, Variant variant);
     void choose_shown();
     bool set_loose_tolerance(Variant& variant) const;
-    StudyPoint measure(Timed& timed);
+    std::optional<StudyPoint> measure(Timed& timed);
     void take_times();
     void keep_times();
     void choose_cheapest();

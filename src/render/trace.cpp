@@ -98,7 +98,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     RayEnd untraced{};
     untraced.failure = Failure::untraced;
     ends.assign(starts.size(), untraced);
-    const auto take = [&](const Tile& tile, const RayEnd* done, const RayList&) {
+    const auto take = [&](const Tile& tile, const RayEnd* done, const RayList&, const Halt&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetched < tile.x1) __builtin_prefetch(&ends[list.place(i + prefetched)], 1);
             const RayEnd& end = done[i - tile.x0];

@@ -164,7 +164,8 @@ std::string data_section(const ErrorStudy& study) {
         "object; they enter no percentile. "
         "Ill: of rays that turn their neighbours apart more than a thousandfold (" +
         std::to_string(study.ill_conditioned) +
-        " of the sample), the greatest pixel error over that factor; they enter no other percentile. No surfaces: the same rays "
+        " of the sample), the greatest pixel error over that factor; beyond a thousand it divides what they add to pixels, and they enter no other "
+        "percentile. No surfaces: the same rays "
         "with nothing to meet, until they leave "
         "the scene or have taken as many steps as 99 % of those that meet something.</p>\n";
     for (const StudyCurve& curve : study.curves) text += curve_details(curve);

@@ -138,7 +138,7 @@ TEST_F(Files, OptionsOverruleVariables) {
 TEST_F(Files, AToleranceIsKept) {
     const json coarse = json::parse(run("render hole.toml --quiet --json -o a.exr -D integrator.tolerance=1e-3").out);
     const json fine = json::parse(run("render hole.toml --quiet --json -o a.exr -D integrator.tolerance=1e-11").out);
-    EXPECT_EQ(coarse["integrator"], "rkf78");
+    EXPECT_EQ(coarse["integrator"], "dp85");
     EXPECT_LT(coarse["gradients"], fine["gradients"]);
     const Outcome told = run("render hole.toml -o a.exr -D integrator.tolerance=1e-3 --integrator gauss8");
     EXPECT_EQ(told.status, 0);

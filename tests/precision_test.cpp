@@ -62,5 +62,16 @@ TEST(Precision, IsDoubleBesideAHorizon) {
     EXPECT_NE(plan->float_trial->why_not.find("horizon"), std::string::npos);
 }
 
+/// Far out a float's last place is more of a step than landing comes close to; the ray has arrived all the same.
+TEST(Precision, FloatReachesFarSpheres) {
+    const std::string nearly_straight = "[space]\nhamiltonian = \"gradient\"\ng = 1e-6\n[integrator]\nescape_radius = 1000\n"
+                                        "[camera]\nposition = [0.3, -8, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 70\n[film]\nsize = [128, 128]\n";
+    Options in_float;
+    in_float.precision = "float";
+    const auto plan = plan_of_text(nearly_straight, {}, in_float);
+    Film film(128, 128, {"color"});
+    EXPECT_EQ(render(*plan, film).status[static_cast<int>(Status::escaped)], 128u * 128u);
+}
+
 }  // namespace
 }  // namespace kagero::test

@@ -150,7 +150,7 @@ TEST_F(LoadScene, AcceptsKeysThatAskForWhatIsDoneAnyway) {
     EXPECT_FALSE(scene.integrator.cull);
     EXPECT_EQ(scene.integrator.rescale, "none");
     EXPECT_EQ(scene.integrator.hit, HitModel::chord);
-    EXPECT_EQ(scene.integrator.method, "rkf78");  // steps under control, in place of the rescaling
+    EXPECT_EQ(scene.integrator.method, "dp85");  // steps under control, in place of the rescaling
     EXPECT_EQ(refusal(edited("[64, 48]", "[64, 48]\nspp = 1")), "");
 }
 

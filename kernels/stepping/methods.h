@@ -147,7 +147,7 @@ inline constexpr std::array methods{
             .what = "Dormand & Prince (1980), step control by the embedded fourth order", .typical = true},
            Kind::runge_kutta, {.table = &dormand_prince54}},
     Method{{.name = "rkf78", .order = 8, .adaptive = true,
-            .what = "Fehlberg (1968), step control by the embedded seventh order"},
+            .what = "Fehlberg (1968), step control by the embedded seventh order, which is blind between ends that are alike"},
            Kind::runge_kutta, {.table = &fehlberg78}},
     Method{{.name = "dp8", .order = 8,
             .what = "Dormand & Prince's eighth order of DOP853, Hairer, Noersett & Wanner (1993), fixed step"},

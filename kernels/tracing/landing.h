@@ -169,8 +169,8 @@ private:
     /// what it conserves, and so in double takes the step.
     void deliver(const MaskOf<V>& mask, const V& full) {
         const IntegratorInfo& method = task_.method.info;
-        const V close(S(0.25) * std::sqrt(machine_epsilon<S>)), zero(S(0));
-        const V close_at_once = method.order <= 5 && !method.symplectic && !task_.straight ? V(S(1e-3)) : std::is_same_v<S, float> ? close : zero;
+        const V zero(S(0)), close = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), V(S(4)) * last_place(full));
+        const V close_at_once = method.order <= 5 && !method.symplectic && !task_.straight ? max(V(S(1e-3)), close) : std::is_same_v<S, float> ? close : zero;
         const MaskOf<V> edge = from_bits<V>(edge_);
         const MaskOf<V> all = mask & !edge;
         MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);
@@ -198,6 +198,14 @@ private:
         }
         lost |= to_bits(open);
         static_cast<Arrival<V>&>(flow).take(arrived, mask);
+    }
+
+    /// Of the step: where a ray is so far out, its place says no more of where on the step it is.
+    V last_place(const V& full) const {
+        const Vec3<V> q = flow.end.q(), &v = whole.start.velocity;
+        const V far = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
+        const V place = V(machine_epsilon<S>) * far / (speed * abs(full));
+        return pick(is_finite(place), place, V(S(0)));
     }
 
     /// From the end of the step just taken a little further: places at the velocity there, as it changed in that step, all else at the rate

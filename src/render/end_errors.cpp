@@ -13,8 +13,8 @@ namespace kagero {
 namespace {
 
 /// A method of order 8, for spaces that bound steps themselves; an error far below any that is asked for.
-constexpr const char* partner_method = "rkf78";
-constexpr double partner_tolerance = 1e-12;
+constexpr const char* partner_method = "dp85";
+constexpr double partner_tolerance = 1e-10;
 /// Adaptive methods reach no less.
 constexpr double least_tolerance = 1e-14, tolerance_ratio = 100;
 
@@ -46,13 +46,13 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     if (plan.straight || !position) return;
     const IntegratorInfo& info = plan.module->integrators[plan.job.integrator];
     const Variant own = own_variant(plan);
-    const bool bounded = plan.module->hamiltonians[plan.hamiltonian].scaled && !info.adaptive;
-    const auto partner = find_variant(plan, partner_method, *own.kernel, partner_tolerance);
-    Variant finer = bounded && partner ? *partner : own;
+    const bool bounded = plan.module->hamiltonians[plan.hamiltonian].scaled, close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
+    const auto partner = bounded && !close ? find_variant(plan, partner_method, *own.kernel, partner_tolerance) : std::nullopt;
+    Variant finer = partner.value_or(own);
     finer.solver_tolerance = 0;
     // The longest step of adaptive methods may govern as well as their tolerance.
-    const bool shorter = info.adaptive && other_tolerance(own.step) < own.step;
-    if (!(bounded && partner)) {
+    const bool shorter = !partner && info.adaptive && other_tolerance(own.step) < own.step;
+    if (!partner) {
         finer.step = info.adaptive ? other_tolerance(own.step) : 0.5 * own.step;
         // Hits on chords are of second order, whatever the method.
         const bool chords = plan.job.geometry && plan.job.hit == HitModel::chord;
@@ -90,7 +90,7 @@ std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const 
                 std::isnan(difference) ? difference : std::max(errors[i].position, error_over_difference_ * difference);
         }
     }
-    if (rounding_ && !plan_.straight) {
+    if (rounding_) {
         const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list, halt);
         for (std::size_t i = 0; i < count; ++i) errors[i].rounding = bounds[i];
     }

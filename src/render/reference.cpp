@@ -15,9 +15,9 @@ struct Pair {
 // edge of a medium no fixed step suffices; there two adaptive methods of other orders and stages must do. Where the slope of H jumps
 // collocation alone serves: two of it, of other orders, stages and steps.
 constexpr Pair pairs[] = {
-    {{"gauss16", 0.5}, {"rkf78", 1e-14}},
-    {{"gauss16", 0.125}, {"rkf78", 1e-14}},
-    {{"rkf78", 1e-14}, {"dp54", 1e-14}},
+    {{"gauss16", 0.5}, {"dp85", 1e-12}},
+    {{"gauss16", 0.125}, {"dp85", 1e-12}},
+    {{"dp85", 1e-12}, {"dp54", 1e-14}},
     {{"gauss16", 0.25}, {"gauss12", 0.125}, true},
 };
 /// End points this close (99 % of the rays; in sizes of the scene) need no better pair.

@@ -16,6 +16,11 @@ namespace {
 /// Rays whose paths are kept at a time: a few packets.
 constexpr std::size_t paths_together = 64;
 
+/// Half a unit in the last place of 1.
+double half_place_of(const Plan& plan) {
+    return plan.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
+}
+
 Double3 of(const double (&x)[3]) {
     return {x[0], x[1], x[2]};
 }
@@ -93,6 +98,18 @@ std::vector<RayStart> starts_of(const Plan& plan, const Tile& tile, const RayLis
     return starts;
 }
 
+/// The roundings of a ray's start, its direction and its end, as if it were straight; where a surface is not met at right angles they move the
+/// end farther along that.
+double bound_of_ends(const Plan& plan, const RayStart& start, const RayEnd& end) {
+    constexpr double roundings_of_direction = 4, roundings_of_places = 2;
+    const double half_place = half_place_of(plan), direction = roundings_of_direction * half_place;
+    if (seen_by_direction(plan, end)) return direction / pixel_at(plan, end);
+    const Double3 from = of(start.q), to = of(end.q), normal = normal_at(plan, end);
+    const double slant = std::abs(dot(normal, of(end.v))) / (length(normal) * length(of(end.v)));
+    const double off = direction * length(subtract(to, from)) + roundings_of_places * half_place * (length(from) + length(to));
+    return off / (std::max(slant, half_place) * pixel_at(plan, end));
+}
+
 /// Of a few of the rays that `ends` and `bounds` are of, by their places there.
 void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::size_t>& places, const RayEnd* ends, double* bounds, const Halt& halt) {
     const Paths traced(plan, rays, halt);
@@ -104,12 +121,11 @@ void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::siz
         if (points.empty() || !same_class(plan, ends[places[i]], traced.ends[i])) continue;
         paths.push_back({points.data(), static_cast<std::uint32_t>(points.size()), {}, {}, {}});
         look_at_end(plan, traced.ends[i], paths.back());
-        wanted.push_back(places[i]);
+        wanted.push_back(i);
     }
-    const double half_place = plan.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
     std::vector<double> pixels(paths.size());
-    plan.module->bound_roundings(&plan.job, paths.data(), static_cast<std::uint32_t>(paths.size()), half_place, pixels.data());
-    for (std::size_t i = 0; i < wanted.size(); ++i) bounds[wanted[i]] = pixels[i];
+    plan.module->bound_roundings(&plan.job, paths.data(), static_cast<std::uint32_t>(paths.size()), half_place_of(plan), pixels.data());
+    for (std::size_t i = 0; i < wanted.size(); ++i) bounds[places[wanted[i]]] = pixels[i] + bound_of_ends(plan, rays.starts[wanted[i]], ends[places[wanted[i]]]);
 }
 
 }  // namespace
@@ -121,7 +137,8 @@ std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const Ra
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < starts.size(); ++i) {
         bounds.push_back(ends[i].status == Status::captured ? 0 : std::numeric_limits<double>::quiet_NaN());
-        if (has_end(ends[i])) few.starts.push_back(starts[i]), places.push_back(i);
+        if (plan.straight && has_end(ends[i])) bounds.back() = bound_of_ends(plan, starts[i], ends[i]);
+        else if (has_end(ends[i])) few.starts.push_back(starts[i]), places.push_back(i);
         if (places.empty() || (places.size() < paths_together && i + 1 < starts.size())) continue;
         bound_few(plan, few, places, ends, bounds.data(), halt);
         if (halt()) return bounds;

@@ -109,7 +109,7 @@ bool follows_orbits(const Section& section, const IntegratorDescription& integra
 /// The default method; adaptive, where one serves, if the scene states a tolerance, for which only those have a use, or does without the
 /// space's rescaling and states no step: then steps of one length may be too long beside a hole.
 std::string default_method(const Section& section, const HamiltonianInfo& info, const Catalogue& catalogue) {
-    constexpr const char* adaptive = "rkf78";
+    constexpr const char* adaptive = "dp85";
     const IntegratorInfo* const all = catalogue.integrators;
     const bool is_adaptive = std::find_if(all, all + catalogue.integrator_count, [&](const IntegratorInfo& one) {
         return one.name == std::string_view(info.method);

@@ -155,9 +155,9 @@ bool settle(const Programs& programs, const double (&q)[3], const Vector& d, Vec
 /// Turns p, for which ∂H/∂p points along `from`, until it points along d: by small turns, each settled from the one before. It comes where no
 /// guess along d is near, as with powers higher than squares. False where the turn comes to an end before.
 bool turn_to(const Programs& programs, const double (&q)[3], const Vector& from, const Vector& d, Vector& p, double& mu) {
-    constexpr double least_turn = 1e-200;
+    constexpr int most_turns = 100;  // each four times the one before, from the smallest that there is
     double done = 0, turn = 1;
-    while (done < 1 && turn > least_turn) {
+    for (int n = 0; n < most_turns && done < 1 && done + turn > done; ++n) {
         const double share = std::min(1.0, done + turn);
         Vector target;
         for (int i = 0; i < 3; ++i) target[i] = (1 - share) * from[i] + share * d[i];

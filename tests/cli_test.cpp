@@ -113,6 +113,13 @@ TEST_F(Cli, JsonInFrontOfTheSceneDoesNotTakeIt) {
     EXPECT_NE(read("hole.toml").find("[space]"), std::string::npos);
 }
 
+TEST_F(Cli, BehindTwoDashesThereAreFiles) {
+    write("-odd.toml", read("hole.toml"));
+    EXPECT_EQ(run("check --quiet -- -odd.toml").status, 0);
+    EXPECT_EQ(run("check -odd.toml").status, 2);
+    EXPECT_EQ(run("check hole.toml -- --quiet").status, 2);
+}
+
 TEST_F(Cli, PixelWritesItsPath) {
     const Outcome outcome = run("render hole.toml --pixel 3,2");
     ASSERT_EQ(outcome.status, 0) << outcome.err;

@@ -61,6 +61,19 @@ void return_what_json_took(Arguments& arguments, const std::string& verb) {
     arguments.json = "-";
 }
 
+/// The words behind the program's name, last first as the library wants them. Behind "--" there are only files, whatever they begin with.
+std::vector<std::string> words_of(int argc, char** argv) {
+    std::vector<std::string> words;
+    bool options = true;
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (options && word == "--") options = false;
+        else words.push_back(!options && word.starts_with('-') ? "./" + word : word);
+    }
+    std::reverse(words.begin(), words.end());
+    return words;
+}
+
 int run(int argc, char** argv, Arguments& arguments) {
     CLI::App app("Renders scenes in which light bends.", "kagero");
     app.set_version_flag("--version", "kagero " KAGERO_VERSION);
@@ -72,7 +85,7 @@ int run(int argc, char** argv, Arguments& arguments) {
     for (const Verb* verb : verbs)
         verb->declare(*app.add_subcommand(verb->name, verb->what)->group("Verbs")->allow_extras(), arguments);
     try {
-        app.parse(argc, argv);
+        app.parse(words_of(argc, argv));
     } catch (const CLI::Success& asked) {  // help or version
         return app.exit(asked);
     } catch (const CLI::ArgumentMismatch& error) {  // "--size: 1 required WxH missing"

@@ -30,7 +30,7 @@ struct Rays {
 Rays rays_of(const char* file) {
     Options options;
     options.threads = 1;
-    const std::vector<std::string> accurate{"integrator.method=gauss16", "integrator.step=0.1", "integrator.symmetry=none"};
+    const std::vector<Override> accurate{"integrator.method=gauss16", "integrator.step=0.1", "integrator.symmetry=none"};
     const auto plan = make_plan(load_scene(KAGERO_SCENES "/hole.toml", accurate, catalogue(options.isa)), options, false);
     std::ifstream in(file);
     if (!in) throw InputError(std::string("cannot read the rays '") + file + "'");

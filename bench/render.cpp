@@ -22,7 +22,7 @@ using namespace kagero;
 
 struct Integration {
     const char* name;
-    std::vector<std::string> overrides;
+    std::vector<Override> overrides;
 };
 const Integration integrations[] = {
     {"default", {}},
@@ -33,7 +33,7 @@ const Integration integrations[] = {
 
 struct Question {
     Options options;
-    std::vector<std::string> overrides;
+    std::vector<Override> overrides;
 };
 
 void picture(benchmark::State& state, const Question& question) {

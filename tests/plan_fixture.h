@@ -13,9 +13,13 @@
 #include <string>
 #include <vector>
 
+namespace kagero {
+inline std::ostream& operator<<(std::ostream& out, const Override& key) { return out << key.text; }
+}  // namespace kagero
+
 namespace kagero::test {
 
-using Overrides = std::vector<std::string>;
+using Overrides = std::vector<Override>;
 
 inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides, const Options& options = {},
                                           bool with_camera = true) {

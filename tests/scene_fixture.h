@@ -81,11 +81,11 @@ protected:
         std::ofstream(path, std::ios::binary) << text;
         return path;
     }
-    SceneDescription load(const std::string& text, const std::vector<std::string>& overrides = {}) const {
+    SceneDescription load(const std::string& text, const std::vector<Override>& overrides = {}) const {
         return load_scene(write("scene.toml", text), overrides, small_catalogue());
     }
     /// The message of the InputError that loading throws, or "" if it does not.
-    std::string refusal(const std::string& text, const std::vector<std::string>& overrides = {}) const {
+    std::string refusal(const std::string& text, const std::vector<Override>& overrides = {}) const {
         try {
             load(text, overrides);
         } catch (const InputError& error) {

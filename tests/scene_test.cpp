@@ -258,10 +258,10 @@ TEST_F(LoadScene, RefusesWhatIsNoFile) {
 
 // What the scene leaves open stays open.
 TEST_F(LoadScene, PrintingStatesNoMethodThatTheSceneLeavesToThePilot) {
-    for (const std::vector<std::string>& overrides : {std::vector<std::string>{"integrator.max_pixel_error=0.25"}, {"integrator.rescale=none"}}) {
+    for (const std::vector<Override>& overrides : {std::vector<Override>{"integrator.max_pixel_error=0.25"}, {"integrator.rescale=none"}}) {
         const SceneDescription scene = load(good_scene, overrides);
         const SceneDescription again = load(print_scene(scene));
-        EXPECT_EQ(again.integrator.method_place.has_value(), scene.integrator.method_place.has_value()) << overrides[0];
+        EXPECT_EQ(again.integrator.method_place.has_value(), scene.integrator.method_place.has_value()) << overrides[0].text;
         EXPECT_EQ(again.integrator.method, scene.integrator.method);
         EXPECT_EQ(again.integrator.step, scene.integrator.step);
         EXPECT_EQ(print_scene(again), print_scene(scene));
@@ -269,7 +269,7 @@ TEST_F(LoadScene, PrintingStatesNoMethodThatTheSceneLeavesToThePilot) {
 }
 
 TEST_F(LoadScene, PrintingLosesNothing) {
-    const std::vector<std::string> overrides{"space.rg=0.1234567890123456789",
+    const std::vector<Override> overrides{"space.rg=0.1234567890123456789",
                                              "space.center=[1e-300, 100000, -0.1]",
                                              "sky.checker=true",
                                              "integrator.max_steps=4294967295",

@@ -44,24 +44,29 @@ struct Said {
     }
 };
 
-/// The options that are short for a key of the scene, as overrides.
-std::vector<std::string> overrides_of(const Arguments& arguments) {
-    std::vector<std::string> all = arguments.overrides;
-    if (!arguments.integrator.empty()) all.push_back("integrator.method=" + written(arguments.integrator));
-    if (!arguments.step.empty()) all.push_back("integrator.step=" + written(finite_number("--step", arguments.step)));
-    if (!arguments.lanes.empty()) all.push_back("integrator.lanes=" + (arguments.lanes == "auto" ? written("auto") : whole("--lanes", arguments.lanes)));
-    if (!arguments.size.empty()) {
-        const auto size = split(arguments.size, 'x');
-        if (size.size() != 2) throw InputError("--size: '" + arguments.size + "' is not a width and a height separated by 'x'");
-        all.push_back("film.size=[" + whole("--size", size[0]) + ", " + whole("--size", size[1]) + "]");
-    }
-    if (!arguments.spp.empty()) all.push_back("film.spp=" + whole("--spp", arguments.spp));
-    if (!arguments.seed.empty()) all.push_back("film.seed=" + whole("--seed", arguments.seed));
-    if (!arguments.layers.empty()) {
+/// -D, and the options that are short for a key of the scene.
+std::vector<Override> overrides_of(const Arguments& arguments) {
+    std::vector<Override> all(arguments.overrides.begin(), arguments.overrides.end());
+    const auto add = [&](const char* option, const std::string& given, const char* key, const auto& value) {
+        if (!given.empty()) all.emplace_back(std::string(key) + "=" + value(given), std::string(option) + " " + given);
+    };
+    const auto word = [](const std::string& text) { return written(text); };
+    const auto count = [](const char* option) { return [option](const std::string& text) { return whole(option, text); }; };
+    add("--integrator", arguments.integrator, "integrator.method", word);
+    add("--step", arguments.step, "integrator.step", [](const std::string& text) { return written(finite_number("--step", text)); });
+    add("--lanes", arguments.lanes, "integrator.lanes", [&](const std::string& text) { return text == "auto" ? word(text) : whole("--lanes", text); });
+    add("--size", arguments.size, "film.size", [](const std::string& text) {
+        const auto size = split(text, 'x');
+        if (size.size() != 2) throw InputError("--size: '" + text + "' is not a width and a height separated by 'x'");
+        return "[" + whole("--size", size[0]) + ", " + whole("--size", size[1]) + "]";
+    });
+    add("--spp", arguments.spp, "film.spp", count("--spp"));
+    add("--seed", arguments.seed, "film.seed", count("--seed"));
+    add("--layers", arguments.layers, "film.layers", [](const std::string& text) {
         std::string list;
-        for (const std::string& layer : split(arguments.layers, ',')) enumerate(list, written(layer));
-        all.push_back("film.layers=[" + list + "]");
-    }
+        for (const std::string& layer : split(text, ',')) enumerate(list, written(layer));
+        return "[" + list + "]";
+    });
     return all;
 }
 

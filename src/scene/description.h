@@ -124,7 +124,7 @@ struct ObjectDescription {
 struct SceneDescription {
     std::string path;                              ///< as given
     std::string text;                              ///< the file's text, for the picture's metadata
-    std::vector<std::string> overrides;            ///< as given with -D and the short flags
+    std::vector<std::string> overrides;            ///< texts of those that were given
     SpaceDescription space;
     IntegratorDescription integrator;
     CameraDescription camera;
@@ -143,11 +143,20 @@ struct Catalogue {
     std::vector<std::string> layers;
 };
 
-/// Reads, overrides and checks a scene. `overrides` are "key.path=value" strings in TOML syntax (a bare word is taken as a string).
-/// Throws InputError naming file:line:column, the value, the legal range, and a near match for a misspelt name.
-SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue);
+/// A key set from outside the scene.
+struct Override {
+    std::string text;  ///< "key.path=value" in TOML syntax; a bare word is taken as a string
+    std::string said;  ///< how the user said it, for messages; empty: as -D and the text
+
+    Override(const char* t) : text(t) {}
+    Override(std::string t, std::string how = {}) : text(std::move(t)), said(std::move(how)) {}
+};
+
+/// Reads, overrides and checks a scene. Throws InputError naming file:line:column, the value, the legal range, and a near match for a
+/// misspelt name.
+SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides, const Catalogue& catalogue);
 /// The same for a scene that is no file; `name` stands for it in messages, relative paths in it start at the working directory.
-SceneDescription load_scene_text(const std::string& text, const std::string& name, const std::vector<std::string>& overrides,
+SceneDescription load_scene_text(const std::string& text, const std::string& name, const std::vector<Override>& overrides,
                                  const Catalogue& catalogue);
 
 /// The scene written back whole as TOML, defaults included; loading it again gives the same description.

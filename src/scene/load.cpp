@@ -253,19 +253,21 @@ const std::vector<std::string>& observer_names() {
     return names;
 }
 
-SceneDescription load_scene(const std::string& path, const std::vector<std::string>& overrides, const Catalogue& catalogue) {
+SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides, const Catalogue& catalogue) {
     return load_scene_text(read_text(path), path, overrides, catalogue);
 }
 
-SceneDescription load_scene_text(const std::string& text, const std::string& path, const std::vector<std::string>& overrides,
+SceneDescription load_scene_text(const std::string& text, const std::string& path, const std::vector<Override>& overrides,
                                  const Catalogue& catalogue) {
     SceneDescription scene;
     scene.path = path;
     scene.text = text;
-    scene.overrides = overrides;
     Value root = parse_toml(scene.text, path);
     root.place = {path, 1, 1};
-    for (const std::string& override_text : overrides) apply_override(root, override_text);
+    for (const Override& one : overrides) {
+        scene.overrides.push_back(one.text);
+        apply_override(root, one.text, one.said.empty() ? "-D " + one.text : one.said);
+    }
 
     only_keys({&root, "", root.place}, {"space", "integrator", "camera", "film", "sky", "object"});
     const std::string directory = std::filesystem::path(path).parent_path().string();

@@ -90,9 +90,9 @@ void erase_other_paints(Value& table, const std::string& paint) {
 
 }  // namespace
 
-void apply_override(Value& root, const std::string& override_text) {
+void apply_override(Value& root, const std::string& override_text, const std::string& said) {
     constexpr std::size_t shown = 100;  // of a formula, which may be long
-    const Place place{"-D " + (override_text.size() > shown ? override_text.substr(0, shown) + "…" : override_text), 0, 0};
+    const Place place{said.size() > shown ? said.substr(0, shown) + "…" : said, 0, 0};
     std::size_t equals = 0;
     std::vector<std::string> path = split_path(override_text, equals, place);
     Value value = parse_toml_value(trimmed(override_text.substr(equals + 1)), place);

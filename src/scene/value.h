@@ -29,7 +29,8 @@ Value parse_toml(const std::string& text, const std::string& file);
 Value parse_toml_value(const std::string& text, const Place& place);
 
 /// Merges "key.path=value" into a document. The path is not judged here: a misspelt key is found when the scene is read.
-void apply_override(Value& root, const std::string& override_text);
+/// `said` is how the user said it, which messages repeat.
+void apply_override(Value& root, const std::string& override_text, const std::string& said);
 
 /// The entry of a table, or null.
 const Value* find(const Value& table, const std::string& key);

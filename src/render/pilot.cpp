@@ -56,6 +56,38 @@ void remark_on_stated(Plan& plan, const IntegratorDescription& stated, bool adap
     if (stated.tolerance_place) say("tolerance", stated.tolerance);
 }
 
+struct Choice {
+    const StudyCurve* curve = nullptr;
+    const StudyPoint* point = nullptr;
+    const KernelInfo* kernel = nullptr;
+    double cost = std::numeric_limits<double>::infinity();
+};
+
+/// The cheapest point of a study that is within the bound, and by what kernel; nulls where there is none.
+Choice cheapest_within(Plan& plan, const ErrorStudy& study, double bound) {
+    Choice best;
+    for (const StudyCurve& curve : study.curves) {
+        const KernelInfo* kernel = kernel_for(plan, curve);
+        if (!kernel) continue;
+        for (const StudyPoint& point : curve.points) {
+            const double cost = point.gradients * (curve.precision == Precision::float32 ? float_cost : 1);
+            if (cost < best.cost && is_within(point, bound, &RayErrors::pixels, study.reference)) best = {&curve, &point, kernel, cost};
+        }
+    }
+    return best;
+}
+
+void take(Plan& plan, const ErrorStudy& study, const Choice& choice) {
+    const auto& [curve, point, kernel, cost] = choice;
+    if (point->errors.compared + point->errors.ill > 0) plan.pilot->estimate = std::max(point->errors.pixels.p99, study.reference.pixels.p99);
+    auto variant = find_variant(plan, curve->method, *kernel, point->step);
+    if (curve->loose) variant->solver_tolerance = point->solver_tolerance;
+    follow(plan, *variant);
+    const IntegratorDescription stated = plan.scene.integrator;
+    tell_scene(plan, *curve, *point);
+    remark_on_stated(plan, stated, curve->info->adaptive);
+}
+
 }  // namespace
 
 void fit_to_error(Plan& plan, const Progress& progress, double time_limit) {
@@ -72,35 +104,13 @@ void fit_to_error(Plan& plan, const Progress& progress, double time_limit) {
     } catch (const RunError& error) {  // there is nothing to measure by: the picture can be drawn all the same
         why = error.what();
     }
-    const StudyCurve* curve = nullptr;
-    const StudyPoint* best = nullptr;
-    const KernelInfo* kernel = nullptr;
-    double least = 0;
-    for (const StudyCurve& candidate : study.curves) {
-        const KernelInfo* its_kernel = kernel_for(plan, candidate);
-        if (!its_kernel) continue;
-        for (const StudyPoint& point : candidate.points) {
-            const double cost = point.gradients * (candidate.precision == Precision::float32 ? float_cost : 1);
-            if (!is_within(point, bound, &RayErrors::pixels, study.reference) || (best && cost >= least)) continue;
-            curve = &candidate, best = &point, kernel = its_kernel, least = cost;
-        }
-    }
-    plan.pilot = {study.sample.starts.size(), bound, 0, best != nullptr};
-    if (!best) {
-        const IntegratorDescription& stated = plan.scene.integrator;
-        if (why.empty()) why = why_not(study, stated);
-        std::ostringstream remark;
-        remark << "integrator.max_pixel_error = " << bound << " is not seen to be met: " << why << "; " << stated.method << " takes its own step";
-        plan.remarks.push_back(remark.str());
-        return;
-    }
-    if (best->errors.compared + best->errors.ill > 0) plan.pilot->estimate = std::max(best->errors.pixels.p99, study.reference.pixels.p99);
-    auto variant = find_variant(plan, curve->method, *kernel, best->step);
-    if (curve->loose) variant->solver_tolerance = best->solver_tolerance;
-    follow(plan, *variant);
-    const IntegratorDescription stated = plan.scene.integrator;
-    tell_scene(plan, *curve, *best);
-    remark_on_stated(plan, stated, curve->info->adaptive);
+    const Choice choice = cheapest_within(plan, study, bound);
+    plan.pilot = {study.sample.starts.size(), bound, 0, choice.point != nullptr};
+    if (choice.point) return take(plan, study, choice);
+    if (why.empty()) why = why_not(study, plan.scene.integrator);
+    std::ostringstream remark;
+    remark << "integrator.max_pixel_error = " << bound << " is not seen to be met: " << why << "; " << plan.scene.integrator.method << " takes its own step";
+    plan.remarks.push_back(remark.str());
 }
 
 void settle(Plan& plan, const Progress& progress, double time_limit) {

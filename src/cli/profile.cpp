@@ -38,10 +38,9 @@ unsigned repeats_of(const Arguments& arguments) {
 }
 
 Profile profile_watched(Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
-    InterruptGuard guard;
     ProgressLine line(terminal);
     return profile(
-        plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
+        plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); }, InterruptGuard::requested());
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -51,6 +50,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
     const auto plan = make_plan(std::move(scene), options);
     settle_watched(*plan, terminal);
+    const InterruptGuard interrupts;
     const std::string directory = report_directory(arguments, "profile");
     const bool was_there = fs::exists(directory);
     make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));

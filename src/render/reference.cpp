@@ -20,7 +20,7 @@ constexpr Pair pairs[] = {
     {{"dp85", 1e-12}, {"dp54", 1e-14}},
     {{"gauss16", 0.25}, {"gauss12", 0.125}, true},
 };
-/// End points this close (99 % of the rays; in sizes of the scene) need no better pair.
+/// Ends this close (99 % of the rays; in sizes of the scene) need no better pair.
 constexpr double close_enough = 1e-12;
 
 std::optional<Variant> find(const Plan& plan, const Candidate& candidate) {
@@ -75,14 +75,18 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
 
 ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline) {
     const double size = scene_size(plan);
+    // In sizes of the scene, or where all rays are ill-conditioned as an angle; not a number where no two rays ended alike.
+    const auto doubt = [&](const ReferenceStory& s) {
+        return std::isfinite(s.uncertainty.p99) ? s.uncertainty.p99 / size : s.pixels.p99 * sample.pixel_angle;
+    };
     std::optional<Attempt> least;
     for (const Pair& pair : pairs) {
         const auto best = find(plan, pair.best), other = find(plan, pair.other);
-        const bool compared = least && std::isfinite(least->story.uncertainty.p99);  // not a number where no two rays ended alike
+        const bool compared = least && std::isfinite(doubt(least->story));
         if (!best || !other || (compared && pair.alike)) continue;
         Attempt made = attempt(plan, sample, *best, *other, deadline);
-        if (!compared || made.story.uncertainty.p99 < least->story.uncertainty.p99) least = std::move(made);
-        if (least->story.uncertainty.p99 <= close_enough * size) break;
+        if (!compared || doubt(made.story) < doubt(least->story)) least = std::move(made);
+        if (doubt(least->story) <= close_enough) break;
     }
     if (!least) throw RunError("this space has no two methods that could confirm each other as a reference");
     story = least->story;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 
 namespace kagero::test {
@@ -37,6 +39,20 @@ TEST(PositionError, IsTheTrueErrorInAFisheye) {
     for (const Way& way : {Way{"verlet", 0.02}, {"srkn6", 0.1}, {"rk4", 0.05}, {"gauss4", 0.1}, {"gauss8", 0.3}, {"dp54", 1e-6}})
         expect_estimates(fisheye_scene, way, exact_hit, "double");
     expect_estimates(fisheye_scene, {"rk4", 0.02}, exact_hit, "float");
+}
+
+// Where hits lie on chords the error is that of the picture's chords, of second order, whatever else the rays are traced by.
+TEST(PositionError, OfChordsFallsWithTheStep) {
+    const auto median = [](double step) {
+        const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", {"film.size=[48,48]", "integrator.hit=chord", "integrator.method=rk4", "integrator.step=" + std::to_string(step)});
+        Film film(48, 48, {"position_error"});
+        render(*plan, film);
+        const float* errors = film.plane("position_error");
+        std::vector<double> known;
+        std::copy_if(errors, errors + 48 * 48, std::back_inserter(known), [](float error) { return error > 0; });
+        return spread_of(std::move(known)).p50;
+    };
+    EXPECT_NEAR(median(0.06) / median(0.015), 16, 6);
 }
 
 // Nothing is known of a ray that ends elsewhere when it is traced otherwise; of one that is captured there is nothing to know.

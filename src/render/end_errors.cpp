@@ -63,6 +63,7 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     }
     finer_ = Way{own.kernel, job_as(plan, finer)};
     if (shorter) finer_->job.step *= 0.5;
+    if (partner) finer_->job.hit = HitModel::hermite;  // its long steps are farther from their chords than the picture's
 }
 
 /// Numbers of this precision tell ends apart no better.

@@ -115,19 +115,20 @@ bool converge(const Programs& programs, const double (&q)[3], const Vector& d, V
     return last < enough;
 }
 
-/// The places on the line along d between which H − H0 changes its sign upward, from the innermost of them outward; false where there are
-/// none.
-bool bracket(const Programs& programs, const double (&q)[3], const Vector& d, double& below, double& above) {
-    constexpr double nearest = 1e-6, farthest = 1e6;
+/// Where on the line along d, ahead (side 1) or behind (−1), H − H0 changes its sign, upward along d; the innermost of such places, 0 where
+/// there are none.
+double crossing(const Programs& programs, const double (&q)[3], const Vector& d, double side) {
+    constexpr double nearest = 1e-12, farthest = 1e12;
     const auto value = [&](double at) {
         Vector unused;
-        return slope(programs, q, {at * d[0], at * d[1], at * d[2]}, unused);
+        return side * slope(programs, q, {side * at * d[0], side * at * d[1], side * at * d[2]}, unused);
     };
-    for (below = nearest, above = 2 * below; above < farthest; below = above, above *= 2)
+    double below = nearest, above = 2 * below;
+    for (; above < farthest; below = above, above *= 2)
         if (value(below) < 0 && value(above) >= 0) break;
-    if (!(above < farthest)) return false;
+    if (!(above < farthest)) return 0;
     for (double middle; middle = 0.5 * (below + above), below < middle && middle < above;) (value(middle) < 0 ? below : above) = middle;
-    return true;
+    return side * above;
 }
 
 /// Newton's method until its steps get no shorter, which along flat directions of H is long after the equations hold. False when it does not
@@ -228,13 +229,13 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
             if (solves(p, mu)) return Failure::none;
         }
     }
-    double below, above;
-    if (bracket(programs, q, unit, below, above)) {
-        Vector p{above * unit[0], above * unit[1], above * unit[2]}, from;
+    for (const double side : {1.0, -1.0}) {
+        const double at = crossing(programs, q, unit, side);
+        Vector p{at * unit[0], at * unit[1], at * unit[2]}, from;
         slope(programs, q, p, from);
         double mu = size(from);
         for (double& component : from) component /= mu;
-        if (turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
+        if (at != 0 && turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
     }
     return out.failure = defined ? Failure::no_momentum : Failure::singular_start;
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <iostream>
 #include <new>
 
 namespace {
@@ -87,7 +88,9 @@ int run(int argc, char** argv, Arguments& arguments) {
     try {
         app.parse(words_of(argc, argv));
     } catch (const CLI::Success& asked) {  // help or version
-        return app.exit(asked);
+        const int status = app.exit(asked);
+        if (!std::cout.flush()) throw RunError("cannot write all of the result to stdout");
+        return status;
     } catch (const CLI::ArgumentMismatch& error) {  // "--size: 1 required WxH missing"
         const std::string text = error.what();
         throw InputError(text.substr(0, text.find(':')) + " needs a value");

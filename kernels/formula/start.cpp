@@ -231,11 +231,12 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
     }
     for (const double side : {1.0, -1.0}) {
         const double at = crossing(programs, q, unit, side);
+        if (at == 0) continue;
         Vector p{at * unit[0], at * unit[1], at * unit[2]}, from;
         slope(programs, q, p, from);
         double mu = size(from);
         for (double& component : from) component /= mu;
-        if (at != 0 && turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
+        if (turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
     }
     return out.failure = defined ? Failure::no_momentum : Failure::singular_start;
 }

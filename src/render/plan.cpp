@@ -263,7 +263,7 @@ const char* describe(Failure failure) {
         case Failure::too_far: return "the start is too far out for numbers of this precision";
         case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
         case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
-        case Failure::no_momentum: return "no momentum with this direction exists here";
+        case Failure::no_momentum: return "no momentum with this direction is found here";
         case Failure::not_converged: return "a step has no solution, however short it is";
         case Failure::not_landed: return "its last step, however short, leads to no place on what it meets";
         case Failure::not_finite: return "the state left the range of the number type, or integrator.rescale is not greater than 0 on the way";

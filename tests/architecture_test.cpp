@@ -146,12 +146,18 @@ TEST(Program, SeesOfTheKernelsTheirAbiAlone) {
 TEST(Program, KeepsEachLibraryInItsRoom) {
     const std::vector<std::pair<const char*, const char*>> homes{
         {"OpenImageIO/", "src/film/openimageio/"}, {"toml++/", "src/scene/toml.cpp"}, {"assimp/", "src/scene/mesh.cpp"},
-        {"CLI/", "src/cli/"},          {"rtcore.h", "src/scene/"},        {"nlohmann/", "src/report/"},
+        {"CLI/", "src/cli/"}, {"rtcore.h", "src/scene/"}, {"nlohmann/", "src/report/"}, {"nlohmann/", "src/scene/gltf_check.cpp"},
     };
     for (const Source& source : sources_below("src"))
-        for (const std::string& name : source.includes)
-            for (const auto& [library, home] : homes)
-                EXPECT_TRUE(!starts_with(name, library) || starts_with(source.path, home)) << source.path << " includes " << name;
+        for (const std::string& name : source.includes) {
+            bool known = false, at_home = false;
+            for (const auto& [library, home] : homes) {
+                if (!starts_with(name, library)) continue;
+                known = true;
+                at_home = at_home || starts_with(source.path, home);
+            }
+            EXPECT_EQ(known, at_home) << source.path << " includes " << name;
+        }
 }
 
 // Only the command line prints, and only it ends the process.

@@ -12,6 +12,17 @@ std::string ply(int vertices, int faces, const std::string& body) {
            "\nproperty list uchar int vertex_indices\nend_header\n" + body;
 }
 
+std::string gltf(const std::string& nodes) {
+    return R"({"asset": {"version": "2.0"}, "nodes": [)" + nodes + "]}";
+}
+
+/// Nodes of which each holds the next.
+std::string chain(int length) {
+    std::string nodes;
+    for (int i = 1; i < length; ++i) nodes += R"({"children": [)" + std::to_string(i) + "]}, ";
+    return gltf(nodes + "{}");
+}
+
 /// Header of 9 lines, vertices from line 10.
 const std::string square = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
@@ -63,7 +74,15 @@ TEST_F(LoadMesh, RefusesBrokenFiles) {
         {"inf.obj", "v 0 0 0\nv 1 0 0\nv 1e400 1 0\nf 1 2 3\n", "is not finite"},
         {"index.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n", "index out of range"},
         {"points.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\n", "has no triangle with an area"},
-        {"junk.glb", "hello", "cannot be read"},
+        {"middle.ply", "ply\nformat middle_endian 1.0\nend_header\n", "middle.ply:2: PLY: format middle_endian is not known"},
+        {"junk.glb", "hello", "junk.glb: glTF: parse error at line 1, column 1"},
+        {"none.gltf", R"({"asset": {"version": "1.0"}})", "cannot be read: it holds no scene"},
+        {"list.gltf", "[]", "list.gltf: glTF: "},
+        {"two.gltf", gltf(R"({"children": [2]}, {"children": [2]}, {})"), "node 2 is a child of two nodes"},
+        {"cycle.gltf", gltf(R"({"children": [1]}, {"children": [0]})"), "within itself"},
+        {"named.gltf", R"({"asset": {"version": "1.0"}, "nodes": {"a": {"children": ["b"]}, "b": {"children": ["a"]}}})", "node a lies"},
+        {"chain.gltf", chain(30000), "lies more than 1000 nodes deep"},
+        {"deep.gltf", std::string(1000000, '['), "brackets nested deeper than 1000"},
     };
     for (const BadMesh& entry : cases) {
         const std::string message = mesh_refusal(entry.name, entry.text);

@@ -2,6 +2,7 @@
 // here.
 #include "scene/mesh.h"
 
+#include "scene/gltf_check.h"
 #include "scene/ply_check.h"
 #include "scene/value.h"
 #include "scene/vector3.h"
@@ -77,13 +78,15 @@ void append_part(const ObjectDescription& object, const aiMesh& part, const aiMa
 }
 
 /// The nodes of a file place its parts; recursion is as deep as the file's tree.
-void append_node(const ObjectDescription& object, const aiScene& file, const aiNode& node, const aiMatrix4x4& parent, int depth,
+void append_node(const ObjectDescription& object, const aiScene& file, const aiNode& node, const aiMatrix4x4& parent,
                  Collected& out) {
-    if (depth > 1000) refuse(object, "nodes nested deeper than 1000");
     const aiMatrix4x4 to_file = parent * node.mTransformation;
     for (unsigned i = 0; i < node.mNumMeshes; ++i) append_part(object, *file.mMeshes[node.mMeshes[i]], to_file, out);
-    for (unsigned i = 0; i < node.mNumChildren; ++i) append_node(object, file, *node.mChildren[i], to_file, depth + 1, out);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) append_node(object, file, *node.mChildren[i], to_file, out);
 }
+
+/// A face of as many is cut into triangles in seconds; the time grows by their square.
+constexpr unsigned most_corners = 30000;
 
 /// Indices are judged before triangulation, which follows them.
 void check_indices(const ObjectDescription& object, const aiScene& file) {
@@ -92,6 +95,9 @@ void check_indices(const ObjectDescription& object, const aiScene& file) {
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
             const aiFace& face = part.mFaces[f];
             if (face.mNumIndices == 0) refuse(object, "face " + std::to_string(f) + " has no vertices");
+            if (face.mNumIndices > most_corners)
+                refuse(object, "face " + std::to_string(f) + " has " + std::to_string(face.mNumIndices) + " vertices: legal are at most " +
+                                   std::to_string(most_corners));
             for (unsigned k = 0; k < face.mNumIndices; ++k) {
                 if (face.mIndices[k] < part.mNumVertices) continue;
                 refuse(object, "face " + std::to_string(f) + " names vertex " + std::to_string(face.mIndices[k]) +
@@ -132,16 +138,18 @@ private:
 
 Collected read_file(const ObjectDescription& object) {
     if (is_ply(object.file)) check_ply(object.file);
+    if (is_gltf(object.file)) check_gltf(object.file);
     Collected collected;
     const Listener listener(collected.warnings);
     try {
         Assimp::Importer importer;
         const aiScene* file = importer.ReadFile(object.file, 0);
-        if (!file || !file->mRootNode) refuse(object, std::string("cannot be read: ") + importer.GetErrorString());
+        const std::string reason = importer.GetErrorString();
+        if (!file || !file->mRootNode) refuse(object, "cannot be read: " + (reason.empty() ? "it holds no scene" : reason));
         check_indices(object, *file);
         file = importer.ApplyPostProcessing(aiProcess_Triangulate);
         if (!file || !file->mRootNode) refuse(object, std::string("cannot be triangulated: ") + importer.GetErrorString());
-        append_node(object, *file, *file->mRootNode, aiMatrix4x4(), 0, collected);
+        append_node(object, *file, *file->mRootNode, aiMatrix4x4(), collected);
         for (const std::string& warning : collected.warnings) {
             if (warning.find("out-of-range") != std::string::npos) refuse(object, warning);
         }

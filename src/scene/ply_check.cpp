@@ -47,6 +47,13 @@ std::size_t size_of(const std::string& type) {
     throw InputError({ply.path, ply.lines, 0}, message);
 }
 
+PlyFormat format_of(const std::string& word, const Ply& ply) {
+    if (word == "ascii") return PlyFormat::ascii;
+    if (word == "binary_little_endian") return PlyFormat::little;
+    if (word == "binary_big_endian") return PlyFormat::big;
+    refuse(ply, "PLY: format " + word + " is not known; legal are ascii, binary_little_endian and binary_big_endian");
+}
+
 bool next_line(std::istream& file, Ply& ply, std::string& line) {
     if (!std::getline(file, line)) return false;
     ++ply.lines;
@@ -79,7 +86,7 @@ void read_header(std::istream& file, Ply& ply) {
         if (word == "end_header") return;
         if (word == "format") {
             words >> word;
-            ply.format = word == "ascii" ? PlyFormat::ascii : word == "binary_big_endian" ? PlyFormat::big : PlyFormat::little;
+            ply.format = format_of(word, ply);
         } else if (word == "element") {
             Element element;
             if (!(words >> element.name >> element.count)) refuse(ply, "PLY: expected: element NAME COUNT");

@@ -134,7 +134,9 @@ std::string to_file(const Value& value, const std::string& name, const std::stri
     const fs::path path = fs::absolute(fs::path(directory) / given).lexically_normal();
     if (fs::is_regular_file(path, error)) return path.string();
     std::string message = name + " = " + written(given) + ": ";
-    message += fs::is_directory(path, error) ? path.string() + " is a directory" : "there is no file " + path.string();
+    message += fs::is_directory(path, error) ? path.string() + " is a directory"
+               : fs::exists(path, error)     ? path.string() + " is a device, a pipe or a socket, not a file"
+                                             : "there is no file " + path.string();
     if (path.string().rfind("/usr/share/assimp/models/", 0) == 0)
         message += "; on Debian the package assimp-testmodels brings it";
     throw InputError(value.place, message);

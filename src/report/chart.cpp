@@ -22,8 +22,8 @@ namespace {
 
 // Sizes in SVG units; the picture scales to the width of its page.
 constexpr double chart_width = 940, chart_height = 520;
-constexpr double plot_left = 72, plot_right = chart_width - 172, plot_top = 14, plot_bottom = chart_height - 52;
-constexpr double label_height = 13;
+constexpr double plot_left = 72, plot_top = 14, plot_bottom = chart_height - 52;
+constexpr double label_height = 13, label_letter = 6.2, label_margin = 18;
 
 std::string general(double value) {
     char buffer[40];
@@ -198,9 +198,9 @@ std::string draw_labels(const LineChart& chart, const Scale& x, const Scale& y) 
         labels[i].at = std::min(labels[i].at, i + 1 < labels.size() ? labels[i + 1].at - apart : plot_bottom);
     std::string svg;
     for (const Label& label : labels) {
-        svg += "<path d=\"M" + fixed(label.x + 5) + " " + fixed(label.y) + " L" + fixed(plot_right + 6) + " " + fixed(label.at) +
+        svg += "<path d=\"M" + fixed(label.x + 5) + " " + fixed(label.y) + " L" + fixed(x.to + 6) + " " + fixed(label.at) +
                " h8\" style=\"fill:none;stroke:" + label.series->color + ";stroke-width:.7;opacity:.45\"/>\n";
-        svg += text(plot_right + 18, label.at + 4, "start", label.series->strong ? "label strong" : "label", label.series->label,
+        svg += text(x.to + label_margin, label.at + 4, "start", label.series->strong ? "label strong" : "label", label.series->label,
                     " style=\"fill:" + label.series->color + "\"");
     }
     return svg;
@@ -210,7 +210,7 @@ std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
     std::string svg;
     if (chart.doubtful > y.least && chart.y.logarithmic) {
         const double edge = y.place(std::min(chart.doubtful, y.greatest));
-        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(plot_right - plot_left) + "\" height=\"" +
+        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(x.to - x.from) + "\" height=\"" +
                fixed(plot_bottom - edge) + "\" style=\"fill:var(--soft);opacity:.12\"/>\n";
         svg += text(plot_left + 8, std::min(edge + 15, plot_bottom - 4), "start", "label", chart.doubtful_label);
     }
@@ -219,17 +219,17 @@ std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
         svg += text(x.place(tick.value), plot_bottom + 18, "middle", "tick", tick.label);
     }
     for (const Tick& tick : ticks_of(y)) {
-        svg += line(plot_left, y.place(tick.value), plot_right, y.place(tick.value), "stroke:var(--grid)");
+        svg += line(plot_left, y.place(tick.value), x.to, y.place(tick.value), "stroke:var(--grid)");
         svg += text(plot_left - 8, y.place(tick.value) + 4, "end", "tick", tick.label);
     }
-    svg += line(plot_left, plot_bottom, plot_right, plot_bottom, "stroke:var(--ink)") +
+    svg += line(plot_left, plot_bottom, x.to, plot_bottom, "stroke:var(--ink)") +
            line(plot_left, plot_top, plot_left, plot_bottom, "stroke:var(--ink)");
-    svg += text(0.5 * (plot_left + plot_right), chart_height - 10, "middle", "axis", chart.x.title);
+    svg += text(0.5 * (x.from + x.to), chart_height - 10, "middle", "axis", chart.x.title);
     svg += text(0, 0, "middle", "axis", chart.y.title,
                 " transform=\"translate(16 " + fixed(0.5 * (plot_top + plot_bottom)) + ") rotate(-90)\"");
     for (const Bound& bound : chart.bounds) {
         if (!y.shows(bound.y)) continue;
-        svg += line(plot_left, y.place(bound.y), plot_right, y.place(bound.y), "stroke:var(--soft);stroke-dasharray:2 3");
+        svg += line(plot_left, y.place(bound.y), x.to, y.place(bound.y), "stroke:var(--soft);stroke-dasharray:2 3");
         svg += text(plot_left + 8, y.place(bound.y) - 4, "start", "label", bound.label);
     }
     return svg;
@@ -243,7 +243,13 @@ std::string opening(double w, double h, const std::string& title) {
 }  // namespace
 
 std::string svg_of(const LineChart& chart) {
-    const Scale x = scale_of(chart, 0, plot_left, plot_right), y = scale_of(chart, 1, plot_bottom, plot_top);
+    std::size_t longest = 25;
+    for (const Series& series : chart.series) longest = std::max(longest, series.label.size());
+    const double right = chart_width - label_margin - label_letter * double(longest);
+    const Scale x = scale_of(chart, 0, plot_left, right), y = scale_of(chart, 1, plot_bottom, plot_top);
+    const auto shown = [&](const auto& point) { return x.shows(point[0]) && y.shows(point[1]); };
+    if (std::none_of(chart.series.begin(), chart.series.end(), [&](const Series& one) { return std::any_of(one.points.begin(), one.points.end(), shown); }))
+        return "";
     std::string svg = opening(chart_width, chart_height, chart.title) + draw_axes(chart, x, y) + draw_labels(chart, x, y);
     for (const bool strong : {false, true})
         for (const Series& series : chart.series)

@@ -45,6 +45,7 @@ struct LineChart {
     double least_y = 0;  ///< a logarithmic y axis shows nothing below; 0: everything
 };
 
+/// Empty where there is no point that the axes can show.
 std::string svg_of(const LineChart& chart);
 
 struct Bar {

@@ -35,6 +35,11 @@ std::string bound_text(const Cheapest& best) {
     return best.error == 0.25 ? "¼ pixel" : html_number(best.error) + " pixel";
 }
 
+/// Whether any ray ends where two methods can be compared: captured rays do not.
+bool has_ends(const ErrorStudy& study) {
+    return std::isfinite(study.reference.uncertainty.p99);
+}
+
 std::string facts(const Plan& plan, const ErrorStudy& study) {
     const ReferenceStory& reference = study.reference;
     std::string text = "<div class=\"facts\">\n";
@@ -43,9 +48,10 @@ std::string facts(const Plan& plan, const ErrorStudy& study) {
                           " pixels of the film");
     text += html_fact(html_text(plan.scene.space.hamiltonian),
                       "bends the light; the scene's own method is " + html_text(plan.scene.integrator.method));
-    text += html_fact(html_number(reference.uncertainty.p99) + " units",
-                      "uncertainty of the reference: " + html_text(reference.method) + " against " +
-                          html_text(reference.confirmed_by) + ", 99 % of the rays");
+    if (has_ends(study))
+        text += html_fact(html_number(reference.uncertainty.p99) + " units",
+                          "uncertainty of the reference: " + html_text(reference.method) + " against " +
+                              html_text(reference.confirmed_by) + ", 99 % of the rays");
     text += html_fact(html_text(plan.module->isa) + ", " + std::to_string(study.options.threads) +
                           (study.options.threads == 1 ? " thread" : " threads"),
                       html_text(processor_name()) + "; kernels by compiler " + html_text(plan.module->compiler));
@@ -178,7 +184,7 @@ std::string data_section(const ErrorStudy& study) {
 }
 
 std::string map_section(const ErrorStudy& study) {
-    if (study.map.truth.empty()) return "";
+    if (study.map.truth.empty() || !has_ends(study)) return "";
     const double within = share_within(study.map, 3);
     return html_figure("Where the picture is wrong", error_map_svg(study.map),
                        "The scene by its own method and step. In the middle what rendering can say of it (the layer position_error), on the "
@@ -194,8 +200,9 @@ std::string reference_section(const ErrorStudy& study) {
            "and its precision change. Where they should end is told by " +
            html_text(r.method) + (r.adaptive ? " at tolerance " : " at step ") + html_number(r.step) + " and confirmed by " +
            html_text(r.confirmed_by) + (r.confirmed_adaptive ? " at tolerance " : " at step ") + html_number(r.confirmed_step) +
-           ": their end points lie " + html_number(r.uncertainty.p50) + " apart (median), " + html_number(r.uncertainty.p99) +
-           " (99 %), " + html_number(r.uncertainty.max) + " at most. " +
+           (has_ends(study) ? ": their end points lie " + html_number(r.uncertainty.p50) + " apart (median), " + html_number(r.uncertainty.p99) +
+                                  " (99 %), " + html_number(r.uncertainty.max) + " at most. "
+                            : std::string(". ")) +
            (r.undecided ? html_number(double(r.undecided)) + " rays on which the two disagree are left out. "
                         : std::string("On how each ray ends they agree throughout. ")) +
            (study.options.repeats == 1 ? std::string("Times are medians of interleaved runs, of long ones that of a single run, on ")
@@ -212,6 +219,8 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
     if (study.interrupted) body += "<p class=\"bad\">Interrupted: some points are missing or were timed less often.</p>\n";
     if (plan.straight)
         body += "<p>Every ray of this scene is a straight line: no integrator runs, and there is no error but rounding.</p>\n";
+    else if (!has_ends(study))
+        body += "<p>Every ray of this scene is captured or fails: there are no ends whose error could be measured.</p>\n";
     body += facts(plan, study) + cheapest_section(study);
     body +=
         html_figure(

@@ -123,6 +123,7 @@ std::string html_table(const std::vector<std::string>& head, const std::vector<s
 }
 
 std::string html_figure(const std::string& heading, const std::string& svg, const std::string& how_to_read) {
+    if (svg.empty()) return "";
     return "<section class=\"keep\"><h2>" + html_text(heading) + "</h2>\n<figure>" + svg + "<figcaption>" +
            html_text(how_to_read) + "</figcaption></figure></section>\n";
 }

@@ -105,14 +105,14 @@ private:
     /// Clocks within a tile's tracing cost a few hundredths of it: a sample of the tiles tells as much.
     static constexpr std::size_t looked_into_every = 4;
 
-    /// How long tiles that are being traced may go on after the end has been called, in seconds.
-    static constexpr double grace = 0.5;
+    /// How long tiles that are being traced may go on after the end has been called, in seconds: a share of a short limit.
+    double grace() const { return std::min(0.5, 0.5 * watch_.time_limit); }
 
     /// What a kernel asks while it is busy with a tile.
     struct HaltedTile {
         Run& run;
         bool told = false;
-        bool ask() { return told = told || (run.halted() && run.seconds() > run.halted_at_ + grace); }
+        bool ask() { return told = told || (run.halted() && run.seconds() > run.halted_at_ + run.grace()); }
     };
 
     double cost(std::size_t i) const { return work_.costs.empty() ? 1 : work_.costs[i]; }

@@ -70,7 +70,7 @@ struct HamiltonianInfo {
     double level;            ///< H0, the level set rays are started on
     const char* method;      ///< default integrator
     double step;             ///< its default step …
-    const char* step_parameter = nullptr;  ///< … for the default value of this parameter, a length or its inverse: it goes with that length
+    const char* step_parameter = nullptr;  ///< … for the default value of this parameter, a length or its inverse, or for each "escape_radius": it goes with that length
     const char* index_parameter = nullptr;  ///< … and of this one, an index of refraction: it goes with its inverse
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
     bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps

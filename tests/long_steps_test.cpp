@@ -109,7 +109,6 @@ TEST_P(LongSteps, ThrownRaysMeetTheFloorOnlyWhereTheyHaveNotLeft) {
     }
 }
 
-// The origin is a place as any other, where a step may end.
 // Where a ray turns back within a step, it is above both ends of the step, and so above the chord: as exactly as pixels of this size ask for.
 TEST_P(LongSteps, ThrownRaysMeetALidBelowTheirTop) {
     const double g = 2, lid = 0.499;
@@ -133,6 +132,29 @@ TEST_P(LongSteps, ThrownRaysMeetALidBelowTheirTop) {
         }
 }
 
+// A step a billion times as long as the scene leads there and back along a parabola that no number of chords follows.
+TEST_P(LongSteps, AreHalvedWhereChordsDoNotFollowThem) {
+    const double g = 0.1, floor = -2;
+    const std::string object = "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-30, -30, -2]\nedge_u = [60, 0, 0]\nedge_v = [0, 60, 0]\n";
+    std::vector<RayInput> rays;
+    for (const double slope : {-0.5, -0.1, 0.0, 0.1, 0.2}) rays.push_back({{0, 0, 0}, {1, 0.2, slope}});
+    for (const double step : {2e3, 2e6, 1e9}) {
+        const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\nn0 = 1\ng = 0.1", "escape_radius = 30", object),
+                                  {"integrator.method=srkn6", "integrator.step=" + std::to_string(step)});
+        const auto starts = start_rays(*plan, rays, "");
+        std::vector<RayEnd> ends;
+        trace(*plan, starts, ends);
+        for (std::size_t i = 0; i < starts.size(); ++i) {
+            SCOPED_TRACE(testing::Message() << "step " << step << ", ray " << i);
+            ASSERT_EQ(ends[i].status, Status::hit);
+            const Parabola ray{starts[i], g};
+            const Double3 meets = ray.at(ray.first([&](const Double3& q) { return q[2] - floor; }, 100));
+            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], meets[k], 1e-6);
+        }
+    }
+}
+
+// The origin is a place as any other, where a step may end.
 TEST_P(LongSteps, RaysGoOnThroughTheOrigin) {
     for (const char* method : {"srkn6", "gauss8", "rk4"}) {
         const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\ng = 1e-300", "step = 0.25\nescape_radius = 10"), {std::string("integrator.method=") + method});

@@ -29,6 +29,7 @@ struct Duct {
     static constexpr double level = 0.5;
     static constexpr const char* method = "srkn6";
     static constexpr double step = 0.2;
+    static constexpr const char* step_parameter = "wavenumber";
 
     template <class V>
     struct Parameters {

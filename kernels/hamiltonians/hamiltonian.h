@@ -10,7 +10,7 @@
 ///   method, step                             what a scene gets that asks for nothing
 ///   energy(k, q, p, pt)                      H
 /// and, where there is something to say,
-///   step_parameter                           the length of the medium, or its inverse, that the default step goes with
+///   step_parameter                           the length of the medium, or its inverse, that the default step goes with; or "escape_radius"
 ///   index_parameter                          the index of refraction whose inverse it goes with: a step is N times as long as its λ
 ///   rescale(k, q)                            Ω > 0: Ω·(H − level) has the same rays, with steps that suit their scale
 ///   captured(k, q, v, pt)                    the ray has ended inside where this is ≤ 0; v is along dq/dλ

@@ -31,6 +31,7 @@ struct Mirage {
     static constexpr double level = 0.5;
     static constexpr const char* method = "srkn6";
     static constexpr double step = 0.1;
+    static constexpr const char* step_parameter = "wavenumber";
 
     template <class V>
     struct Parameters {
@@ -58,12 +59,12 @@ struct Mirage {
         return n(k, q) - k.n_min;
     }
 
-    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step. Where n hardly changes at all,
-    /// by less than 1e-6 n_min per length, that keeps it finite.
+    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step. Where n does not change at all
+    /// what is least keeps that finite.
     template <class V>
     static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
         const V along = k.ripple * k.wavenumber, upward = 3.0 * k.n3 * (q.z * q.z);
-        return 0.2 * max(n(k, q), k.n_min) / sqrt(along * along + upward * upward + 1e-12 * k.n_min * k.n_min);
+        return 0.2 * max(n(k, q), k.n_min) / sqrt(along * along + upward * upward + 1e-30);
     }
 
     /// Separated by components of the momentum: along the ground, and upward.

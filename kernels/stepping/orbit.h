@@ -112,14 +112,14 @@ struct Orbit {
 
 private:
     /// Greatest share by which u may change in a step; and in one that no point of space is asked of, so that its stages keep off u = 0. Inward
-    /// it may be much, where what falls so steeply is captured, and does not come out again.
+    /// it may be much: what comes closest within the step goes out again by `outside` at most, in radians from there.
     struct Change {
-        double outward, inward;
+        double outward, inward, outside;
     };
     template <class System>
-    static constexpr Change in_steps = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4} : Change{0.6, 1.5};
+    static constexpr Change in_steps = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4, 0.4} : Change{0.6, 1.5, 0.6};
     template <class System>
-    static constexpr Change alone = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4} : Change{0.8, 4};
+    static constexpr Change alone = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4, 0.4} : Change{0.8, 4, 4};
     static constexpr int max_corrections = 20;
 
     template <class V>
@@ -221,11 +221,14 @@ private:
         }
     };
 
-    /// A step is cut where r would change by too much: beyond it the curve in space would no longer be a smooth function of the angle.
+    /// A step is cut where r would change by too much: beyond it the curve in space would no longer be a smooth function of the angle. The
+    /// angle to where a ray comes closest is that of a straight line at least, of which the sine is a lower bound.
     template <class V>
     KAGERO_INLINE static V longest(const Motion<V>& m, const V& h, const Change& change) {
         using S = ScalarOf<V>;
-        const V most = m.u * rsqrt(m.u * m.u + m.w * m.w) * pick(m.w > V(S(0)), V(S(change.inward)), V(S(change.outward)));
+        const V inverse = rsqrt(m.u * m.u + m.w * m.w), share = m.u * inverse;
+        const V inward = min(V(S(change.inward)) * share, mul_add(m.w, inverse, V(S(change.outside))));
+        const V most = pick(m.w > V(S(0)), inward, V(S(change.outward)) * share);
         return max(min(h, most), -most);
     }
 

@@ -43,10 +43,11 @@ public:
         start_again(lanes);
     }
 
-    /// Tests the step in `flow` for the lanes of `active`; returns those that hit.
-    std::uint64_t meet(const Flow<V>& flow, std::uint64_t active) {
+    /// Tests the step in `flow` for the lanes of `active`; returns those that hit. Lanes whose step bends by more than chords can follow are
+    /// left out, and out of `active`.
+    std::uint64_t meet(const Flow<V>& flow, std::uint64_t& active) {
         const std::uint64_t leading_out = geometry_.clearance ? active & ~to_bits(clear_.holds(task_.extent(flow))) : active;
-        const std::uint64_t hits = leading_out ? meet_outside(flow, leading_out) : 0;
+        const std::uint64_t hits = leading_out ? meet_outside(flow, leading_out, active) : 0;
         fresh_ &= ~active;
         return hits;
     }
@@ -72,18 +73,21 @@ public:
 private:
     /// Lanes whose step leads out of the box that is known to be clear: another is looked for in the middle of the step, and where that does
     /// not hold the step either, Embree is asked. A box is a part of space, and so stays clear whatever becomes of its lane's ray.
-    __attribute__((noinline)) std::uint64_t meet_outside(const Flow<V>& flow, std::uint64_t lanes) {
+    __attribute__((noinline)) std::uint64_t meet_outside(const Flow<V>& flow, std::uint64_t lanes, std::uint64_t& active) {
         const Curve<V> curve = task_.curve(flow);
         if (geometry_.clearance && clear_.move(*geometry_.clearance, curve.middle(), lanes)) lanes &= ~to_bits(clear_.holds(curve.extent()));
         if (!lanes) return 0;
         const Stopwatch watch(timed_, ticks);
-        return ask(curve, lanes);
+        const V sagitta = chord_only_ ? V(S(0)) : curve.sagitta();
+        const std::uint64_t too_bent = lanes & to_bits(sagitta > V(tolerance_ * S(most_pieces) * S(most_pieces)));
+        active &= ~too_bent;
+        return ask(curve, length_of_pieces(sagitta), lanes & ~too_bent);
     }
 
-    /// Cuts the step into pieces by the sagitta bound, each lane its own number of them, and queries those that no clear box holds. Lanes
+    /// Cuts the step into pieces, each lane its own number of them, and queries those that no clear box holds. Lanes
     /// wait for each other at such pieces, so that one query serves many.
-    std::uint64_t ask(const Curve<V>& curve, std::uint64_t asking) {
-        const V one(S(1)), half(S(0.5)), piece = chord_only_ ? one : length_of_pieces(curve.sagitta());
+    std::uint64_t ask(const Curve<V>& curve, const V& piece, std::uint64_t asking) {
+        const V one(S(1)), half(S(0.5));
         const std::uint64_t cut = geometry_.clearance ? asking & to_bits(piece < one) : 0;  // a whole step was told to ask
         const Extent<V> times = cut ? least_times(curve.speeds()) : Extent<V>{};
         std::uint64_t hits = 0, now = asking;

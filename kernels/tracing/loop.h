@@ -71,7 +71,8 @@ private:
     void enter(const RayStarts<W>& starts, std::uint64_t lanes);
     void advance_once();
     std::uint64_t stopped(std::uint64_t moving) const;
-    std::uint64_t leave(std::uint64_t moving);
+    void count(std::uint64_t moving);
+    std::uint64_t leave(std::uint64_t& moving);
     std::uint64_t repeat_to_crease(std::uint64_t moving);
     V length_to_crease(std::uint64_t lanes, const V& first);
     std::uint64_t not_yet_rejected(std::uint64_t lanes) const;
@@ -178,13 +179,7 @@ void PacketTracer<V>::advance_once() {
         nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
     }
     if (task_.kernel.creased) moving &= ~repeat_to_crease(moving);
-    const MaskOf<V> moved = from_bits<V>(moving);
-    steps_ = pick(moved, steps_ + V(S(1)), steps_);
-    if (flow_.want_energy) {
-        const MaskOf<V> meant = moved & (flow_.end.domain > V(S(0)));
-        worst_energy_ = pick(meant, max(worst_energy_, flow_.energy_error), worst_energy_);
-    }
-    const std::uint64_t staying = moving & ~leave(moving);
+    const std::uint64_t leaving = leave(moving), staying = moving & ~leaving;
     if (job_.path_sink) report_path(flow_, staying, false);
     commit(moving, staying);
 }
@@ -199,16 +194,33 @@ KAGERO_INLINE std::uint64_t PacketTracer<V>::stopped(std::uint64_t moving) const
     return moving & ~to_bits(going);
 }
 
-/// The lanes of `moving` whose rays end with this step: they wait for landing, or are retired at once.
+/// Steps that are taken count.
 template <class V>
-std::uint64_t PacketTracer<V>::leave(std::uint64_t moving) {
-    std::uint64_t staying = moving;
+KAGERO_INLINE void PacketTracer<V>::count(std::uint64_t moving) {
+    const MaskOf<V> moved = from_bits<V>(moving);
+    steps_ = pick(moved, steps_ + V(S(1)), steps_);
+    if (flow_.want_energy) {
+        const MaskOf<V> meant = moved & (flow_.end.domain > V(S(0)));
+        worst_energy_ = pick(meant, max(worst_energy_, flow_.energy_error), worst_energy_);
+    }
+}
+
+/// The lanes of `moving` whose rays end with this step: they wait for landing, or are retired at once. Those whose step is too long to be
+/// tested against the scene take half of it, and move no more.
+template <class V>
+std::uint64_t PacketTracer<V>::leave(std::uint64_t& moving) {
     const Vec3<V> q = flow_.end.q();
     const std::uint64_t outward = to_bits(dot(q, flow_.end.velocity) > V(S(0)));
     V exit, farthest;
     std::uint64_t away = moving & outward_ & ~outward;
     if (away) away = excursions(away, exit, farthest);
-    std::uint64_t hits = encounter_ ? encounter_->meet(flow_, moving) : 0;
+    std::uint64_t tested = moving, hits = encounter_ ? encounter_->meet(flow_, tested) : 0;
+    if (tested != moving) {
+        repeat(moving & ~tested, V(S(0.5)) * flow_.h);
+        moving = tested, away &= moving;
+    }
+    count(moving);
+    std::uint64_t staying = moving;
     if (!(hits | away | stopped(moving))) {
         outward_ = (outward_ & ~moving) | (outward & moving);
         return 0;

@@ -1,7 +1,6 @@
 #include "render/units.h"
 
 #include <cmath>
-#include <optional>
 #include <string_view>
 
 namespace kagero {
@@ -11,35 +10,34 @@ namespace {
 /// Scenes of a size within 2^±this are left alone; float holds the fourth powers of such lengths.
 constexpr int ordinary = 30;
 
-/// The power of length in the unit of a parameter.
-std::optional<int> power_of_length(const char* unit) {
-    const std::string_view text = unit;
-    if (text == "1" || text.empty()) return 0;
-    if (text == "scene lengths") return 1;
-    if (text == "1/length") return -1;
-    if (text == "1/length^2") return -2;
-    if (text == "1/length^3") return -3;
-    return {};
-}
-
 void divide(Double3& lengths, double unit) {
     for (double& x : lengths) x /= unit;
 }
 
 }  // namespace
 
+std::optional<int> power_of_length(const ParameterInfo& parameter) {
+    const std::string_view unit = parameter.unit;
+    if (unit == "1" || unit == "whole number" || unit.empty()) return 0;
+    if (unit == "scene lengths") return 1;
+    if (unit == "1/length") return -1;
+    if (unit == "1/length^2") return -2;
+    if (unit == "1/length^3") return -3;
+    return {};
+}
+
 double length_unit(const SceneDescription& scene, const HamiltonianInfo& info) {
     const int size = std::ilogb(scene.integrator.escape_radius);
     if (std::abs(size) <= ordinary || scene.space.formula || scene.integrator.rescaling) return 1;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
-        if (!power_of_length(info.parameters[i].unit)) return 1;
+        if (!power_of_length(info.parameters[i])) return 1;
     return std::scalbn(1.0, size);
 }
 
 void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double unit) {
     if (unit == 1) return;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
-        scene.space.parameters[i].second *= std::pow(unit, -power_of_length(info.parameters[i].unit).value_or(0));
+        scene.space.parameters[i].second *= std::pow(unit, -power_of_length(info.parameters[i]).value_or(0));
     divide(scene.space.center, unit);
     scene.integrator.escape_radius /= unit;
     divide(scene.camera.position, unit), divide(scene.camera.look_at, unit);

@@ -4,7 +4,12 @@
 
 #include "scene/description.h"
 
+#include <optional>
+
 namespace kagero {
+
+/// The power of length in the unit of a parameter, if the unit is known.
+std::optional<int> power_of_length(const ParameterInfo& parameter);
 
 /// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size, for formulas, and for spaces whose
 /// parameters have units that are not known.

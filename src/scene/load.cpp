@@ -119,17 +119,19 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
     return wants_control && !is_adaptive && !info.creased ? adaptive : info.method;
 }
 
-/// The default step, in proportion to the length of the medium that it is for; and to the inverse of its index, as what counts is the way
-/// of a step.
-double default_step(const HamiltonianInfo& info, const SpaceDescription& space) {
+/// The default step, in proportion to the length that it is for, and to the inverse of the medium's index, as what counts is the way of a
+/// step. What hardly bends light is crossed in steps as long as the escape sphere is wide, no longer.
+double default_step(const HamiltonianInfo& info, const SpaceDescription& space, double escape_radius) {
     const auto over_default = [&](const char* name) {
         if (!name) return 1.0;
+        if (name == std::string_view("escape_radius")) return escape_radius;
         const auto named = [&](const ParameterInfo& parameter) { return parameter.name == std::string_view(name); };
         const ParameterInfo& parameter = *std::find_if(info.parameters, info.parameters + info.parameter_count, named);
-        const double ratio = space.parameters[static_cast<std::size_t>(&parameter - info.parameters)].second / parameter.fallback;
+        const double ratio = std::abs(space.parameters[static_cast<std::size_t>(&parameter - info.parameters)].second / parameter.fallback);
         return std::string_view(parameter.unit).starts_with("1/") ? 1 / ratio : ratio;
     };
-    return info.step * over_default(info.step_parameter) / over_default(info.index_parameter);
+    const double step = info.step * over_default(info.step_parameter) / over_default(info.index_parameter);
+    return info.step_parameter ? std::min(step, escape_radius) : step;
 }
 
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
@@ -139,7 +141,8 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     IntegratorDescription integrator;
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
     integrator.method = default_method(section, info, catalogue);
-    integrator.step = default_step(info, space);
+    read(section, "escape_radius", integrator.escape_radius, positive_length);
+    integrator.step = default_step(info, space, integrator.escape_radius);
     if (const Value* symmetry = find(section, "symmetry")) {
         static const std::vector<std::string> known{"auto", "none"};
         integrator.symmetry = known[to_choice(*symmetry, "integrator.symmetry", known)];
@@ -158,7 +161,6 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     read(section, "tolerance", integrator.tolerance, {0, 1, true, true});
     if (const Value* tolerance = find(section, "tolerance")) integrator.tolerance_place = tolerance->place;
     read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});
-    read(section, "escape_radius", integrator.escape_radius, positive_length);
     read(section, "max_pixel_error", integrator.max_pixel_error, {0, 1e6, true});
     if (const Value* steps = find(section, "max_steps")) {
         integrator.max_steps = to_count(*steps, "integrator.max_steps", 1, std::numeric_limits<std::uint32_t>::max());

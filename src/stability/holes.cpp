@@ -96,6 +96,19 @@ void coarse_steps(Trial& trial) {
             expect_class_or_failure(trial, *plan, well_inside, Status::captured, most_failed, how);
             expect_class_or_failure(trial, *plan, well_outside, Status::escaped, most_failed, how);
         }
+    // In the orbit plane steps are cut, so that what is met is what short steps meet.
+    const std::string wall = "[[object]]\nname = \"wall\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 19\n";
+    for (const char* method : {"orbit-srkn6", "orbit-srkn11", "orbit-srkn14"}) {
+        const auto meets = [&](double step) { return trial.ends(*trial.plan(hole(method, step) + wall), fan(well_outside, 18)); };
+        const auto plan = trial.plan(hole(method, 1000));
+        expect_class_or_failure(trial, *plan, well_inside, Status::captured, 0, method);
+        expect_class_or_failure(trial, *plan, well_outside, Status::escaped, 0, method);
+        const auto coarse = meets(1000), fine = meets(0.1);
+        for (std::size_t i = 0; i < fine.size(); ++i) {
+            trial.expect_status(coarse[i], Status::hit, std::string("the wall around, ") + method);
+            trial.measure("the wall around is met off by", distance(coarse[i].q, {fine[i].q[0], fine[i].q[1], fine[i].q[2]}), 0.1);
+        }
+    }
 }
 
 }  // namespace kagero::stability

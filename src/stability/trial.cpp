@@ -19,6 +19,12 @@ up = [0, 0, 1]
 size = [8, 8]
 )";
 
+std::string text_of(const Double3& a) {
+    std::string text = "[";
+    text += number(a[0]) + ", " + number(a[1]) + ", " + number(a[2]);
+    return text += "]";
+}
+
 bool is_finite(const RayEnd& end) {
     double sum = end.parameter + end.pt;
     for (int k = 0; k < 3; ++k) sum += std::abs(end.q[k]) + std::abs(end.v[k]);
@@ -114,6 +120,11 @@ std::string three_digits(double value) {
 
 std::string space_text(const std::string& hamiltonian, const std::string& parameters, const std::string& integrator) {
     return "[space]\nhamiltonian = \"" + hamiltonian + "\"\n" + parameters + "\n[integrator]\n" + integrator + "\n";
+}
+
+std::string rectangle(const std::string& name, const Double3& origin, const Double3& u, const Double3& v) {
+    return "[[object]]\nname = \"" + name + "\"\nshape = \"rectangle\"\norigin = " + text_of(origin) +
+           "\nedge_u = " + text_of(u) + "\nedge_v = " + text_of(v) + "\n";
 }
 
 std::string number(double value) {

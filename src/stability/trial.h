@@ -63,6 +63,7 @@ private:
 
 // Texts of scenes.
 std::string space_text(const std::string& hamiltonian, const std::string& parameters, const std::string& integrator);
+std::string rectangle(const std::string& name, const Double3& origin, const Double3& u, const Double3& v);
 std::string number(double value);
 /// For people.
 std::string three_digits(double value);

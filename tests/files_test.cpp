@@ -149,6 +149,20 @@ TEST_F(Files, AToleranceIsKept) {
     EXPECT_EQ(too_fine.err.find("integrator.step"), std::string::npos) << too_fine.err;
 }
 
+// Rays that are cut off are told like those that fail: where it is more than a few.
+TEST_F(Files, RaysWithoutAnEndAreTold) {
+    const auto told_with = [&](const char* max_steps) {
+        return run(std::string("render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 -D integrator.max_steps=") + max_steps).err;
+    };
+    EXPECT_NE(told_with("3").find("no ray ended within integrator.max_steps = 3 steps"), std::string::npos);
+    const json report = json::parse(run("render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 --quiet --json -D integrator.max_steps=20").out);
+    const int endless = report["status"]["step_limit"];
+    ASSERT_GT(endless, 2);
+    ASSERT_LT(endless, 256);
+    EXPECT_NE(told_with("20").find(std::to_string(endless) + " of 256 rays did not end"), std::string::npos) << told_with("20");
+    EXPECT_EQ(told_with("10000").find("max_steps"), std::string::npos);
+}
+
 // In an observer's frame too: neither squares of it that overflow nor those that vanish.
 TEST_F(Files, TheLengthOfADirectionDoesNotMatter) {
     for (const char* length : {"1", "1e150", "1e300", "1e-150", "1e-300", "4e-320"}) {

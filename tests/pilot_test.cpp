@@ -54,13 +54,16 @@ TEST_F(MaxPixelError, IsMetWhereAllRaysAreCaptured) {
     EXPECT_EQ(run("compare hole.toml --size 8x8 --rounds 1 --quiet --strategy packet --equal-error 0.25 -D camera.fov=0.5").status, 0);
 }
 
-// Seen from far away the rays around a hole are all ill-conditioned: where none was compared nothing is promised.
-TEST_F(MaxPixelError, IsNotMetByRaysThatNobodyCompared) {
+// Seen from far away the rays around a hole are all ill-conditioned: what is promised then is another pixel, and that is said.
+TEST_F(MaxPixelError, SaysWhatAPixelIsWhereRaysAreIllConditioned) {
     const auto plan = plan_of_file((directory_ / "hole.toml").string(), {"camera.position=[0,-10000,0]", "camera.fov=0.006", "film.size=[32,32]",
                                                        "integrator.escape_radius=20000", "integrator.max_pixel_error=0.25"});
     fit_to_error(*plan);
     ASSERT_TRUE(plan->pilot && plan->pilot->met);
     EXPECT_GT(plan->pilot->estimate, 0);
+    EXPECT_GT(plan->pilot->ill_conditioned, 0.5);
+    ASSERT_FALSE(plan->remarks.empty());
+    EXPECT_NE(plan->remarks.back().find("turn their neighbours apart more than a thousandfold"), std::string::npos) << plan->remarks.back();
 }
 
 // Where nothing can be measured the picture is drawn all the same, as the scene says, with a warning.

@@ -127,8 +127,9 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
     constexpr double many = 0.01, large = 0.01;
     const auto count = [&](Status status) { return double(report.status[static_cast<int>(status)]); };
     const double rays = double(report.rays);
-    if (rays > 0 && count(Status::step_limit) == rays)
-        terminal.warning("no ray ended within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps");
+    if (const double endless = count(Status::step_limit); endless > many * rays)
+        terminal.warning((endless == rays ? "no ray ended" : rounded(endless) + " of " + rounded(rays) + " rays did not end") +
+                         " within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps, and show black");
     if (count(Status::failed) > many * rays)
         terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. Where it is a step, " +
                          (plan.module->integrators[plan.job.integrator].adaptive ? "another integrator.tolerance" : "a smaller integrator.step") + " may do");

@@ -56,6 +56,18 @@ void remark_on_stated(Plan& plan, const IntegratorDescription& stated, bool adap
     if (stated.tolerance_place) say("tolerance", stated.tolerance);
 }
 
+/// Of rays that turn their neighbours apart a pixel is not that of a straight ray.
+void remark_on_ill_conditioned(Plan& plan) {
+    constexpr double few = 0.01;
+    if (!(plan.pilot->ill_conditioned > few)) return;
+    std::ostringstream remark;
+    remark.precision(2);
+    remark << "integrator.max_pixel_error: " << 100 * plan.pilot->ill_conditioned
+           << " % of the pilot's rays turn their neighbours apart more than a thousandfold; the pixel of such a ray is a thousandth of what it shows, "
+              "not that of a straight ray";
+    plan.remarks.push_back(remark.str());
+}
+
 struct Choice {
     const StudyCurve* curve = nullptr;
     const StudyPoint* point = nullptr;
@@ -79,13 +91,17 @@ Choice cheapest_within(Plan& plan, const ErrorStudy& study, double bound) {
 
 void take(Plan& plan, const ErrorStudy& study, const Choice& choice) {
     const auto& [curve, point, kernel, cost] = choice;
-    if (point->errors.compared + point->errors.ill > 0) plan.pilot->estimate = std::max(point->errors.pixels.p99, study.reference.pixels.p99);
+    if (const double compared = double(point->errors.compared + point->errors.ill); compared > 0) {
+        plan.pilot->estimate = std::max(point->errors.pixels.p99, study.reference.pixels.p99);
+        plan.pilot->ill_conditioned = double(point->errors.ill) / compared;
+    }
     auto variant = find_variant(plan, curve->method, *kernel, point->step);
     if (curve->loose) variant->solver_tolerance = point->solver_tolerance;
     follow(plan, *variant);
     const IntegratorDescription stated = plan.scene.integrator;
     tell_scene(plan, *curve, *point);
     remark_on_stated(plan, stated, curve->info->adaptive);
+    remark_on_ill_conditioned(plan);
 }
 
 }  // namespace

@@ -35,6 +35,7 @@ struct Pilot {
     std::uint64_t rays = 0;
     double bound = 0, estimate = 0;  ///< pixels; of the error of 99 % of the rays
     bool met = false;
+    double ill_conditioned = 0;  ///< share of the rays that turn their neighbours apart so much that their pixels count as larger
 };
 
 /// What following some of the rays in float showed, where the options leave the precision open.

@@ -94,6 +94,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     if (plan.pilot) {
         json["max_pixel_error"] = plan.pilot->bound;
         json["pixel_error_estimate"] = plan.pilot->met ? Json(plan.pilot->estimate) : Json();
+        json["pixel_error_ill_conditioned"] = plan.pilot->ill_conditioned;
     }
     json["interrupted"] = report.interrupted;
     json["out_of_time"] = report.out_of_time;

@@ -130,8 +130,8 @@ double default_step(const HamiltonianInfo& info, const SpaceDescription& space, 
         const double ratio = std::abs(space.parameters[static_cast<std::size_t>(&parameter - info.parameters)].second / parameter.fallback);
         return std::string_view(parameter.unit).starts_with("1/") ? 1 / ratio : ratio;
     };
-    const double step = info.step * over_default(info.step_parameter) / over_default(info.index_parameter);
-    return info.step_parameter ? std::min(step, escape_radius) : step;
+    const double way = info.step * over_default(info.step_parameter);
+    return (info.step_parameter ? std::min(way, escape_radius) : way) / over_default(info.index_parameter);
 }
 
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {

@@ -23,6 +23,16 @@ std::string chain(int length) {
     return gltf(nodes + "{}");
 }
 
+/// One face of so many corners.
+std::string polygon(int corners) {
+    std::string vertices, face = "f";
+    for (int i = 0; i < corners; ++i) {
+        vertices += "v " + std::to_string(i) + " " + std::to_string(i % 2) + " 0\n";
+        face += " " + std::to_string(i + 1);
+    }
+    return vertices + face + "\n";
+}
+
 /// Header of 9 lines, vertices from line 10.
 const std::string square = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
@@ -74,6 +84,7 @@ TEST_F(LoadMesh, RefusesBrokenFiles) {
         {"inf.obj", "v 0 0 0\nv 1 0 0\nv 1e400 1 0\nf 1 2 3\n", "is not finite"},
         {"index.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n", "index out of range"},
         {"points.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\n", "has no triangle with an area"},
+        {"polygon.obj", polygon(30001), "face 0 has 30001 vertices: legal are at most 30000"},
         {"middle.ply", "ply\nformat middle_endian 1.0\nend_header\n", "middle.ply:2: PLY: format middle_endian is not known"},
         {"junk.glb", "hello", "junk.glb: glTF: parse error at line 1, column 1"},
         {"none.gltf", R"({"asset": {"version": "1.0"}})", "cannot be read: it holds no scene"},

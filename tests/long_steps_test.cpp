@@ -71,7 +71,7 @@ TEST_P(LongSteps, ThrownRaysLeaveTheSphereWhereTheyFirstMeetIt) {
                 RayStart start = starts[i];
                 for (double& x : start.q) x *= unit;
                 const Parabola way{start, g};
-                const double t = way.first([&](const Double3& q) { return inside(q, radius); }, 50 * radius);
+                const double t = way.first([&, radius = radius](const Double3& q) { return inside(q, radius); }, 50 * radius);
                 const Double3 end = way.at(t);
                 for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], end[k], 1e-6 * radius);
                 EXPECT_NEAR(ends[i].parameter, t, 1e-6 * radius);

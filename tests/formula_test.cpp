@@ -217,7 +217,8 @@ TEST(FormulaSpace, PacketsAndSingleRaysAgree) {
 TEST(FormulaSpace, StartsAlongTheDirection) {
     const char* const energies[] = {"0.5*(px^2 + 2*py^2 + pz^2 + px*py)", "0.25*(px^4 + py^4 + pz^4) + 0.1*px*py", "sqrt(px^2 + py^2 + 3*pz^2)",
                                     "0.5*((px - y)^2 + (py + x)^2 + pz^2)", "exp(px^2 + py^2 + pz^2) - 1",
-                                    "px^4 + py^4 + pz^4", "1e-8*(px^6 + py^6 + pz^6)", "2 - px^4 - 2*py^4 - pz^4"};
+                                    "px^4 + py^4 + pz^4", "1e-8*(px^6 + py^6 + pz^6)", "2 - px^4 - 2*py^4 - pz^4",
+                                    "(px - 1000)^4 + (py + 500)^4 + (pz - 3000)^4"};
     for (const std::string energy : energies) {
         const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = 0.5\nH = \"" + energy + "\"\n" + rest, {}, {}, false);
         const std::vector<RayInput> rays{{{0.3, 0.2, 0.1}, {1, 2, 3}}, {{0.3, 0.2, 0.1}, {-2, 0.1, 0.4}}, {{0, 0, 0}, {0.1, -1, 0.2}}, {{0, 0, 0}, {0, 1, 1e-3}}};

@@ -12,7 +12,8 @@ using Vector = std::array<double, 3>;
 
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double size(const Vector& a) { return std::sqrt(dot(a, a)); }
-double distance(const Vector& a, const Vector& b) { return size({a[0] - b[0], a[1] - b[1], a[2] - b[2]}); }
+Vector moved(const Vector& a, double by, const Vector& along) { return {a[0] + by * along[0], a[1] + by * along[1], a[2] + by * along[2]}; }
+double distance(const Vector& a, const Vector& b) { return size(moved(a, -1, b)); }
 
 /// H − H0 at (q, p), with its first and second derivatives by p: by three, or with p_t by four.
 template <std::size_t n>
@@ -115,13 +116,13 @@ bool converge(const Programs& programs, const double (&q)[3], const Vector& d, V
     return last < enough;
 }
 
-/// Where on the line along d, ahead (side 1) or behind (−1), H − H0 changes its sign, upward along d; the innermost of such places, 0 where
-/// there are none.
-double crossing(const Programs& programs, const double (&q)[3], const Vector& d, double side) {
+/// Where on the line from `c` along d, ahead (side 1) or behind (−1), H − H0 changes its sign, upward along d: how far, on the innermost of
+/// such places; 0 where there are none.
+double crossing(const Programs& programs, const double (&q)[3], const Vector& c, const Vector& d, double side) {
     constexpr double nearest = 1e-12, farthest = 1e12;
     const auto value = [&](double at) {
         Vector unused;
-        return side * slope(programs, q, {side * at * d[0], side * at * d[1], side * at * d[2]}, unused);
+        return side * slope(programs, q, moved(c, side * at, d), unused);
     };
     double below = nearest, above = 2 * below;
     for (; above < farthest; below = above, above *= 2)
@@ -129,6 +130,24 @@ double crossing(const Programs& programs, const double (&q)[3], const Vector& d,
     if (!(above < farthest)) return 0;
     for (double middle; middle = 0.5 * (below + above), below < middle && middle < above;) (value(middle) < 0 ? below : above) = middle;
     return side * above;
+}
+
+/// A place within the level set of H0, from where it is crossed in every direction if it is convex: on the way from p = 0 to where H is least,
+/// or greatest (side −1), by Newton's method. p = 0 where there is none.
+Vector place_within(const Programs& programs, const double (&q)[3], double side) {
+    constexpr int most = 100;
+    Vector p{};
+    for (int i = 0; i < most; ++i) {
+        const Expansion<3> e = expand<3>(programs, q, p);
+        if (!e.finite()) break;
+        if (side * e.value < 0) return p;
+        std::array<Vector, 3> g = e.hessian;
+        Vector step = e.gradient;
+        for (int k = 0; k < 3; ++k) g[k][k] += std::numeric_limits<double>::min();
+        solve_linear(3, g.data(), step.data());
+        p = moved(p, -1, step);
+    }
+    return {};
 }
 
 /// Newton's method until its steps get no shorter, which along flat directions of H is long after the equations hold. False when it does not
@@ -201,8 +220,8 @@ bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>
 }
 
 /// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians have; then both
-/// methods from guesses along d, from |p| = 1 outward to both sides; at last from where H = H0 on that line, by turning. The first solution
-/// is taken.
+/// methods from guesses along d, from |p| = 1 outward to both sides; at last from where H = H0 on lines along d, by turning. The first
+/// solution is taken.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out) {
     out = {{q[0], q[1], q[2]}, {0, 0, 0}, programs.pt, Failure::none, false, false};
     const double length = std::hypot(d[0], d[1], d[2]);
@@ -218,7 +237,7 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
     constexpr double guesses[] = {0, 1, 0.5, 2, 0.125, 8, 1.0 / 64, 64, 1e-4, 1e4};
     bool defined = false;
     for (const double guess : guesses) {
-        const Vector start{guess * unit[0], guess * unit[1], guess * unit[2]};
+        const Vector start = moved({}, guess, unit);
         const Expansion<3> e = expand<3>(programs, q, start);
         if (!e.finite()) continue;
         defined = true;
@@ -229,15 +248,18 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
             if (solves(p, mu)) return Failure::none;
         }
     }
-    for (const double side : {1.0, -1.0}) {
-        const double at = crossing(programs, q, unit, side);
-        if (at == 0) continue;
-        Vector p{at * unit[0], at * unit[1], at * unit[2]}, from;
-        slope(programs, q, p, from);
-        double mu = size(from);
-        for (double& component : from) component /= mu;
-        if (turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
-    }
+    for (const double side : {1.0, -1.0})
+        for (const bool from_within : {false, true}) {
+            const Vector c = from_within ? place_within(programs, q, side) : Vector{};
+            if (from_within && size(c) == 0) continue;
+            const double at = crossing(programs, q, c, unit, side);
+            if (at == 0) continue;
+            Vector p = moved(c, at, unit), from;
+            slope(programs, q, p, from);
+            double mu = size(from);
+            for (double& component : from) component /= mu;
+            if (turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
+        }
     return out.failure = defined ? Failure::no_momentum : Failure::singular_start;
 }
 

@@ -25,7 +25,10 @@ public:
         collect();
         find_squares();
         if (failed_ || squares_ == 0) return sum;
-        int total = sum_of(terms_, [this](int i) { return group_[i] < 0; });
+        Terms rest;
+        for (int i = 0; i < terms_.count; ++i)
+            if (group_[i] < 0) append(rest, terms_.term[i]);
+        int total = sum_of(rest);
         for (int g = 0; g < squares_; ++g) total = t_.add(total, square(g));
         return total;
     }
@@ -33,6 +36,7 @@ public:
 private:
     static constexpr int most_bases = 24, most_terms = 48, most_squares = 4, greatest_power = 126 /* in halves */, greatest_depth = 200;
 
+    enum class Bases { all, inputs, others };
     struct Term {
         double coefficient = 0;
         signed char power[most_bases]{};  ///< of each base, in halves
@@ -190,8 +194,8 @@ private:
         }
         for (int i = 0; i < roots.count; ++i)
             for (int k = 0; k < bases_count_; ++k) roots.term[i].power[k] = static_cast<signed char>((roots.term[i].power[k] - common.power[k]) / 2);
-        const int sum = sum_of(roots, [](int) { return true; });
-        return t_.mul(times(t_.constant(common.coefficient), common, [](int) { return true; }), t_.mul(sum, sum));
+        const int sum = sum_of(roots);
+        return t_.mul(times(t_.constant(common.coefficient), common, Bases::all), t_.mul(sum, sum));
     }
     /// Of powers with the same remainder the one that both have; where their signs differ, the remainder.
     static constexpr signed char nearer_to_none(int a, int b, int modulus) {
@@ -200,36 +204,32 @@ private:
         return static_cast<signed char>(a % modulus);
     }
 
-    /// The terms that `wanted(i)` selects; those that share all but inputs share the product of it.
-    template <class Wanted>
-    constexpr int sum_of(const Terms& terms, const Wanted& wanted) {
+    /// Terms that share all but inputs share the product of it.
+    constexpr int sum_of(const Terms& terms) {
         bool done[most_terms]{};
-        const auto inputs = [this](int b) { return is_input(b); };
-        const auto others = [this](int b) { return !is_input(b); };
         int total = t_.constant(0);
         for (int i = 0; i < terms.count; ++i) {
-            if (done[i] || !wanted(i)) continue;
+            if (done[i]) continue;
             const Term& first = terms.term[i];
             int inner = t_.constant(0);
             for (int j = i; j < terms.count; ++j) {
                 const Term& term = terms.term[j];
-                if (done[j] || !wanted(j) || (term.coefficient != first.coefficient && term.coefficient != -first.coefficient)) continue;
+                if (done[j] || (term.coefficient != first.coefficient && term.coefficient != -first.coefficient)) continue;
                 bool alike = true;
                 for (int k = 0; k < bases_count_; ++k) alike = alike && (is_input(k) || term.power[k] == first.power[k]);
                 if (!alike) continue;
-                const int product = times(t_.constant(1), term, inputs);
+                const int product = times(t_.constant(1), term, Bases::inputs);
                 inner = term.coefficient == first.coefficient ? t_.add(inner, product) : t_.sub(inner, product);
                 done[j] = true;
             }
-            total = t_.add(total, t_.mul(times(t_.constant(first.coefficient), first, others), inner));
+            total = t_.add(total, t_.mul(times(t_.constant(first.coefficient), first, Bases::others), inner));
         }
         return total;
     }
-    /// node · the term's powers of the bases that `wanted(b)` selects.
-    template <class Wanted>
-    constexpr int times(int node, const Term& term, const Wanted& wanted) {
+    /// node · the term's powers of these bases.
+    constexpr int times(int node, const Term& term, Bases bases) {
         for (int b = 0; b < bases_count_; ++b) {
-            if (!wanted(b)) continue;
+            if (bases != Bases::all && is_input(b) != (bases == Bases::inputs)) continue;
             int halves = term.power[b];
             for (; halves >= 2; halves -= 2) node = t_.mul(node, bases_[b]);
             if (halves == 1) node = t_.mul(node, t_.sqrt(bases_[b]));

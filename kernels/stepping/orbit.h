@@ -15,6 +15,7 @@
 #pragma once
 
 #include "kernels/stepping/composition.h"
+#include "kernels/stepping/orbit_frame.h"
 
 namespace kagero {
 
@@ -36,7 +37,7 @@ struct Orbit {
 
     template <class System, class V>
     static void begin(const System& system, Flow<V>& f, const Coefficients&) {
-        const Plane<V> plane(f.start, f.start.velocity);
+        const OrbitFrame<V> plane(f.start, f.start.velocity);
         f.start.carry[0] = f.end.carry[0] = plane.across * mul_add(plane.u, delay(system, plane.u), recip(plane.u));
         f.start.velocity = plane.velocity();
         f.start.scale = no_bound<V>();
@@ -44,8 +45,8 @@ struct Orbit {
 
     template <class System, class V>
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
-        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start.velocity);
-        Motion<V> m(system, f, plane);
+        const OrbitFrame<V> plane = OrbitFrame<V>::by_angle(f.start, f.start.velocity);
+        OrbitMotion<V> m(system, f, plane);
         f.h = longest<V>(m, f.h, in_steps<System>);
         turn(system, coefficients, f.h, m);
         f.gradients += kicks<V>(coefficients);
@@ -58,12 +59,12 @@ struct Orbit {
     static void pass(const System& system, Flow<V>& f, const Coefficients& coefficients, Passage<V>& way) {
         using S = ScalarOf<V>;
         const V zero(S(0)), rim(S(1 / way.radius));
-        const Plane<V> plane = Plane<V>::by_angle(f.start, f.start.velocity);
-        Motion<V> m(system, f, plane);
+        const OrbitFrame<V> plane = OrbitFrame<V>::by_angle(f.start, f.start.velocity);
+        OrbitMotion<V> m(system, f, plane);
         V angle(zero), steps(zero);
         MaskOf<V> open = way.h > zero, arriving = never<V>();
         for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
-            Motion<V> next = m;
+            OrbitMotion<V> next = m;
             const V h = pick(open, longest<V>(m, way.h, alone<System>), zero);
             turn(system, coefficients, h, next);
             way.issued_steps += 1, way.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(open)));
@@ -91,7 +92,7 @@ struct Orbit {
             const MaskOf<V> there = moving & (abs(back * back * back) <= rounding);
             const MaskOf<V> turning = m.want_parameter ? moving : moving & !there;
             if (any(turning)) {
-                Motion<V> next = m;
+                OrbitMotion<V> next = m;
                 turn(system, coefficients, back, next);
                 m.take(next, turning);
             }
@@ -127,104 +128,10 @@ private:
         return V(ScalarOf<V>(std::numeric_limits<float>::max()));
     }
 
-    /// A ray in the plane of its orbit, and where that plane lies in space.
-    template <class V>
-    struct Plane {
-        using S = ScalarOf<V>;
-        Vec3<V> out, around;  ///< unit vectors along q, and across it, the way the ray goes
-        V u, w, across;       ///< 1/r, du/dφ; the velocity across the radius
-
-        /// A ray that hardly turns is kept from being radial, by some roundings.
-        KAGERO_INLINE Plane(const State<V>& s, const Vec3<V>& velocity) {
-            const Vec3<V> q = s.q();
-            u = rsqrt(dot(q, q));
-            out = u * q;
-            const V radial = dot(out, velocity);
-            const Vec3<V> turning = retreat(velocity, radial, out);
-            const V least = V(S(16) * machine_epsilon<S>) * radial, square = dot(turning, turning);
-            const V inverse = rsqrt(max(max(square, least * least), V(S(std::numeric_limits<float>::min()))));
-            around = inverse * turning;
-            across = recip(inverse);
-            w = -(radial * u * inverse);
-        }
-        /// The same where the velocity is dq/dφ: its part along the radius alone tells w, however little the ray turns.
-        KAGERO_INLINE static Plane by_angle(const State<V>& s, const Vec3<V>& velocity) {
-            Plane plane(s, velocity);
-            plane.w = -(dot(plane.out, velocity) * plane.u * plane.u);
-            return plane;
-        }
-        /// Both axes, by an angle.
-        KAGERO_INLINE void turn(const V& angle) {
-            const V c = cos(angle), s = sin(angle);
-            const Vec3<V> before = out;
-            out = advance(c * before, s, around);
-            around = retreat(c * around, s, before);
-        }
-        /// dq/dφ.
-        KAGERO_INLINE Vec3<V> velocity() const {
-            const V r = recip(u);
-            return retreat(r * around, w * r * r, out);
-        }
-    };
-
-    /// A ray in its plane.
-    template <class V>
-    struct Motion {
-        V u, w;          ///< 1/r, du/dφ
-        V momentum, pt;  ///< L, p_t
-        V g;             ///< 1/b²
-        V parameter;     ///< λ
-        MaskOf<V> far;   ///< in the universe beyond the throat, where u and w are those of its own radius
-        bool want_parameter;
-
-        template <class System>
-        KAGERO_INLINE Motion(const System& system, const Flow<V>& f, const Plane<V>& plane)
-            : u(plane.u), w(plane.w), momentum(f.start.carry[0]), pt(f.start.y[6]), parameter(f.start.parameter), far(u < V(ScalarOf<V>(0))),
-              want_parameter(f.want_parameter) {
-            g = recip(momentum * momentum);
-            if constexpr (System::Hamiltonian::spacetime) g = g * (pt * pt);
-            change_sides(system);
-        }
-        /// From now on as `next`, in these lanes.
-        KAGERO_INLINE void take(const Motion& next, const MaskOf<V>& lanes) {
-            u = pick(lanes, next.u, u), w = pick(lanes, next.w, w);
-            if (want_parameter) parameter = pick(lanes, next.parameter, parameter);
-        }
-        /// Through the throat, where the ray has passed it.
-        template <class System>
-        KAGERO_INLINE void change_sides(const System& system) {
-            if constexpr (FarSided<typename System::Hamiltonian>) {
-                const MaskOf<V> through = u * u > throat(system);
-                invert(system, through);
-                far = (far & !through) | (through & !far);
-            }
-        }
-        /// The same in this universe's radius.
-        template <class System>
-        KAGERO_INLINE Motion from_here(const System& system) const {
-            Motion m = *this;
-            if constexpr (FarSided<typename System::Hamiltonian>) m.invert(system, far);
-            return m;
-        }
-
-    private:
-        /// u² there.
-        template <class System>
-        KAGERO_INLINE static V throat(const System& system) {
-            const V radius = System::Hamiltonian::far_side(system.template parameters<V>());
-            return recip(radius * radius);
-        }
-        template <class System>
-        KAGERO_INLINE void invert(const System& system, const MaskOf<V>& lanes) {
-            const V r = recip(u), other = throat(system) * r;
-            u = pick(lanes, other, u), w = pick(lanes, -(w * r * other), w);
-        }
-    };
-
     /// A step is cut where r would change by too much: beyond it the curve in space would no longer be a smooth function of the angle. The
     /// angle to where a ray comes closest is that of a straight line at least, of which the sine is a lower bound.
     template <class V>
-    KAGERO_INLINE static V longest(const Motion<V>& m, const V& h, const Change& change) {
+    KAGERO_INLINE static V longest(const OrbitMotion<V>& m, const V& h, const Change& change) {
         using S = ScalarOf<V>;
         const V inverse = rsqrt(m.u * m.u + m.w * m.w), share = m.u * inverse;
         const V inward = min(V(S(change.inward)) * share, mul_add(m.w, inverse, V(S(change.outside))));
@@ -234,12 +141,12 @@ private:
 
     /// Along the ray by an angle. Whether λ is wanted is asked once: its sums would take registers from u and w.
     template <class System, class V>
-    KAGERO_INLINE static void turn(const System& system, const Coefficients& coefficients, const V& h, Motion<V>& m) {
+    KAGERO_INLINE static void turn(const System& system, const Coefficients& coefficients, const V& h, OrbitMotion<V>& m) {
         if (m.want_parameter) turn_as<true>(system, coefficients, h, m);
         else turn_as<false>(system, coefficients, h, m);
     }
     template <bool with_parameter, class System, class V>
-    KAGERO_INLINE static void turn_as(const System& system, const Coefficients& coefficients, const V& h, Motion<V>& m) {
+    KAGERO_INLINE static void turn_as(const System& system, const Coefficients& coefficients, const V& h, OrbitMotion<V>& m) {
         using S = ScalarOf<V>;
         const auto twice_potential = [&] { return V(S(2)) * system.orbit().potential(m.u, m.g); };
         V start(S(0)), scale(S(0)), surplus(S(0)), gained(S(0)), delayed(S(0));
@@ -267,7 +174,7 @@ private:
     }
     /// By a small angle to where 1/r is `end`, in these lanes; not λ.
     template <class System, class V>
-    KAGERO_INLINE static void finish(const System& system, Motion<V>& m, const V& angle, const V& end, const MaskOf<V>& lanes) {
+    KAGERO_INLINE static void finish(const System& system, OrbitMotion<V>& m, const V& angle, const V& end, const MaskOf<V>& lanes) {
         const V middle = V(ScalarOf<V>(0.5)) * (m.u + end);
         m.w = pick(lanes, neg_mul_add(angle, system.orbit().slope(middle, m.g), m.w), m.w);
         m.u = pick(lanes, end, m.u);
@@ -288,27 +195,27 @@ private:
 
     /// The ray as a state of H, in axes of its own: x outward, y across.
     template <class System, class V>
-    KAGERO_INLINE static State<V> in_plane(const System& system, const Motion<V>& m) {
+    KAGERO_INLINE static State<V> in_plane(const System& system, const OrbitMotion<V>& m) {
         const V zero(ScalarOf<V>(0)), radial = radial_momentum<typename System::Hamiltonian>(system, m.u, -(m.momentum * m.w), m.momentum, m.pt);
         return {{recip(m.u), zero, zero, radial, m.momentum * m.u, zero, m.pt}};
     }
     /// ≤ 0 where it is captured.
     template <class System, class V>
-    KAGERO_INLINE static V captured(const System& system, const Motion<V>& m) {
+    KAGERO_INLINE static V captured(const System& system, const OrbitMotion<V>& m) {
         const V zero(ScalarOf<V>(0)), r = recip(m.u);
         return System::Hamiltonian::captured(system.template parameters<V>(), Vec3<V>{r, zero, zero}, Vec3<V>{-(m.w * r * r), r, zero}, m.pt);
     }
     template <class System, class V>
-    KAGERO_INLINE static void worst_energy(const System& system, Flow<V>& f, const Motion<V>& m, const MaskOf<V>& lanes) {
+    KAGERO_INLINE static void worst_energy(const System& system, Flow<V>& f, const OrbitMotion<V>& m, const MaskOf<V>& lanes) {
         const Survey<V> here = system.survey(in_plane(system, m.from_here(system)));
         f.energy_error = pick(lanes, max(f.energy_error, abs(here.excess) / here.size), f.energy_error);
     }
 
     /// The end of a step in space again, but for rays that have not turned.
     template <class System, class V>
-    static void leave(const System& system, Flow<V>& f, Plane<V> plane, const Motion<V>& there, const V& angle) {
+    static void leave(const System& system, Flow<V>& f, OrbitFrame<V> plane, const OrbitMotion<V>& there, const V& angle) {
         const MaskOf<V> still = abs(angle) <= V(ScalarOf<V>(0));
-        const Motion<V> m = there.from_here(system);
+        const OrbitMotion<V> m = there.from_here(system);
         const State<V> here = in_plane(system, m);
         plane.u = m.u, plane.w = m.w;
         plane.turn(angle);

@@ -75,6 +75,7 @@ public:
         if (!task_.own_curve) curve_ = Curve<V>::hermite(flow);
         const Vec3<V> begin = curve_.at(lo_), piece = curve_.at(hi_) - begin, on_chord = advance(begin, (s_ - lo_) / (hi_ - lo_), piece);
         const V met = s_;
+        falling_ = level_.slope(on_chord, piece) < V(S(0));
         s_ = beside(met, mask & (abs(level_.a) > V(S(0))) & !from_bits<V>(edge_), on_chord, piece);
         refine_on_curve(mask);
         if (edge_) deliver_to_edge(full);
@@ -145,7 +146,7 @@ private:
         MaskOf<V> open = smooth;
         for (int i = 0; i < max_corrections && any(open); ++i) {
             const Vec3<V> q = curve_.at(s);
-            const V value = level_.value(q), next = s - value / level_.slope(q, curve_.slope(s));
+            const V value = level_.value(q), next = s + level_.way(q, curve_.slope(s), falling_).length;
             const MaskOf<V> short_of = side * value > V(S(0));
             before = pick(short_of, s, before), behind = pick(short_of, behind, s);
             const V middle = half * (before + behind), between = pick((next >= before - close) & (next <= behind + close), next, middle);
@@ -160,7 +161,8 @@ private:
         s_ = pick(smooth & inside, s, s_);
     }
 
-    /// A partial step to where the surface should be, and from there Newton's corrections. Each squares the error, so that of the one
+    /// A partial step to where the surface should be, and from there Newton's corrections, to that side of a ball which was met: the step may
+    /// end beyond it, as dense output tells less well how far along its way a ray is than where that leads. Each squares the error, so that of the one
     /// shorter than the root of a rounding nothing is left but what is straight: it goes on as the correction before it went. A lane
     /// that has arrived stays there to the last bit, however long others take.
     ///
@@ -181,13 +183,14 @@ private:
             if (i == 0) task_.step(flow);
             else task_.creep(flow);
             arrived.take(flow, moving);
-            const V rest = level_.value(flow.end.q()) / level_.slope(flow.end.q(), flow.end.velocity);
-            const V s = max(min(s_ - rest / full, V(greatest_fraction)), V(least_fraction));
-            const MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
+            const auto [rest, misses] = level_.way(flow.end.q(), flow.end.velocity, falling_);
+            const V s = max(min(s_ + rest / full, V(greatest_fraction)), V(least_fraction));
+            MaskOf<V> usable = flow.solved & is_finite(rest) & is_finite(flow.end.y[3] + flow.end.y[4] + flow.end.y[5]);
+            if (i >= 2) usable = usable & !misses;  // from far off the surface a ray's tangent may
             if (flow.test_energy) lossy_ |= to_bits(open & usable & !flow.energy_holds);
             lost |= to_bits(open & !usable) | lossy_;
             open = open & usable & !from_bits<V>(lossy_);
-            const MaskOf<V> there = open & (abs(s - s_) <= (i > 0 ? close : close_at_once));
+            const MaskOf<V> there = open & !misses & (abs(s - s_) <= (i > 0 ? close : close_at_once));
             if (any(there)) go_further(arrived, (s - s_) * full, there);
             s_ = pick(there, s, s_), open = open & !there;
             if (!any(open)) break;
@@ -303,6 +306,7 @@ private:
     Curve<V> curve_;  ///< of the waiting lanes' last steps
     std::uint64_t edge_ = 0, turning_ = 0, lossy_ = 0;
     Level<V> level_ = Level<V>::none();
+    MaskOf<V> falling_;  ///< lanes that come to their level from where it is positive
     V lo_ = S(0), hi_ = S(0), s_ = S(0);
 };
 

@@ -32,6 +32,23 @@ struct Level {
         return curved ? (a + a) * dot(q - center, v) + along : along;
     }
 
+    /// How far it is from q in a straight line, in lengths of v, to where g falls, or rises: of a sphere to that side of it alone. A line
+    /// that misses a sphere is told so, and how far it is to where that is nearest.
+    struct Way {
+        V length;
+        MaskOf<V> misses;
+    };
+    KAGERO_INLINE Way way(const Vec3<V>& q, const Vec3<V>& v, const MaskOf<V>& falling) const {
+        const V zero(ScalarOf<V>(0)), plane = (d - dot(normal, q)) / dot(normal, v);
+        if (!curved) return {plane, never<V>()};
+        const MaskOf<V> round = abs(a) > zero;
+        const Vec3<V> e = q - center;
+        const V inverse = recip(dot(v, v)), middle = -dot(e, v) * inverse;
+        const Vec3<V> nearest = advance(e, middle, v);
+        const V half2 = (radius2 - dot(nearest, nearest)) * inverse, half = sqrt(max(half2, zero));
+        return {pick(round, middle + pick(falling, -half, half), plane), round & (half2 < zero)};
+    }
+
     /// `set(number, other)` for each number of two levels.
     template <class Other, class F>
     static void each(Level& level, const Level<Other>& other, const F& set) {

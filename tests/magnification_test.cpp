@@ -40,7 +40,17 @@ TEST(Magnification, IsOneForWidePixels) {
     }
 }
 
-// Beside the edge of an object a quad of pixels has but two or three that see the sky; at the end of an odd film, two.
+// … to the last row and column of an odd film, where a quad of pixels reaches beyond it.
+TEST(Magnification, IsOneInTheLastRowAndColumn) {
+    for (const char* camera : {"fov = 20\n", "type = \"equirectangular\"\n"}) {
+        const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {"film.size=[61,41]"});
+        Film film = rendered(*plan);
+        for (std::uint32_t y = 4; y < 41; ++y) ASSERT_NEAR(*film.pixel("magnification", 60, y), 1, 0.06) << camera << y;
+        for (std::uint32_t x = 0; x < 61; ++x) ASSERT_NEAR(*film.pixel("magnification", x, 40), 1, 0.06) << camera << x;
+    }
+}
+
+// Beside the edge of an object a quad of pixels has but two or three that see the sky.
 TEST(Magnification, IsOneBesideObjectsAndEdgesToo) {
     const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", "fov = 20\n") +
                                        "[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1.1\n",

@@ -13,7 +13,7 @@
 ///   step_parameter                           the length of the medium, or its inverse, that the default step goes with; or "escape_radius"
 ///   index_parameter                          the index of refraction whose inverse it goes with: a step is N times as long as its λ
 ///   rescale(k, q)                            Ω > 0: Ω·(H − level) has the same rays, with steps that suit their scale
-///   captured(k, q, v, pt)                    the ray has ended inside where this is ≤ 0; v is along dq/dλ
+///   captured(k, q, p, v, pt)                 the ray has ended inside where this is ≤ 0; v is along dq/dλ
 ///   domain(k, q)                             the medium ends, and the ray is escaped, where this is ≤ 0
 ///   part_a, part_b(k, q, p, pt)              two parts that sum to H: the paper's H_A and H_B, for the recipe as printed
 ///   flow_of_rest(k, q, p, pt, t)             the exact flow of H − ½(|p|² − p_t²), for the exact split

@@ -15,8 +15,7 @@ namespace kagero::hamiltonians {
 /// constant. Rays are followed backward from the eye, so with the spin up the left edge of the shadow is the near, prograde one.
 ///
 /// Domain: outside the ring r = 0, which no ray meets: one with p_t > 0 ends `captured` at the outer horizon r₊ = M + √(M² − a²), or
-/// once it moves inward inside the prograde photon orbit 2M (1 + cos(⅔ arccos(−a/M))) (Bardeen, Press & Teukolsky 1972, eq. 2.18), where
-/// no surface lies further in.
+/// once it moves inward inside r = 3M from where nothing turns it back, where no surface lies further in.
 struct Kerr {
     static constexpr const char* name = "kerr";
     static constexpr const char* what = "rotating black hole, Kerr-Schild coordinates";
@@ -31,6 +30,7 @@ struct Kerr {
     static constexpr double level = 0;
     static constexpr const char* method = "rkf78";
     static constexpr double step = 0.25;
+    static constexpr double tiny = 1e-30;  ///< instead of zero below a fraction
 
     template <class V>
     struct Parameters {
@@ -71,14 +71,42 @@ struct Kerr {
         return radius(k, q);
     }
 
-    /// As for `schwarzschild`; dr/dλ has the sign of r² x·v + a² z v_z.
+    /// As for `schwarzschild`; dr/dλ has the sign of r² x·v + a² z v_z. Without spin no ray turns back from within 3M.
     template <class V>
-    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& v, const V& pt) {
-        const V r = radius(k, q), s2 = k.spin * k.spin, cosine = sqrt(s2), sine = sqrt(max(1.0 - s2, V(0.0)));
-        const V horizon = k.mass * (1.0 + sine);
-        const V photon_orbit = 2.0 * k.mass * (1.0 + cos((2.0 / 3.0) * atan2(sine, -cosine)));
-        const V outward = r * r * dot(q, v) + s2 * (k.mass * k.mass) * (q.z * v.z);
-        return min(max(r - horizon, -pt), max(r - photon_orbit, outward));
+    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const Vec3<V>& v, const V& pt) {
+        const V r = radius(k, q), a = k.mass * k.spin;
+        const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0))));
+        const V outward = r * r * dot(q, v) + a * a * (q.z * v.z), within = max(r - 3.0 * k.mass, -least_potential(k, q, p, pt));
+        return min(max(r - horizon, -pt), max(within, outward));
+    }
+    /// No more than the radial potential of Carter (1968), R = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) = (Σ dr/dλ)², is anywhere between
+    /// the horizon and here, in r⁴: a ray turns back where it is zero. With ρ = (r there)/(r here) it is
+    ///
+    ///     p_t² ρ⁴ − A ρ² + 2 B ρ − C,   A = (L² + Q − a² p_t²)/r², B = M ((L + a p_t)² + Q)/r³, C = a² Q/r⁴
+    ///
+    /// and cannot fall below its ends where it curves down. Where it curves up, it lies above its tangents: those at ρ = 1, and at where Newton's
+    /// method, which comes from above, seeks its lowest place.
+    template <class V>
+    static constexpr V least_potential(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        const V r = radius(k, q), inverse = 1.0 / r, spin = k.mass * k.spin * inverse, spin2 = spin * spin, pt2 = pt * pt;
+        const Vec3<V> n = inverse * q;
+        const V along = n.x * p.x + n.y * p.y, l = n.x * p.y - n.y * p.x, ring = 1.0 + spin2;
+        const V carter = n.z * n.z * (ring * (p.x * p.x + p.y * p.y) - spin2 * pt2) - 2.0 * n.z * p.z * along +
+                         (n.x * n.x + n.y * n.y) * (p.z * p.z) / ring;
+        const V dragged = l + spin * pt;
+        const V A = l * l + carter - spin2 * pt2, B = k.mass * inverse * (dragged * dragged + carter), C = spin2 * carter;
+        const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0)))) * inverse;
+        const V lowest = min(max(horizon, sqrt(max(A, V(0.0)) / (6.0 * pt2 + tiny))), V(1.0));
+        const auto above = [&](const V& rho) {
+            const V rho2 = rho * rho, slope = 4.0 * pt2 * (rho2 * rho) - 2.0 * A * rho + 2.0 * B;
+            return pt2 * (rho2 * rho2) - A * rho2 + 2.0 * B * rho - C - slope * (rho - lowest);
+        };
+        V rho(1.0);
+        for (int i = 0; i < 4; ++i) {
+            const V rho2 = rho * rho, slope = 4.0 * pt2 * (rho2 * rho) - 2.0 * A * rho + 2.0 * B;
+            rho = min(max(rho - slope / max(12.0 * pt2 * rho2 - 2.0 * A, V(tiny)), lowest), V(1.0));
+        }
+        return max(above(V(1.0)), above(rho));
     }
 
     /// As for `schwarzschild`, light that leaves the horizon's neighbourhood has p ∝ 1/(r − r₊): steps are a fifth of that distance there.

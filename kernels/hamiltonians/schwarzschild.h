@@ -79,7 +79,7 @@ struct Schwarzschild {
 
     /// The horizon counts for rays with p_t > 0 alone: with p_t < 0 (a falling observer's) they come out through it.
     template <class V>
-    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& v, const V& pt) {
+    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const Vec3<V>& v, const V& pt) {
         const V r = norm(q);
         const V inside_photon_sphere_and_inward = max(r - 1.5 * k.rg, dot(q, v));
         return min(max(r - k.rg, -pt), inside_photon_sphere_and_inward);

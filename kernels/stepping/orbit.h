@@ -202,8 +202,9 @@ private:
     /// ≤ 0 where it is captured.
     template <class System, class V>
     KAGERO_INLINE static V captured(const System& system, const OrbitMotion<V>& m) {
-        const V zero(ScalarOf<V>(0)), r = recip(m.u);
-        return System::Hamiltonian::captured(system.template parameters<V>(), Vec3<V>{r, zero, zero}, Vec3<V>{-(m.w * r * r), r, zero}, m.pt);
+        const State<V> here = in_plane(system, m);
+        const Vec3<V> velocity{-(m.w * here.y[0] * here.y[0]), here.y[0], here.y[1]};
+        return System::Hamiltonian::captured(system.template parameters<V>(), here.q(), here.p(), velocity, m.pt);
     }
     template <class System, class V>
     KAGERO_INLINE static void worst_energy(const System& system, Flow<V>& f, const OrbitMotion<V>& m, const MaskOf<V>& lanes) {

@@ -13,7 +13,7 @@ concept Rescalable = requires(const typename H::template Parameters<double>& k, 
 template <class H>
 concept Bounded = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::domain(k, q); };
 template <class H>
-concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q, 1.0); };
+concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q, q, 1.0); };
 /// H is not smooth where `surface` is zero.
 template <class H>
 concept Creased = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::surface(k, q); };
@@ -109,7 +109,7 @@ template <class H>
 constexpr void record_ends(Tape& t, const Leaves<H>& x, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
     const Vec3<Recorded> velocity{{&t, gradient[3]}, {&t, gradient[4]}, {&t, gradient[5]}};
     if constexpr (Bounded<H>) survey[survey_domain] = H::domain(x.parameters(), x.q).on(t);
-    if constexpr (Capturing<H>) survey[survey_captured] = H::captured(x.parameters(), x.q, velocity, Recorded(&t, x.input[6])).on(t);
+    if constexpr (Capturing<H>) survey[survey_captured] = H::captured(x.parameters(), x.q, x.p, velocity, Recorded(&t, x.input[6])).on(t);
     if constexpr (Creased<H>) survey[survey_side] = H::surface(x.parameters(), x.q).on(t);
     if constexpr (Scaled<H>) survey[survey_scale] = H::length_scale(x.parameters(), x.q).on(t);
 }

@@ -8,18 +8,18 @@
 #include "render/shade_tile.h"
 #include "render/snapshot.h"
 
-#include <algorithm>
 #include <chrono>
 
 namespace kagero {
 namespace {
 
-/// The pixels to trace: where footprints or patches are wanted, whole blocks of 2 × 2 pixels of the film's grid.
+/// The pixels to trace: where footprints or patches are wanted, whole blocks of 2 × 2 pixels of the film's grid. The last ones reach beyond a
+/// film of odd size.
 Tile traced_part(const Plan& plan, const Film& film) {
     Tile w = shown_part(plan);
     if (!wants_footprints(plan, film) && !plan.geometry->surfaces_have_patterns()) return w;
     w.x0 &= ~1u, w.y0 &= ~1u;
-    w.x1 = std::min(w.x1 + (w.x1 & 1), plan.scene.film.width), w.y1 = std::min(w.y1 + (w.y1 & 1), plan.scene.film.height);
+    w.x1 += w.x1 & 1, w.y1 += w.y1 & 1;
     return w;
 }
 

@@ -100,7 +100,7 @@ std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
         if constexpr (Bounded<H>)
             if (!(H::domain(make_parameters<H>(k.data()), at) > 0)) continue;
         if constexpr (Capturing<H>)
-            if (!(H::captured(make_parameters<H>(k.data()), at, along, ray.pt) > 0)) continue;
+            if (!(H::captured(make_parameters<H>(k.data()), at, {ray.p[0], ray.p[1], ray.p[2]}, along, ray.pt) > 0)) continue;
         rays.push_back(ray);
     }
     EXPECT_EQ(rays.size(), n) << "too few places from which " << H::name << " starts a ray";

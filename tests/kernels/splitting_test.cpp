@@ -93,7 +93,7 @@ TYPED_TEST(Splitting, AFallIntoTheCentreEndsCaptured) {
         for (const RayStart& from : random_rays<H>(100, 45)) {
             Vec3<double> q{from.q[0], from.q[1], from.q[2]}, p{from.p[0], from.p[1], from.p[2]};
             H::flow_of_rest(k, q, p, from.pt, 1e4);
-            EXPECT_LE(H::captured(k, q, p, 1.0), 0);
+            EXPECT_LE(H::captured(k, q, p, p, 1.0), 0);
             double inward[3];
             for (int i = 0; i < 3; ++i) inward[i] = -from.q[i] + random(-0.25, 0.25);
             RayStart ray;

@@ -190,6 +190,17 @@ TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
     }
 }
 
+// A part of a picture says where in it it lies, so that parts can be put together.
+TEST_F(FilmOnDisk, ExrOfACropLiesInTheWholePicture) {
+    write_film(Film(2, 3, {"color"}, {10, 20, 64, 48}), path("crop.exr"), {});
+    const auto in = OIIO::ImageInput::open(path("crop.exr"));
+    ASSERT_TRUE(in) << OIIO::geterror();
+    const OIIO::ImageSpec& spec = in->spec();
+    const auto window = [](int x, int y, int wide, int high) { return std::vector{x, y, wide, high}; };
+    EXPECT_EQ(window(spec.x, spec.y, spec.width, spec.height), window(10, 20, 2, 3));
+    EXPECT_EQ(window(spec.full_x, spec.full_y, spec.full_width, spec.full_height), window(0, 0, 64, 48));
+}
+
 TEST_F(FilmOnDisk, EightBitCodesAreRightAtTheEnds) {
     Film film(2, 1, {"color"});
     const float values[6] = {-1.0f, 0.0f,          1.0f,

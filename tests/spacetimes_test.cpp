@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 
 namespace kagero::test {
 namespace {
@@ -146,6 +147,28 @@ TEST(Kerr, DirectionsFromCloseToTheHorizonAreRight) {
             EXPECT_LT(off[off.size() / 2], 1e-6) << "spin " << spin << ", height " << height;
             EXPECT_LT(off.back(), 1e-3) << "spin " << spin << ", height " << height;  // it circles the hole, and magnifies every error
         }
+    }
+}
+
+// The default off the plane of the orbit, against that in it, from where p ∝ 1/(r − r_g): what escapes does so in the same direction.
+TEST(Schwarzschild, DirectionsFromCloseToTheHorizonAreRight) {
+    for (const double r : {1.01, 1.03, 1.1, 1.3, 1.5}) {
+        std::ostringstream scene;
+        scene << "[space]\nhamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 60\n[camera]\nposition = [0, " << -r
+              << ", 0]\nlook_at = [0, -9, 0.2]\nup = [0, 0, 1]\nfov = 90\n[film]\nsize = [40, 30]\n";
+        const auto in_plane = plan_of_text(scene.str(), {}, with_strategy("packet")), off_plane = plan_of_text(scene.str(), {"integrator.symmetry=none"}, with_strategy("packet"));
+        ASSERT_NE(in_plane->scene.integrator.method, off_plane->scene.integrator.method);
+        std::vector<RayStart> starts;
+        for (std::uint32_t i = 0; i < 40 * 30; ++i) starts.push_back(pixel_ray(*in_plane, i % 40, i / 40));
+        const auto expected = ends_of(*in_plane, starts), ends = ends_of(*off_plane, starts);
+        int other = 0;
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            other += ends[i].status != expected[i].status;
+            if (ends[i].status != Status::escaped || expected[i].status != Status::escaped || expected[i].steps > 12) continue;
+            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].v[k] / std::hypot(ends[i].v[0], ends[i].v[1], ends[i].v[2]),
+                                                            expected[i].v[k] / std::hypot(expected[i].v[0], expected[i].v[1], expected[i].v[2]), 0.02) << r;
+        }
+        EXPECT_LE(other, 2) << r;
     }
 }
 

@@ -9,7 +9,7 @@ from .program import SCENES, benchmarks, row_of
 ROOM = "room.toml"
 GENERAL = ("-D", "integrator.symmetry=none")  # what every row measures but those of the orbit plane
 DOUBLE = ("--precision", "double")  # a picture would be in float where that cannot be seen
-OWN = "Room 512², rg = 0.08, the default method of the general path (`dp5`)"  # a table that two measurements share
+OWN = "Room 512², rg = 0.08, the default method of the general path (`dp8`)"  # a table that two measurements share
 
 
 @dataclasses.dataclass
@@ -66,7 +66,7 @@ def packet_over_per_ray(program, tables):
     own = tables.get(OWN) or program.compare(ROOM)
     packet, single = row_of(own, "packet", "double"), row_of(own, "per-ray", "double")
     one = next(r for r in own["rows"] if r["strategy"] == "packet" and r["precision"] == "double" and r["registers"] == 1)
-    claims.append(Claim("per-ray-same", "the same by the same method (`dp5`): best packet; one register alone (SIMD)", [], [],
+    claims.append(Claim("per-ray-same", "the same by the same method (`dp8`): best packet; one register alone (SIMD)", [], [],
                         [packet["speedup"] / single["speedup"], one["speedup"] / single["speedup"]],
                         f"{packet['registers']} registers; per-ray {single['form']} is {single['speedup']:.2f} times scalar"))
     return claims

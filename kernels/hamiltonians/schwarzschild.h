@@ -25,8 +25,8 @@ struct Schwarzschild {
     };
     static constexpr bool spacetime = true;
     static constexpr double level = 0;
-    static constexpr const char* method = "dp5";
-    static constexpr double step = 0.25;
+    static constexpr const char* method = "dp8";
+    static constexpr double step = 0.3;
 
     template <class V>
     struct Parameters {

@@ -113,14 +113,20 @@ struct Orbit {
 
 private:
     /// Greatest share by which u may change in a step; and in one that no point of space is asked of, so that its stages keep off u = 0. Inward
-    /// it may be much: what comes closest within the step goes out again by `outside` at most, in radians from there.
+    /// it may be much: what comes closest within the step goes out again by `outside` at most, in radians from there. Through a throat V changes
+    /// as u does. So it does where an index changes: there it is a share of the step asked for.
     struct Change {
         double outward, inward, outside;
+        bool of_step = false;
     };
+    template <class H>
+    static constexpr Change most(const Change& around_a_hole) {
+        return !H::spacetime ? Change{0.5, 0.5, 0.5, true} : FarSided<H> ? Change{0.4, 0.4, 0.4} : around_a_hole;
+    }
     template <class System>
-    static constexpr Change in_steps = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4, 0.4} : Change{0.6, 1.5, 0.6};
+    static constexpr Change in_steps = most<typename System::Hamiltonian>({0.6, 1.5, 0.6});
     template <class System>
-    static constexpr Change alone = FarSided<typename System::Hamiltonian> ? Change{0.4, 0.4, 0.4} : Change{0.8, 4, 4};
+    static constexpr Change alone = most<typename System::Hamiltonian>({0.8, 4, 4});
     static constexpr int max_corrections = 20;
 
     template <class V>
@@ -135,7 +141,8 @@ private:
         using S = ScalarOf<V>;
         const V inverse = rsqrt(m.u * m.u + m.w * m.w), share = m.u * inverse;
         const V inward = min(V(S(change.inward)) * share, mul_add(m.w, inverse, V(S(change.outside))));
-        const V most = pick(m.w > V(S(0)), inward, V(S(change.outward)) * share);
+        V most = pick(m.w > V(S(0)), inward, V(S(change.outward)) * share);
+        if (change.of_step) most = most * abs(h);
         return max(min(h, most), -most);
     }
 

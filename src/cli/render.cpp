@@ -56,7 +56,8 @@ int write_pixel_path(const Plan& plan, const std::string& pixel) {
 
 Film film_of(const Plan& plan) {
     const Tile part = shown_part(plan);
-    return Film(part.x1 - part.x0, part.y1 - part.y0, plan.scene.film.layers);
+    const FilmDescription& film = plan.scene.film;
+    return Film(part.x1 - part.x0, part.y1 - part.y0, film.layers, {part.x0, part.y0, film.width, film.height});
 }
 
 double time_limit_of(const Arguments& arguments) {

@@ -27,6 +27,7 @@ struct PictureToEncode {
     std::vector<std::pair<std::string, std::string>> attributes{};
     std::vector<std::string> names{};  ///< of the channels; empty: red, green and blue
     std::vector<bool> half{};          ///< which of the named channels are stored as 16-bit floats
+    int x = 0, y = 0, whole_width = 0, whole_height = 0;  ///< where it lies in a larger picture, and the size of that; 0: it is the whole
     int quality = 0;                   ///< percent, of what compresses with a loss; 0: as the format has it
 };
 
@@ -40,7 +41,7 @@ struct Codec {
     std::string (*false_colors)(const std::vector<float>& shares, std::vector<float>& rgb);
 };
 
-inline constexpr std::uint32_t codec_abi = 2;
+inline constexpr std::uint32_t codec_abi = 3;
 using KageroCodec = const Codec* (*)();
 
 /// Loads the module when it is first asked for. Throws RunError where it is missing.

@@ -52,7 +52,8 @@ const std::vector<LayerInfo>& all_layers() {
     return layers;
 }
 
-Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers) : width_(width), height_(height) {
+Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const FilmPlace& place)
+    : width_(width), height_(height), place_(place) {
     for (const std::string& name : layers) {
         if (has(name)) continue;
         const LayerInfo& layer = find_layer(name);

@@ -22,12 +22,18 @@ struct LayerInfo {
 };
 const std::vector<LayerInfo>& all_layers();
 
+/// Where a film lies that is a part (crop) of a larger picture: its first pixel there, and how large that is. All 0: it is the whole.
+struct FilmPlace {
+    std::uint32_t x = 0, y = 0, width = 0, height = 0;
+};
+
 /// Planes of the chosen layers for a window (crop) of the whole picture.
 class Film {
 public:
-    Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers);
+    Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const FilmPlace& place = {});
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
+    const FilmPlace& place() const { return place_; }
     const std::vector<const LayerInfo*>& layers() const { return layers_; }
     bool has(const std::string& layer) const;
     /// First float of pixel (x, y) of a layer; its channels follow each other. Layer must be present.
@@ -38,6 +44,7 @@ public:
 
 private:
     std::uint32_t width_, height_;
+    FilmPlace place_;
     std::vector<const LayerInfo*> layers_;
     std::vector<std::vector<float>> planes_;
 };
@@ -54,7 +61,7 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
 /// Loads what write_film will need, which takes a moment that others may use. Throws RunError.
 void prepare_to_write(const std::string& path);
 
-/// Writes `.exr` with all layers (`layer.channel`) and metadata, other formats with the color layer alone (8-bit formats
+/// Writes `.exr` with all layers (`layer.channel`), its place in the whole picture and metadata, other formats with the color layer alone (8-bit formats
 /// sRGB-encoded). The file appears under its name only when it is complete. Throws RunError.
 void write_film(const Film& film, const std::string& path, const Metadata& metadata);
 

@@ -100,6 +100,9 @@ void write_layers(const Film& film, const std::string& path, const Metadata& met
             picture.half.push_back(layer->half());
         }
     picture.channels = static_cast<int>(picture.names.size());
+    const FilmPlace& place = film.place();
+    picture.x = static_cast<int>(place.x), picture.y = static_cast<int>(place.y);
+    picture.whole_width = static_cast<int>(place.width), picture.whole_height = static_cast<int>(place.height);
     picture.attributes.emplace_back("compression", "zip");
     for (const auto& [name, value] : metadata) picture.attributes.emplace_back("kagero/" + name, value);
     const std::vector<float> pixels = interleave(film, picture.names.size());

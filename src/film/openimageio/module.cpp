@@ -79,6 +79,10 @@ OIIO::ImageSpec spec_of(const PictureToEncode& picture) {
     OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, type_of(picture.samples));
     if (!picture.names.empty()) spec.channelnames = picture.names;
     for (const bool half : picture.half) spec.channelformats.push_back(half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+    if (picture.whole_width) {
+        spec.x = picture.x, spec.y = picture.y;
+        spec.full_width = picture.whole_width, spec.full_height = picture.whole_height;
+    }
     for (const auto& [name, value] : picture.attributes) spec.attribute(name, value);
     if (picture.quality) spec.attribute("CompressionQuality", picture.quality);
     return spec;

@@ -85,9 +85,9 @@ std::uint32_t clearance_cells(const Plan& plan, bool with_camera) {
     return with_camera ? std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, most)) : std::uint32_t(most);
 }
 
-/// Infinity, but where an object lies so near a hole that light falls past it, or from it, inside the photon orbit. Of all holes of a mass
-/// that orbit is farthest out where there is no spin: there |q| = 3M, and √10 M is no less than r = 3M with any. No less than a little above
-/// the horizon, which light with p_t < 0 comes close to but never reaches.
+/// Infinity, but where an object lies so near a hole that light falls past it, or from it, where else it is captured: from r = 3M on, which
+/// is |q| = 3M without spin, and no more than √10 M with any. No less than a little above the horizon, which light with p_t < 0 comes close to
+/// but never reaches.
 double capture_within(const Plan& plan) {
     const Hole hole = plan.module->hole(plan.hamiltonian, plan.parameters.data());
     const double limit = std::sqrt(10.0) * hole.mass, nearest = plan.geometry->nearest(limit);

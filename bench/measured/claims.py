@@ -238,7 +238,7 @@ def formulas(program, _):
     text = (SCENES / ROOM).read_text()
     scene = program.directory / "formula-room.toml"
     scene.write_text(FORMULA_ROOM + text[text.index("[integrator]"):])
-    pairs = ((ROOM, scene, ["--integrator", "dp5", "--step", 0.25, "-D", "integrator.rescale=r"]), ("mirage.toml", SCENES / "formula-mirage.toml", []))
+    pairs = ((ROOM, scene, ["--integrator", "dp8", "--step", 0.3, "-D", "integrator.rescale=r"]), ("mirage.toml", SCENES / "formula-mirage.toml", []))
     claim = Claim("formula", "formula ÷ built-in, room and mirage, by the built-in's default method", [0.4, 0.4], [0.6, 0.6], [], "")
     for built_in, formula, options in pairs:
         def run(path, more=()):

@@ -97,15 +97,13 @@ struct Kerr {
         const V A = l * l + carter - spin2 * pt2, B = k.mass * inverse * (dragged * dragged + carter), C = spin2 * carter;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0)))) * inverse;
         const V lowest = min(max(horizon, sqrt(max(A, V(0.0)) / (6.0 * pt2 + tiny))), V(1.0));
+        const auto slope = [&](const V& rho) { return 4.0 * pt2 * (rho * rho * rho) - 2.0 * A * rho + 2.0 * B; };
         const auto above = [&](const V& rho) {
-            const V rho2 = rho * rho, slope = 4.0 * pt2 * (rho2 * rho) - 2.0 * A * rho + 2.0 * B;
-            return pt2 * (rho2 * rho2) - A * rho2 + 2.0 * B * rho - C - slope * (rho - lowest);
+            const V rho2 = rho * rho;
+            return pt2 * (rho2 * rho2) - A * rho2 + 2.0 * B * rho - C - slope(rho) * (rho - lowest);
         };
         V rho(1.0);
-        for (int i = 0; i < 4; ++i) {
-            const V rho2 = rho * rho, slope = 4.0 * pt2 * (rho2 * rho) - 2.0 * A * rho + 2.0 * B;
-            rho = min(max(rho - slope / max(12.0 * pt2 * rho2 - 2.0 * A, V(tiny)), lowest), V(1.0));
-        }
+        for (int i = 0; i < 4; ++i) rho = min(max(rho - slope(rho) / max(12.0 * pt2 * (rho * rho) - 2.0 * A, V(tiny)), lowest), V(1.0));
         return max(above(V(1.0)), above(rho));
     }
 

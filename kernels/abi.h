@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 20;
+inline constexpr std::uint32_t abi_version = 21;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -85,10 +85,10 @@ struct Hole {
     double mass = 0, spin = 0;
 };
 
-/// One integrator.
 /// What methods have in common.
 enum class Family : std::uint8_t { recipe, composition, exact_split, nystroem, runge_kutta, gauss };
 
+/// One integrator.
 struct IntegratorInfo {
     const char* name;
     std::uint32_t order;
@@ -101,7 +101,8 @@ struct IntegratorInfo {
     Family family{};       ///< as its kind of step says
 };
 
-/// One surface of the scene, in the order of Embree's geometry identifiers; in double, for refinement.
+/// One surface of the scene, which is one object (a box has one surface, so has a mesh), in the order of the scene's objects and of Embree's
+/// geometry identifiers; in double, for refinement.
 struct Surface {
     enum class Kind : std::uint8_t { triangles, sphere };
     Kind kind;
@@ -228,6 +229,8 @@ struct Job {
     bool rescaled;                          ///< integrate Ω(q)·(H − H0) instead of H
     double step;
     double tolerance;         ///< local error of adaptive methods, relative to 1 + |value|
+    /// In a space that bounds its steps adaptive methods go no farther than this share of |q|: they leap over what lies between their stages.
+    double longest_share = std::numeric_limits<double>::infinity();
     double solver_tolerance;  ///< of implicit equations, relative; 0: to rounding
     std::uint32_t max_steps;
     double escape_radius;        ///< of |q|

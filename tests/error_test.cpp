@@ -202,6 +202,25 @@ TEST(Spread, HoldsForAsManyAsItSays) {
     EXPECT_EQ(spread_of({7}).p50, 7);
 }
 
+TEST(Spread, ATallyKnowsItToA256thWithoutKeepingTheValues) {
+    Tally all, half;
+    EXPECT_TRUE(std::isnan(all.spread().p50)) << "of no values";
+    std::vector<double> values;
+    for (int i = 0; i < 3001; ++i) values.push_back(std::exp(0.05 * (i % 1000) - 37 + 1e-4 * i));
+    values.insert(values.end(), {0, 1e-300, 1e40});
+    for (std::size_t i = 0; i < values.size(); ++i) (i % 2 ? all : half).add(values[i]);
+    all.add(half);
+    const Spread found = all.spread(), wanted = spread_of(values);
+    for (const auto share : {&Spread::p50, &Spread::p90, &Spread::p99}) {
+        EXPECT_GE(found.*share, wanted.*share);
+        EXPECT_LE(found.*share, wanted.*share * (1 + 1 / 256.0));
+    }
+    EXPECT_EQ(found.max, 1e40);
+    Tally small;
+    for (int i = 0; i < 3; ++i) small.add(7);
+    EXPECT_EQ(small.spread().p50, 7) << "no more than the greatest";
+}
+
 TEST(Numbers, AreRoundedBeforeTheirUnitIsChosen) {
     EXPECT_EQ(rounded(999.4), "999");
     EXPECT_EQ(rounded(999.6), "1 k");

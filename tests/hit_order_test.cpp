@@ -98,7 +98,7 @@ TEST(Hits, OfSmallBallsAreOnTheirNearSide) {
                 const Double3& c = plan->scene.objects[0].center;
                 int balls = 0;
                 for (const RayEnd& end : ends) {
-                    if (end.status != Status::hit || plan->geometry->object_of(end.surface) != 0) continue;
+                    if (end.status != Status::hit || end.surface != 0) continue;
                     ++balls;
                     double inward = 0;
                     for (std::size_t k = 0; k < 3; ++k) inward += (end.q[k] - c[k]) * end.v[k];

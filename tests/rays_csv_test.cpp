@@ -61,6 +61,20 @@ TEST(RaysCsv, AHeaderAloneIsNoRays) {
     EXPECT_TRUE(parse("x,y,z,dx,dy,dz\r\n").empty());
 }
 
+TEST(RaysCsv, WhatHasNoLinesIsNotReadToItsEnd) {
+    const std::string header = "x,y,z,dx,dy,dz\n";
+    const auto with_line_of = [&](std::size_t length) { return header + "1,2,3,4,5,6" + std::string(length - 11, ' '); };
+    EXPECT_EQ(parse(with_line_of(9999)).size(), 1u);
+    EXPECT_EQ(parse(with_line_of(9999) + "\n1,2,3,4,5,6\n").size(), 2u);
+    for (const char* behind : {"", "\n"})
+        try {
+            parse(with_line_of(100'000) + behind);
+            FAIL();
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("rays:2:1: a line of more than 9,999 characters"), std::string::npos) << error.what();
+        }
+}
+
 TEST(RaysCsv, SurprisingTextIsRefusedOrRead) {
     std::mt19937_64 random(2);
     const std::string seed = "\xef\xbb\xbfx,y,z,dx,dy,dz\r\n1,2,3,0,1,0\r\n-1e5,inf,nan,0.5,+1,-0\r\n";

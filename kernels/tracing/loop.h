@@ -106,6 +106,7 @@ private:
     void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
     V step_length() const { return bounds_steps_ ? bounded_step_length() : nominal_; }
     V bounded_step_length() const;
+    V longest_leap() const;
     V straight_way_out() const;
 
     const Task<V>& task_;
@@ -132,6 +133,14 @@ private:
     std::uint64_t fell_on_surface_ = 0;
     RayEnd* ends_[W];
     std::uint64_t numbers_[W];
+
+    /// A share of H's terms. Where steps are held to a tolerance it is little above that of the other quantities' loss on a long way: an
+    /// estimate that is blind (Fehlberg's, where the ends of a step are alike) does not pass for an accurate step.
+    S greatest_loss() const {
+        if (!task_.method.info.adaptive) return most_loss;
+        return min(most_loss, S(3) * std::sqrt(max(S(job_.tolerance), machine_epsilon<S>)));
+    }
+    static constexpr S most_loss = S(0.03);
 
     /// Beyond it S does not tell a whole number from the next.
     static constexpr S most_counted = S(2) / machine_epsilon<S>;

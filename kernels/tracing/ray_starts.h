@@ -19,6 +19,7 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
+    flow_.greatest_loss = greatest_loss();
     filled_ = lanes;
     flow_.open_iterations = iterations_after_ = steps_ = nominal_ = flow_.h = V(S(0));
     tried_h_ = tried_side_ = V(S(0));
@@ -128,14 +129,23 @@ KAGERO_INLINE V PacketTracer<V>::straight_way_out() const {
 }
 
 /// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
+/// Job::longest_share of |q|, and a ten-thousandth of the escape radius, so that a ray gets past the origin.
+template <class V>
+V PacketTracer<V>::longest_leap() const {
+    const Vec3<V> q = flow_.start.q();
+    return mul_add(V(S(job_.longest_share)), sqrt(dot(q, q)), V(S(1e-4 * job_.escape_radius)));
+}
+
 template <class V>
 V PacketTracer<V>::bounded_step_length() const {
     V h = nominal_;
     if (task_.straight) h = pick(nominal_ > V(S(0)), straight_way_out(), V(S(0)));
     if (task_.kernel.scaled && !task_.straight) {
+        V scale = flow_.start.scale;
+        if (std::isfinite(job_.longest_share) && task_.method.info.adaptive) scale = min(scale, longest_leap());
         const V square = dot(flow_.start.velocity, flow_.start.velocity);
-        const MaskOf<V> longer = h * h * square > flow_.start.scale * flow_.start.scale;
-        if (any(longer)) h = pick(longer, flow_.start.scale / sqrt(square), h);
+        const MaskOf<V> longer = h * h * square > scale * scale;
+        if (any(longer)) h = pick(longer, scale / sqrt(square), h);
     }
     if (std::isfinite(job_.parameter_limit)) {
         // The last step ends at the limit, without a sliver of another one behind it.

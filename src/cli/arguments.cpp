@@ -231,4 +231,11 @@ void require_one_of(const std::string& option, const std::string& word, const st
     throw InputError(option + ": there is no \"" + word + "\"" + suggestion(word, known));
 }
 
+bool json_took_word(const std::string& json, const std::vector<std::string>& known, const std::string& kind) {
+    if (std::find(known.begin(), known.end(), json) != known.end()) return true;
+    const std::string near = json.find_first_of("./") == std::string::npos ? near_match(json, known) : "";
+    if (!near.empty()) throw InputError("--json: \"" + json + "\" is neither a file's name nor " + kind + "; did you mean " + near + "?");
+    return false;
+}
+
 }  // namespace kagero

@@ -57,5 +57,8 @@ std::uint32_t count_of(const std::string& option, const std::string& text, std::
 double finite_number(const std::string& option, const std::string& text);
 /// Throws InputError, with a near match, unless `word` is one of `known`.
 void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& known);
+/// `--json` takes a file if a word follows it. Whether the word is one of `known`; throws InputError where it looks like one misspelt.
+/// `kind` is "a topic".
+bool json_took_word(const std::string& json, const std::vector<std::string>& known, const std::string& kind);
 
 }  // namespace kagero

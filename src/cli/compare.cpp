@@ -7,6 +7,7 @@
 #include "modules/modules.h"
 #include "report/compare_report.h"
 
+#include <algorithm>
 #include <ostream>
 
 namespace kagero {
@@ -27,6 +28,14 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
+/// Methods separated by commas, each once.
+std::vector<std::string> methods_of(const std::string& text) {
+    std::vector<std::string> methods = split(text, ',');
+    for (auto method = methods.begin(); method != methods.end(); ++method)
+        if (std::find(methods.begin(), method, *method) != method) throw InputError("--methods: " + *method + " stands there twice");
+    return methods;
+}
+
 /// --lanes is a list here, and not a key of the scene.
 CompareOptions compare_options(const Arguments& arguments, const Options& options) {
     CompareOptions compared;
@@ -36,7 +45,7 @@ CompareOptions compare_options(const Arguments& arguments, const Options& option
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
         for (const std::string& word : split(arguments.lanes, ','))
             compared.lanes.push_back(count_of("--lanes", word, most_lanes));
-    if (!arguments.methods.empty()) compared.methods = split(arguments.methods, ',');
+    if (!arguments.methods.empty()) compared.methods = methods_of(arguments.methods);
     if (!arguments.rounds.empty()) compared.rounds = count_of("--rounds", arguments.rounds, most_rounds);
     if (arguments.equal_error.empty()) return compared;
     compared.equal_error = finite_number("--equal-error", arguments.equal_error);

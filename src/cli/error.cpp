@@ -60,24 +60,6 @@ void write_report(const std::string& directory, const Plan& plan, const ErrorStu
     put("report.html", error_page(plan, study));
 }
 
-void tell_result(const ErrorStudy& study, const std::string& directory, const Terminal& terminal) {
-    for (const Cheapest& best : study.cheapest) {
-        const std::string bound =
-            "99 % of the rays within " + shortest(best.error) + (std::string(best.measure) == "pixels" ? " pixel" : " rad");
-        if (!best.found) {
-            terminal.note(bound + ": by none of the points");
-            continue;
-        }
-        const StudyCurve& curve = study.curves[best.curve];
-        const StudyPoint& point = curve.points[best.point];
-        terminal.note(bound + ": " + curve.method + ", " + (curve.info->adaptive ? "tolerance " : "step ") +
-                      shortest(point.step) + ", " + name_of(curve.precision) +
-                      (curve.loose ? ", solver_tolerance " + rounded(point.solver_tolerance) : "") + ", " +
-                      rounded(point.time.median) + " ns per ray");
-    }
-    terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
-}
-
 int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const StudyOptions wanted = study_options(arguments, options);
@@ -89,7 +71,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const ErrorStudy study = study_watched(*plan, wanted, terminal);
     write_report(directory, *plan, study);
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << error_json(*plan, study); });
-    tell_result(study, directory, terminal);
+    if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << error_text(study); });
+    terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
     return study.interrupted ? exit_interrupted : exit_done;
 }
 

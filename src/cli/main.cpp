@@ -54,10 +54,9 @@ void refuse_empty_json(const CLI::App& verb, const Arguments& arguments) {
 /// `--json` takes a file if one follows, so in `render --json room.toml` it took the scene. Give it back.
 void return_what_json_took(Arguments& arguments, const std::string& verb) {
     std::string& wanted = verb == "list" ? arguments.topic : arguments.scene;
-    const auto& topics = list_topics();
-    const bool took = verb == "list" ? std::find(topics.begin(), topics.end(), arguments.json) != topics.end()
-                                     : arguments.json.ends_with(".toml");
-    if (!wanted.empty() || !took) return;
+    if (!wanted.empty()) return;
+    const bool took = verb == "list" ? json_took_word(arguments.json, list_topics(), "a topic") : arguments.json.ends_with(".toml");
+    if (!took) return;
     wanted = arguments.json;
     arguments.json = "-";
 }
@@ -119,7 +118,7 @@ int main(int argc, char** argv) {
         Terminal(arguments).error(error.what());
         return exit_wrong_input;
     } catch (const std::bad_alloc&) {
-        Terminal(arguments).error("there is not enough memory; a film takes 12 bytes per pixel for color, 4 for every other layer");
+        Terminal(arguments).error("there is not enough memory");
         return exit_failed;
     } catch (const std::exception& error) {
         Terminal(arguments).error(error.what());

@@ -80,14 +80,21 @@ std::string report_directory(const Arguments& arguments, const std::string& kind
 
 void make_report_directory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
                            const std::vector<NamedFile>& inputs) {
-    std::error_code failure;
+    std::error_code failure, ignored;
+    std::vector<fs::path> made;  // the innermost first
+    for (fs::path path = directory; !path.empty() && !fs::exists(path, ignored); path = path.parent_path()) made.push_back(path);
     fs::create_directories(directory, failure);
     if (failure || !fs::is_directory(directory))
         throw InputError("cannot make the directory '" + directory + "'" +
                          (failure ? ": " + failure.message() : "; a file bears its name"));
     std::vector<NamedFile> outputs{{"--json", json}};
     for (const std::string& file : files) outputs.emplace_back(file + " of the report", path_in(directory, file));
-    check_outputs(outputs, inputs);
+    try {
+        check_outputs(outputs, inputs);
+    } catch (const InputError&) {
+        for (const fs::path& path : made) fs::remove(path, ignored);
+        throw;
+    }
 }
 
 }  // namespace kagero

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <future>
 #include <limits>
+#include <new>
 #include <ostream>
 
 namespace kagero {
@@ -45,11 +46,17 @@ void check_inside(const std::string& option, const std::string& given, const Fil
                          std::to_string(film.height) + "; pixels count from 0");
 }
 
-int write_pixel_path(const Plan& plan, const std::string& pixel) {
+int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal& terminal) {
     const auto xy = whole_numbers("--pixel", pixel, ',', 2);
     check_inside("--pixel", pixel, plan.scene.film, xy[0], xy[1]);
     std::vector<RayEnd> ends;
-    const auto points = trace_paths(plan, {pixel_ray(plan, xy[0], xy[1])}, ends);
+    Watch watch;
+    watch.stop = InterruptGuard::requested();
+    const auto points = trace_paths(plan, {pixel_ray(plan, xy[0], xy[1])}, ends, watch);
+    if (*watch.stop) {
+        terminal.note("interrupted before the ray's end: no path is written");
+        return exit_interrupted;
+    }
     write_output("-", [&](std::ostream& out) { write_paths(out, points); });
     return exit_done;
 }
@@ -57,7 +64,11 @@ int write_pixel_path(const Plan& plan, const std::string& pixel) {
 Film film_of(const Plan& plan) {
     const Tile part = shown_part(plan);
     const FilmDescription& film = plan.scene.film;
-    return Film(part.x1 - part.x0, part.y1 - part.y0, film.layers, {part.x0, part.y0, film.width, film.height});
+    try {
+        return Film(part.x1 - part.x0, part.y1 - part.y0, film.layers, {part.x0, part.y0, film.width, film.height});
+    } catch (const std::bad_alloc&) {
+        throw RunError("there is not enough memory for the film: 12 bytes per pixel for color, 4 for every other layer");
+    }
 }
 
 double time_limit_of(const Arguments& arguments) {
@@ -181,7 +192,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     settle_watched(*plan, terminal, pilots_share * time_limit);
     const InterruptGuard interrupts;  // from here on there is something to keep; before, the signal ends the program
     tell_plan(*plan, terminal);
-    if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel);
+    if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel, terminal);
 
     Film film = film_of(*plan);
     prepared.get();  // nothing else runs beside the rays

@@ -34,14 +34,8 @@ StabilityRequest request_of(const Arguments& arguments) {
     return request;
 }
 
-/// `--json` takes a file if a word follows; a case is none.
 void return_case_json_took(std::vector<std::string>& cases, std::string& json) {
-    const auto known = stability_case_names();
-    if (std::find(known.begin(), known.end(), json) == known.end()) {
-        const std::string near = json.find_first_of("./") == std::string::npos ? near_match(json, known) : "";
-        if (!near.empty()) throw InputError("--json: \"" + json + "\" is neither a file's name nor a case; did you mean " + near + "?");
-        return;
-    }
+    if (!json_took_word(json, stability_case_names(), "a case")) return;
     cases.push_back(json);
     json = "-";
 }

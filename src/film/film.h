@@ -1,7 +1,6 @@
 /// The picture being made: one plane of floats per channel, and its way to disk.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>

@@ -126,7 +126,7 @@ void write_pfm(const Film& film, const std::string& path) {
     const float* color = color_plane(film, path);
     const std::size_t row = std::size_t{film.width()} * 3;
     write_file(path, [&](std::ostream& out) {
-        out << "PF\n" << film.width() << ' ' << film.height() << "\n-1.0\n";
+        out << "PF\n" + std::to_string(film.width()) + ' ' + std::to_string(film.height()) + "\n-1.0\n";  // in any locale
         for (std::size_t y = film.height(); y-- > 0;)
             out.write(reinterpret_cast<const char*>(color + y * row), static_cast<std::streamsize>(row * sizeof(float)));
     });

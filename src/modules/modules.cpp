@@ -51,7 +51,7 @@ const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& want
         if (isa.name == wanted)
             throw InputError(option + " " + wanted + ": this program was built without it; it was built with " + names_of(found, false));
     const std::string near = near_match(wanted, names);
-    throw InputError(option + " " + wanted + ": not one of auto, " + names_of(found, false) +
+    throw InputError(option + (wanted.empty() ? " with an empty name" : " " + wanted) + ": not one of auto, " + names_of(found, false) +
                      (near.empty() ? "" : "; did you mean " + near + "?"));
 }
 

@@ -131,7 +131,7 @@ void Comparer::check_wanted() const {
     std::string asked;
     if (options_.strategy) enumerate(asked, std::string("strategy ") + name_of(*options_.strategy));
     if (options_.precision) enumerate(asked, name_of(*options_.precision));
-    if (!options_.lanes.empty()) enumerate(asked, "these lanes");
+    for (const std::uint32_t lanes : options_.lanes) enumerate(asked, std::to_string(lanes) + (lanes == 1 ? " lane" : " lanes"));
     throw InputError(asked + ": there is no such kernel; `kagero list strategies` shows those there are");
 }
 

@@ -3,7 +3,6 @@
 
 #include "render/variant.h"
 
-#include <string>
 
 namespace kagero {
 

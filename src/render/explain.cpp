@@ -141,8 +141,10 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
               : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");
     parts.add(bent && method.adaptive, "step control, lane by lane", bent ? "steps have a fixed length" : straight);
-    parts.add(bent && space.scaled && !method.angular, "bound on the step from the space's length scale",
-              !bent ? straight : method.angular ? "in the plane of the orbit steps have no length" : "the space declares none");
+    const bool leaps = bent && method.adaptive && std::isfinite(plan.job.longest_share);
+    if (leaps) parts.always("bound on the step: a quarter of |q|, for the space states no length_scale, and long steps miss what is small");
+    else parts.add(bent && space.scaled && !method.angular, "bound on the step from the space's length scale",
+                   !bent ? straight : method.angular ? "in the plane of the orbit steps have no length" : "the space declares none");
     parts.add(bent && space.creased, "steps split where H is not smooth", bent ? "H is smooth" : straight);
     parts.add(bent, "energy test: a step that loses H is halved", straight);
 }

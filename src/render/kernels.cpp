@@ -28,7 +28,7 @@ bool widest_is_best(const Plan& plan) {
     return plan.module->integrators[plan.job.integrator].angular && !plan.job.geometry && !plan.straight;
 }
 
-/// "strategy packet, double, 64 lanes"
+/// "strategy packet, double, integrator.lanes = 64"
 std::string text_of(const KernelWish& wish) {
     std::string text;
     if (wish.strategy) enumerate(text, std::string("strategy ") + name_of(*wish.strategy));

@@ -112,6 +112,9 @@ void remark_on_names(const FormulaDescription& formula, std::vector<std::string>
     });
 }
 
+/// A float counts so far.
+constexpr std::uint32_t most_float_steps = 1u << 24;
+
 /// Of what the user may not have meant.
 void remark(Plan& plan, bool with_camera) {
     const SceneDescription& scene = plan.scene;
@@ -121,6 +124,8 @@ void remark(Plan& plan, bool with_camera) {
     if (scene.space.formula) remark_on_names(*scene.space.formula, plan.remarks);
     if (integrator.max_pixel_error > 0 && !with_camera)
         say("integrator.max_pixel_error has no effect on single rays: they are traced by " + integrator.method + " as it is");
+    if (integrator.max_steps > most_float_steps && plan.kernel->precision == Precision::float32)
+        say("integrator.max_steps: in float rays end after " + std::to_string(most_float_steps) + " steps");
     if (integrator.tolerance_place && !plan.straight && !plan.module->integrators[plan.job.integrator].adaptive && !fits)
         say("integrator.tolerance has no effect: " + integrator.method + " takes steps of one length");
     if (with_camera && scene.camera.fov_place && scene.camera.type != "perspective")
@@ -141,6 +146,8 @@ void fill_job(Plan& plan, bool with_camera) {
     job.rescaled = choose_rescaling(plan, info);
     job.step = step_is_length(plan) ? scene.integrator.step / plan.unit : scene.integrator.step;
     job.tolerance = scene.integrator.tolerance;
+    // Of a formula nobody knows where it is uniform: where it says nothing of lengths, they go with the distance from its centre.
+    if (scene.space.formula && scene.space.formula->length_scale.empty()) job.longest_share = 0.25;
     job.solver_tolerance = scene.integrator.solver_tolerance;
     job.max_steps = scene.integrator.max_steps;
     // Behind a throat lies another universe, the mirror image of this one: there `escape_radius` counts from the throat, on both sides.

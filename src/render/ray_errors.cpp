@@ -54,14 +54,14 @@ double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is) {
 
 double pixel_error(const Plan& plan, const RayEnd& should, const RayEnd& is) {
     constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
-    if (!same_class(plan, should, is)) return not_known;
+    if (!same_class(should, is)) return not_known;
     if (should.status == Status::captured) return 0;
     return has_end(should) ? pixels_apart(plan, should, is) : not_known;
 }
 
-bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b) {
+bool same_class(const RayEnd& a, const RayEnd& b) {
     if (a.status != b.status) return false;
-    return a.status != Status::hit || plan.geometry->object_of(a.surface) == plan.geometry->object_of(b.surface);
+    return a.status != Status::hit || a.surface == b.surface;
 }
 
 RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
@@ -71,7 +71,7 @@ RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const RayEnd &should = reference.ends[i], &is = ends[i];
         if (!reference.decided[i]) continue;
-        if (!same_class(plan, should, is)) {
+        if (!same_class(should, is)) {
             ++errors.flips;
             continue;
         }
@@ -101,7 +101,7 @@ std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, 
     for (std::size_t i = 0; i < ends.size(); ++i)
         for (const RayEnd* aside : {&right[i], &below[i]}) {
             // A neighbour that ends otherwise may be beside an edge only; that alone does not make a ray ill-conditioned.
-            if (!has_end(ends[i]) || !same_class(plan, ends[i], *aside)) continue;
+            if (!has_end(ends[i]) || !same_class(ends[i], *aside)) continue;
             const double seen = pixels_apart(plan, in_space(plan, ends[i]), in_space(plan, *aside)) * sample.pixel_angle;
             const double apart = std::max(angle(ends[i].v, aside->v), seen);
             all[i] = std::max(all[i], apart / sample.turn);

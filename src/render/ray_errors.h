@@ -49,7 +49,7 @@ struct RayErrors {
 };
 
 /// True when both rays ended in the same way, and on the same object if on any.
-bool same_class(const Plan& plan, const RayEnd& a, const RayEnd& b);
+bool same_class(const RayEnd& a, const RayEnd& b);
 
 /// Positions of `ends` are scene coordinates.
 RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,

@@ -40,7 +40,7 @@ Double3 orbit_velocity(const Plan& plan, const Double3& normal, const Double3& q
 double redshift_of(const Plan& plan, const Sighting& ray) {
     const RayEnd& end = *ray.end;
     if (end.status == Status::hit) {
-        const ObjectDescription& object = plan.scene.objects[plan.geometry->object_of(end.surface)];
+        const ObjectDescription& object = plan.scene.objects[end.surface];
         return object.shape == Shape::disk ? redshift_of_disk(plan, ray, object) : 0;
     }
     if (end.status != Status::escaped) return 0;

@@ -61,7 +61,7 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
     rays.conditioning =
         conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, deadline), ends_by(plan, best, sample.below, deadline));
     for (std::size_t i = 0; i < rays.ends.size(); ++i) {
-        const bool decided = ended(rays.ends[i]) && same_class(plan, rays.ends[i], confirming[i]);
+        const bool decided = ended(rays.ends[i]) && same_class(rays.ends[i], confirming[i]);
         rays.decided.push_back(decided);
         ++(decided ? story.decided : story.undecided);
         ++story.status[static_cast<int>(rays.ends[i].status)];

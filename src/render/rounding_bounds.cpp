@@ -118,7 +118,7 @@ void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::siz
     std::vector<std::size_t> wanted;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const std::vector<PathPoint>& points = traced.points[i];
-        if (points.empty() || !same_class(plan, ends[places[i]], traced.ends[i])) continue;
+        if (points.empty() || !same_class(ends[places[i]], traced.ends[i])) continue;
         paths.push_back({points.data(), static_cast<std::uint32_t>(points.size()), {}, {}, {}});
         look_at_end(plan, traced.ends[i], paths.back());
         wanted.push_back(i);

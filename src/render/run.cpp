@@ -24,7 +24,7 @@ struct alignas(64) Share {
     ThreadTime time;
     std::uint64_t rays = 0, unrefined = 0;
     std::uint64_t status[status_count] = {};
-    std::vector<double> energy_errors;
+    Tally energy_errors;
 };
 
 /// Numbers too small to matter are zero for this thread while it traces: denormal arithmetic is a hundred times slower.
@@ -64,15 +64,15 @@ Counters difference(Counters a, const Counters& b) {
 
 RunReport gather(std::vector<Share>& shares) {
     RunReport report;
-    std::vector<double> energy_errors;
+    Tally energy_errors;
     for (Share& share : shares) {
         report.rays += share.rays, report.unrefined += share.unrefined;
         report.counters = sum(report.counters, share.counters);
         report.threads.push_back(share.time);
         for (std::uint32_t i = 0; i < status_count; ++i) report.status[i] += share.status[i];
-        energy_errors.insert(energy_errors.end(), share.energy_errors.begin(), share.energy_errors.end());
+        energy_errors.add(share.energy_errors);
     }
-    if (!energy_errors.empty()) report.energy_error = spread_of(std::move(energy_errors));
+    if (!energy_errors.empty()) report.energy_error = energy_errors.spread();
     return report;
 }
 
@@ -158,13 +158,11 @@ private:
     }
     void count(Share& share) const {
         share.rays += share.ends.size();
-        if (share.energy_errors.empty() && (job_.outputs & output_energy))
-            share.energy_errors.reserve(share.ends.size() * (work_.tiles.size() / std::max(plan_.threads, 1u) + 1));
         for (const RayEnd& end : share.ends) {
             ++share.status[static_cast<int>(end.status)];
             share.unrefined += end.unrefined;
             // Of a ray that could not start it is no number.
-            if ((job_.outputs & output_energy) && !std::isnan(end.energy_error)) share.energy_errors.push_back(end.energy_error);
+            if ((job_.outputs & output_energy) && !std::isnan(end.energy_error)) share.energy_errors.add(end.energy_error);
         }
     }
     void report(double cost) {

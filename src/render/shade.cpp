@@ -99,7 +99,7 @@ double greatest_error(const Pixel& pixel, double EndError::*error) {
 
 double object_of(const Pixel& pixel) {
     const RayEnd& end = *pixel.rays.front().end;
-    return end.status == Status::hit ? pixel.plan.geometry->object_of(end.surface) + 1 : 0;
+    return end.status == Status::hit ? end.surface + 1 : 0;
 }
 
 /// How each layer of film.cpp is made, and from what.

@@ -9,6 +9,9 @@ namespace kagero {
 
 std::string error_json(const Plan& plan, const ErrorStudy& study);
 
+/// The cheapest way for each bound, a line each.
+std::string error_text(const ErrorStudy& study);
+
 /// One row per point.
 std::string error_csv(const ErrorStudy& study);
 

@@ -50,6 +50,23 @@ constexpr const char* columns =
 
 }  // namespace
 
+std::string error_text(const ErrorStudy& study) {
+    std::string text;
+    for (const Cheapest& best : study.cheapest) {
+        text += "99 % of the rays within " + shortest(best.error) + (std::string(best.measure) == "pixels" ? " pixel: " : " rad: ");
+        if (!best.found) {
+            text += "by none of the points\n";
+            continue;
+        }
+        const StudyCurve& curve = study.curves[best.curve];
+        const StudyPoint& point = curve.points[best.point];
+        text += curve.method + (curve.info->adaptive ? ", tolerance " : ", step ") + shortest(point.step) + ", " + name_of(curve.precision) +
+                (curve.loose ? ", solver_tolerance " + rounded(point.solver_tolerance) : "") + ", " + rounded(1e-3 * point.time.median) +
+                " \u00b5s per ray\n";
+    }
+    return text;
+}
+
 std::string error_csv(const ErrorStudy& study) {
     std::string text = columns;
     for (const StudyCurve& curve : study.curves)

@@ -46,7 +46,7 @@ std::string explanation_json(const Plan& plan, const Explanation& explanation) {
 std::string validity_text(const Plan& plan) {
     const SceneDescription& scene = plan.scene;
     return scene.path + ": valid (" + scene.space.hamiltonian + ", " + scene.integrator.method + ", " + std::to_string(scene.objects.size()) +
-           " objects, " + std::to_string(scene.film.width) + "x" + std::to_string(scene.film.height) + ")\n";
+           (scene.objects.size() == 1 ? " object, " : " objects, ") + std::to_string(scene.film.width) + "x" + std::to_string(scene.film.height) + ")\n";
 }
 
 std::string validity_json(const Plan& plan) {

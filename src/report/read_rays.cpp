@@ -98,10 +98,10 @@ std::vector<RayInput> read_rays(std::istream& in, const std::string& name) {
     std::array<std::size_t, 6> where{};
     bool header_seen = false;
     Place place{name, 0, 0};
-    std::string line;
-    while (std::getline(in, line)) {
+    std::vector<char> line(10'001);  // what has no lines at all would fill the memory
+    while (in.getline(line.data(), static_cast<std::streamsize>(line.size()))) {
         ++place.line;
-        std::string_view text = line;
+        std::string_view text(line.data(), static_cast<std::size_t>(in.gcount()) - (in.eof() ? 0 : 1));
         if (place.line == 1 && text.starts_with("\xef\xbb\xbf"))
             text.remove_prefix(3);  // a byte order mark, as spreadsheets write
         if (text.ends_with('\r')) text.remove_suffix(1);
@@ -114,6 +114,8 @@ std::vector<RayInput> read_rays(std::istream& in, const std::string& name) {
             header_seen = true;
         }
     }
+    if (in.gcount() + 1 == static_cast<std::streamsize>(line.size()))
+        throw InputError(Place{name, place.line + 1, 1}, "a line of more than 9,999 characters, which is no ray's");
     if (in.bad()) throw RunError("cannot read '" + name + "' to its end");
     if (!header_seen)
         throw InputError(Place{name, 1, 1}, std::string("there is nothing here; the first line must be ") + expected_header);

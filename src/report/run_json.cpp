@@ -7,7 +7,6 @@
 #include "report/json.h"
 #include "report/numbers.h"
 
-#include <algorithm>
 
 namespace kagero {
 

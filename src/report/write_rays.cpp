@@ -31,7 +31,7 @@ void append_number(std::string& row, double x) {
 
 std::string object_name(const Plan& plan, const RayEnd& end) {
     if (end.status != Status::hit || !plan.geometry) return "";
-    return csv_text(plan.scene.objects.at(plan.geometry->object_of(end.surface)).name);
+    return csv_text(plan.scene.objects.at(end.surface).name);
 }
 
 void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end) {

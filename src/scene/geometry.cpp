@@ -185,10 +185,6 @@ const Geometry* SceneGeometry::kernel_view() const {
     return content_->embree ? &content_->geometry : nullptr;
 }
 
-std::uint32_t SceneGeometry::object_of(std::uint32_t surface) const {
-    return surface;
-}
-
 Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
                                     const Double3& toward, double redshift, const Patch& patch) const {
     return object_color(content_->objects[surface], primitive, point, toward, redshift, patch);

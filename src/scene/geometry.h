@@ -36,8 +36,6 @@ public:
 
     /// What the kernels need, in coordinates relative to `space.center`; null when the scene has no objects.
     const Geometry* kernel_view() const;
-    /// The index in SceneDescription::objects of a surface (a box has one surface, so has a mesh).
-    std::uint32_t object_of(std::uint32_t surface) const;
     /// Linear colour of a surface at a point relative to `space.center`; `toward` is the ray's unit direction there (away from the eye),
     /// `redshift` the frequency seen over the frequency sent, which matters to disks. Images and checkers are averaged over the patch.
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,

@@ -91,9 +91,12 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
     return space;
 }
 
-/// "auto", 0, or how many rays a packet shall have; whether there are such packets the kernels know.
+/// How many rays a packet shall have, or 0 for "auto"; whether there are such packets the kernels know.
 std::uint32_t to_lanes(const Value& lanes) {
-    if (lanes.kind == Value::Kind::string) return to_choice(lanes, "integrator.lanes", {"auto"}), 0;
+    if (lanes.kind == Value::Kind::string) {
+        if (lanes.string == "auto") return 0;
+        throw InputError(lanes.place, "integrator.lanes = " + written(lanes.string) + " is neither a whole number, 1 <= value <= 1024, nor known" + suggestion(lanes.string, {"auto"}));
+    }
     return to_count(lanes, "integrator.lanes", 1, 1024);
 }
 
@@ -152,6 +155,7 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
         const auto known = names(catalogue.integrators, catalogue.integrator_count);
         const std::size_t chosen = to_choice(*method, "integrator.method", known);
         integrator.method = known[chosen], integrator.method_place = method->place;
+        if (catalogue.integrators[chosen].angular && info.orbit_method) integrator.step = info.orbit_step;
         if (integrator.symmetry == "none" && catalogue.integrators[chosen].angular)
             throw InputError(method->place, "integrator.method = \"" + known[chosen] +
                              "\" follows rays in the plane of their orbit, which integrator.symmetry = \"none\" forbids");

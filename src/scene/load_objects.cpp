@@ -183,13 +183,16 @@ Paint load_paint(const Section& section, const Paint& fallback, CheckerKey check
     const Value* color = find(section, "color");
     const Value* texture = find(section, "texture");
     const Value* checker = find(section, "checker");
-    Paint paint = fallback;
-    if (!color && !texture && !checker) return paint;
+    if (checker && checker_key != CheckerKey::counts) {
+        if (checker->kind != Value::Kind::boolean) fail(*checker, full_name(section, "checker"), "true or false");
+        if (!checker->boolean) checker = nullptr;
+    }
+    if (!color && !texture && !checker) return fallback;
     if (texture && (color || checker)) {
         const std::string other = color ? "color" : "checker";
         throw InputError(texture->key_place, full_name(section, "texture") + " and " + other + " exclude each other: keep one");
     }
-    paint = {};
+    Paint paint;
     paint.place = (texture ? texture : checker ? checker : color)->place;
     if (color) paint.color = to_double3(*color, full_name(section, "color"), color_range);
     if (texture) {
@@ -197,15 +200,8 @@ Paint load_paint(const Section& section, const Paint& fallback, CheckerKey check
         paint.texture = to_file(*texture, full_name(section, "texture"), directory);
     }
     if (!checker) return paint;
-    const std::string name = full_name(section, "checker");
     paint.kind = Paint::Kind::checker;
-    if (checker_key == CheckerKey::counts) {
-        paint.checker = to_double2(*checker, name, checker_range);
-    } else {
-        if (checker->kind != Value::Kind::boolean) fail(*checker, name, "true or false");
-        if (!checker->boolean) return color ? Paint{Paint::Kind::color, paint.color, {}, {8, 8}, color->place} : fallback;
-        paint.checker = {24, 12};
-    }
+    paint.checker = checker_key == CheckerKey::counts ? to_double2(*checker, full_name(section, "checker"), checker_range) : std::array<double, 2>{24, 12};
     return paint;
 }
 
@@ -218,7 +214,7 @@ std::vector<ObjectDescription> load_objects(const Value& root, const std::string
         if (table.kind != Value::Kind::table) fail(table, "object", "a table headed [[object]]");
         std::string name = "object-" + std::to_string(objects.size() + 1);
         const Value* given = find(table, "name");
-        if (given) name = to_text(*given, name + ".name");
+        if (given) name = to_text(*given, "object." + name + ".name");
         if (name.empty()) fail(*given, "object.name", "a name, or none");
         for (const ObjectDescription& other : objects) {
             if (other.name != name) continue;

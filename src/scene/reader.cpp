@@ -98,12 +98,14 @@ std::array<double, 2> to_double2(const Value& value, const std::string& name, co
 }
 
 std::uint32_t to_count(const Value& value, const std::string& name, std::uint32_t least, std::uint32_t greatest) {
-    if (value.kind != Value::Kind::integer) fail(value, name, "a whole number");
-    if (value.integer < static_cast<std::int64_t>(least) || value.integer > static_cast<std::int64_t>(greatest)) {
-        const Range range{static_cast<double>(least), static_cast<double>(greatest)};
-        throw InputError(value.place, name + " = " + written(value) + " is out of range: legal is " + described(range));
+    const Range range{static_cast<double>(least), static_cast<double>(greatest)};
+    if (value.kind != Value::Kind::integer) {
+        const bool whole = value.kind == Value::Kind::number && value.number == std::floor(value.number);
+        fail(value, name, "a whole number, " + described(range) + (whole ? ", written without a point" : ""));
     }
-    return static_cast<std::uint32_t>(value.integer);
+    if (!(value.number >= range.least && value.number <= range.greatest))
+        throw InputError(value.place, name + " = " + written(value) + " is out of range: legal is " + described(range));
+    return static_cast<std::uint32_t>(value.number);
 }
 
 const std::string& to_text(const Value& value, const std::string& name) {

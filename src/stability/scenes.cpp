@@ -135,7 +135,7 @@ void straight_picture(Trial& trial) {
                 std::string(hamiltonian) + ", pixel " + std::to_string(i % 48) + "," + std::to_string(i / 48);
             trial.expect_status(ends[i], sight->object < 0 ? Status::escaped : Status::hit, pixel);
             if (sight->object < 0 || ends[i].status != Status::hit) continue;
-            trial.expect(plan->geometry->object_of(ends[i].surface) == static_cast<std::uint32_t>(sight->object),
+            trial.expect(ends[i].surface == static_cast<std::uint32_t>(sight->object),
                          "wrong object, " + pixel);
             Double3 at = direction(plan->camera, i % 48 + 0.5, i / 48 + 0.5);
             for (std::size_t k = 0; k < 3; ++k) at[k] = eye[k] + sight->away * at[k];

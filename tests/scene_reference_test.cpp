@@ -1,0 +1,264 @@
+// docs/scene.md is the reference of scene files: it tells every key that the loader knows and no other, with the loader's own ranges, words
+// and defaults.
+#include "render/plan.h"
+#include "scene/value.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace kagero::test {
+namespace {
+
+using Names = std::set<std::string>;
+
+/// Of every shape an object that is named like it; nothing that has a default.
+constexpr const char* every_shape = R"([space]
+hamiltonian = "wormhole"
+[camera]
+position = [0, 0, 9]
+look_at = [0, 0, 0]
+[film]
+size = [4, 4]
+[[object]]
+name = "rectangle"
+shape = "rectangle"
+origin = [2, 2, 2]
+edge_u = [1, 0, 0]
+edge_v = [0, 1, 0]
+[[object]]
+name = "box"
+shape = "box"
+min = [3, 3, 3]
+max = [4, 4, 4]
+[[object]]
+name = "room"
+shape = "room"
+min = [-20, -20, -20]
+max = [20, 20, 20]
+[[object]]
+name = "sphere"
+shape = "sphere"
+center = [5, 5, 5]
+radius = 1
+[[object]]
+name = "mesh"
+shape = "mesh"
+file = "meshes/pavement.obj"
+[[object]]
+name = "disk"
+shape = "disk"
+center = [0, 0, 0]
+inner = 4
+outer = 5
+)";
+
+/// A table of scene files as one kind of scene has it.
+struct Table {
+    std::string path;                    ///< as in -D
+    std::vector<Override> kind;          ///< what makes every_shape that kind
+    std::vector<std::string> headings;   ///< in headings of the reference, above its keys
+    Names absent;                        ///< keys there that this kind does not have
+    Names declared;                      ///< keys that the space declares: `kagero list` tells them
+};
+
+std::vector<Table> tables() {
+    std::vector<Table> all{
+        {"space", {}, {"`[space]`"}, {}, {"throat"}},
+        {"space", {"space.hamiltonian=formula", "space.H=px^2"}, {"`[space]`", "`hamiltonian = \"formula\"`"}, {}, {}},
+        {"integrator", {}, {"`[integrator]`"}, {}, {}},
+        {"camera", {}, {"`[camera]`"}, {"height"}, {}},
+        {"camera", {"camera.type=orthographic"}, {"`[camera]`"}, {}, {}},
+        {"film", {}, {"`[film]`"}, {}, {}},
+        {"sky", {}, {"`[sky]`"}, {}, {}},
+        {"sky.far", {}, {"`[sky]`"}, {"far"}, {}},
+        {"object.box.faces", {}, {"`[object.faces]`"}, {}, {}},
+    };
+    for (const std::string& shape : shape_names()) all.push_back({"object." + shape, {}, {"`[[object]]`", "`shape = \"" + shape + "\"`"}, {}, {}});
+    return all;
+}
+
+/// A row of the reference that tells of a key.
+struct Row {
+    std::string heading, key, legal, standard;
+};
+
+std::vector<std::string> cells_of(std::string line) {
+    line = std::regex_replace(line, std::regex(R"(\\\|)"), "/");
+    std::vector<std::string> cells;
+    std::istringstream text(line.substr(1));
+    for (std::string cell; std::getline(text, cell, '|');) cells.push_back(std::regex_replace(cell, std::regex("^ +| +$"), ""));
+    return cells;
+}
+
+struct Reference {
+    std::vector<std::string> headings;
+    std::vector<Row> rows;
+
+    Reference() {
+        std::ifstream file(KAGERO_SOURCE "/docs/scene.md");
+        bool code = false, keys = false;
+        for (std::string line; std::getline(file, line);) {
+            if (line.starts_with("```")) code = !code;
+            if (code) continue;
+            if (line.starts_with('#')) headings.push_back(line);
+            const auto cells = line.starts_with('|') ? cells_of(line) : std::vector<std::string>{};
+            keys = cells.size() == 5 && (keys || cells[0] == "key");
+            if (keys && cells[0].starts_with('`')) rows.push_back({headings.back(), cells[0].substr(1, cells[0].size() - 2), cells[2], cells[3]});
+        }
+    }
+};
+
+bool has(const Table& table, const Row& row) {
+    const auto above = [&](const std::string& heading) { return row.heading.find(heading) != std::string::npos; };
+    return !table.absent.contains(row.key) && std::any_of(table.headings.begin(), table.headings.end(), above);
+}
+
+SceneDescription load(const std::vector<Override>& overrides) {
+    static const Catalogue known = catalogue("auto");
+    return load_scene_text(every_shape, KAGERO_SCENES "/every-shape.toml", overrides, known);
+}
+
+/// What the loader says of a value; "" where it takes it.
+std::string refusal(const Table& table, const std::string& key, const std::string& value) {
+    std::vector<Override> overrides = table.kind;
+    overrides.emplace_back((table.path.empty() ? "" : table.path + '.') + key + '=' + value);
+    try {
+        load(overrides);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+/// What stands behind the last `word` of a message; "" without it.
+std::string behind(const std::string& word, const std::string& message) {
+    const std::size_t at = message.rfind(word);
+    return at == std::string::npos ? "" : message.substr(at + word.size());
+}
+
+/// The names that the loader knows, as it tells whoever writes another.
+Names known_names(const std::string& message) {
+    Names names;
+    std::istringstream text(behind("known: ", message));
+    for (std::string name; std::getline(text >> std::ws, name, ',');) names.insert(name);
+    return names;
+}
+
+/// Every number as this program writes it.
+std::string in_one_form(const std::string& range) {
+    std::istringstream text(range);
+    std::string form;
+    for (std::string word; text >> word;) {
+        char* end = nullptr;
+        const double number = std::strtod(word.c_str(), &end);
+        form += (form.empty() ? "" : " ") + (*end ? word : written(number));
+    }
+    return form;
+}
+
+/// The range of a number, or of the numbers in an array or table, as the loader tells who leaves it; "" where there is none.
+std::string known_range(const Table& table, const std::string& key) {
+    for (const std::string number : {"9000000000000000000", "1e305"})
+        for (const std::string& value : {number, '[' + number + ", 1]", '[' + number + ", 1, 1]", "{ a = " + number + " }"}) {
+            const std::string range = behind("legal is ", refusal(table, key, value));
+            if (!range.empty()) return in_one_form(range);
+        }
+    return "";
+}
+
+std::string told_range(const Row& row) {
+    std::smatch found;
+    const bool told = std::regex_search(row.legal, found, std::regex("`([^`]*\\bvalue\\b[^`]*)`"));
+    return told ? in_one_form(found[1]) : "";
+}
+
+/// A key of a scene that was written back.
+const Value* printed(const Value& scene, const std::string& path, const std::string& key) {
+    const Value* table = &scene;
+    std::istringstream names(path + '.' + key);
+    for (std::string name; table && std::getline(names, name, '.');) {
+        const Value* next = table->kind == Value::Kind::array ? nullptr : find(*table, name);
+        for (const Value& item : table->items)
+            if (table->kind == Value::Kind::array && find(item, "name")->string == name) next = &item;
+        table = next;
+    }
+    return table;
+}
+
+TEST(SceneReference, TellsEveryTable) {
+    const Reference reference;
+    Names told;
+    for (const std::string& heading : reference.headings) {
+        std::smatch found;
+        if (std::regex_match(heading, found, std::regex(R"(## `\[+(\w+)\]+`)"))) told.insert(found[1]);
+    }
+    EXPECT_EQ(told, known_names(refusal({}, "zzzzzz", "1")));
+}
+
+TEST(SceneReference, TellsEveryKeyAndNoOther) {
+    const Reference reference;
+    const std::vector<Table> all = tables();
+    for (const Table& table : all) {
+        Names told = table.declared;
+        for (const Row& row : reference.rows)
+            if (has(table, row)) told.insert(row.key);
+        EXPECT_EQ(told, known_names(refusal(table, "zzzzzz", "1"))) << table.path;
+    }
+    for (const Row& row : reference.rows)
+        EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Table& table) { return has(table, row); })) << row.heading << ": " << row.key;
+}
+
+TEST(SceneReference, TellsRangesAsTheyAre) {
+    const Reference reference;
+    for (const Table& table : tables())
+        for (const Row& row : reference.rows) {
+            if (!has(table, row)) continue;
+            EXPECT_EQ(told_range(row), known_range(table, row.key)) << table.path << '.' << row.key;
+        }
+}
+
+TEST(SceneReference, TellsWordsAsTheyAre) {
+    const Reference reference;
+    const std::regex word("`\"([^`\"]+)\"`");
+    for (const Table& table : tables())
+        for (const Row& row : reference.rows) {
+            if (!has(table, row) || !row.legal.starts_with("`\"")) continue;
+            Names told;
+            for (std::sregex_iterator at(row.legal.begin(), row.legal.end(), word), end; at != end; ++at) told.insert((*at)[1]);
+            EXPECT_EQ(told, known_names(refusal(table, row.key, "zzzzzz"))) << table.path << '.' << row.key;
+        }
+}
+
+TEST(SceneReference, TellsDefaultsAsTheyAre) {
+    const Reference reference;
+    Names told, seen;
+    for (const Table& table : tables()) {
+        // What a method has no use for is written as a comment.
+        const std::string text = std::regex_replace(print_scene(load(table.kind)), std::regex("\n# "), "\n");
+        const Value scene = parse_toml(text, "printed");
+        for (const Row& row : reference.rows) {
+            std::smatch found;
+            const std::string name = table.path + '.' + row.key;
+            const auto sets = [&](const Override& one) { return one.text.starts_with(name + '='); };
+            if (!has(table, row) || std::any_of(table.kind.begin(), table.kind.end(), sets)) continue;
+            if (!std::regex_match(row.standard, found, std::regex("`([^`]+)`"))) continue;
+            told.insert(row.heading + ": " + row.key);
+            const Value* value = printed(scene, table.path, row.key);
+            if (!value) continue;
+            seen.insert(row.heading + ": " + row.key);
+            EXPECT_EQ(written(parse_toml_value(found[1], {})), written(*value)) << name;
+        }
+    }
+    EXPECT_GT(told.size(), 20u);
+    EXPECT_EQ(told, seen);
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -159,6 +159,15 @@ void check_combination(const Arguments& arguments) {
     refuse(arguments.maps, "--maps"), refuse(!arguments.time_limit.empty(), "--time-limit");
 }
 
+/// What is told when the picture is written, and the exit status.
+int conclude(const Plan& plan, const RunReport& report, double write_seconds, const std::string& output, const std::string& json, const Terminal& terminal) {
+    if (!json.empty()) write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds); });
+    tell_result(report, output, terminal);
+    warn_of_ends(plan, report, terminal);
+    if (report.interrupted && !report.out_of_time) return exit_interrupted;
+    return plan.pilot && !plan.pilot->met ? exit_bound : exit_done;
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
     const SnapshotGuard snapshots;  // from here on: the signal may come while the scene is being loaded
@@ -199,12 +208,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const RunReport report = render_watched(*plan, film, output, deadline.left(), terminal);
     const double write_seconds = save_film(film, output, picture_metadata(*plan, report));
     write_maps(film, mapped, output, terminal);
-    if (!arguments.json.empty())
-        write_output(arguments.json, [&](std::ostream& out) { out << render_json(*plan, report, write_seconds); });
-    tell_result(report, output, terminal);
-    warn_of_ends(*plan, report, terminal);
-    if (report.interrupted && !report.out_of_time) return exit_interrupted;
-    return plan->pilot && !plan->pilot->met ? exit_bound : exit_done;
+    return conclude(*plan, report, write_seconds, output, arguments.json, terminal);
 }
 
 }  // namespace

@@ -71,7 +71,6 @@ struct Leg : Arrival<V> {
     ScalarOf<V> capture_within = std::numeric_limits<ScalarOf<V>>::infinity();  ///< Job::capture_within
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
     ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
-    ScalarOf<V> greatest_loss{};     ///< of H, as a share of its terms: a ray that has lost more at the end of a step is another ray
 
     // Set by the stepper, beside the arrival.
     MaskOf<V> energy_holds;    ///< the step has not lost H

@@ -19,6 +19,10 @@ struct Straight {
 
 namespace detail {
 
+/// This share of H's terms a ray may have lost at the end of a step: one that has lost more is another ray.
+template <class S>
+inline constexpr S greatest_loss = S(0.03);
+
 /// What the tracing loop wants to know of a place on a ray's way. Not inlined, so that all kinds of step share it.
 template <class System, class V>
 __attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Waypoint<V>& at, const V& terms_before) {
@@ -30,7 +34,7 @@ __attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Way
         at.captured = max(at.captured, norm(at.q()) - V(f.capture_within));
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     const V terms = max(here.terms, terms_before);
-    f.energy_holds = (here.excess * here.excess <= V(f.greatest_loss * f.greatest_loss) * terms) & (terms - terms <= V(S(0)));  // and these are finite
+    f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite
     if (f.want_energy) f.energy_error = abs(here.excess) / here.size;
     if (f.want_path) f.energy = system.energy(at) + V(S(system.level()));
 }

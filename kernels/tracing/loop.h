@@ -134,14 +134,6 @@ private:
     RayEnd* ends_[W];
     std::uint64_t numbers_[W];
 
-    /// A share of H's terms. Where steps are held to a tolerance it is little above that of the other quantities' loss on a long way: an
-    /// estimate that is blind (Fehlberg's, where the ends of a step are alike) does not pass for an accurate step.
-    S greatest_loss() const {
-        if (!task_.method.info.adaptive) return most_loss;
-        return min(most_loss, S(3) * std::sqrt(max(S(job_.tolerance), machine_epsilon<S>)));
-    }
-    static constexpr S most_loss = S(0.03);
-
     /// Beyond it S does not tell a whole number from the next.
     static constexpr S most_counted = S(2) / machine_epsilon<S>;
     /// How often a step without solution is halved before its ray fails.

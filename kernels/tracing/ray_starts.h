@@ -19,7 +19,6 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
-    flow_.greatest_loss = greatest_loss();
     filled_ = lanes;
     flow_.open_iterations = iterations_after_ = steps_ = nominal_ = flow_.h = V(S(0));
     tried_h_ = tried_side_ = V(S(0));

@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 21;
+inline constexpr std::uint32_t abi_version = 22;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -70,8 +70,8 @@ struct HamiltonianInfo {
     double level;            ///< H0, the level set rays are started on
     const char* method;      ///< default integrator
     double step;             ///< its default step …
-    const char* step_parameter = nullptr;  ///< … for the default value of this parameter, a length or its inverse, or for each "escape_radius": it goes with that length
-    const char* index_parameter = nullptr;  ///< … and of this one, an index of refraction: it goes with its inverse
+    const char* step_goes_with = nullptr;   ///< … for the parameters' defaults: a formula in them and escape_radius, of the length that it goes with
+    const char* index_parameter = nullptr;  ///< an index of refraction: the step goes with its inverse too
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
     bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
     bool far_sided = false;  ///< there is another universe, with a sky of its own

@@ -37,7 +37,7 @@ HamiltonianInfo info_of() {
     };
     const Axes cyclic = space_kernel<H, double>(Rescalable<H>).cyclic;
     info.cyclic[0] = cyclic.x, info.cyclic[1] = cyclic.y, info.cyclic[2] = cyclic.z;
-    if constexpr (requires { H::step_parameter; }) info.step_parameter = H::step_parameter;
+    if constexpr (requires { H::step_goes_with; }) info.step_goes_with = H::step_goes_with;
     if constexpr (requires { H::index_parameter; }) info.index_parameter = H::index_parameter;
     if constexpr (requires { H::orbit_method; }) info.orbit_method = H::orbit_method, info.orbit_step = H::orbit_step;
     return info;

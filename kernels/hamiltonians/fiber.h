@@ -21,7 +21,7 @@ struct Fiber : IndexMedium<Fiber> {
         ParameterInfo{"alpha", 0.3, 0, unlimited, true, "1/length", "fall of the index across the fibre"},
     };
     static constexpr double step = 0.1;
-    static constexpr const char* step_parameter = "alpha";
+    static constexpr const char* step_goes_with = "1/alpha";
     static constexpr const char* index_parameter = "n0";
 
     template <class V>

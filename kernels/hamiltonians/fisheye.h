@@ -21,7 +21,7 @@ struct Fisheye : IndexMedium<Fisheye> {
         ParameterInfo{"radius", 1.0, 0, unlimited, true, "scene lengths", "R, where N = n0/2"},
     };
     static constexpr double step = 0.05;
-    static constexpr const char* step_parameter = "radius";
+    static constexpr const char* step_goes_with = "radius";
     static constexpr const char* index_parameter = "n0";
 
     template <class V>

@@ -21,7 +21,7 @@ struct Gradient : IndexMedium<Gradient> {
         ParameterInfo{"g", 0.1, -unlimited, unlimited, false, "1/length", "fall of N^2 with height"},
     };
     static constexpr double step = 0.2;
-    static constexpr const char* step_parameter = "g";
+    static constexpr const char* step_goes_with = "1/abs(g)";
     static constexpr const char* index_parameter = "n0";
 
     template <class V>

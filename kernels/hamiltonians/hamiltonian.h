@@ -10,7 +10,8 @@
 ///   method, step                             what a scene gets that asks for nothing
 ///   energy(k, q, p, pt)                      H
 /// and, where there is something to say,
-///   step_parameter                           the length of the medium, or its inverse, that the default step goes with; or "escape_radius"
+///   step_goes_with                           the length that the default step goes with, in the parameters and escape_radius, as formulas
+///                                            of scenes are written; nothing where no parameter is one, or a rescaling sees to it
 ///   index_parameter                          the index of refraction whose inverse it goes with: a step is N times as long as its λ
 ///   rescale(k, q)                            Ω > 0: Ω·(H − level) has the same rays, with steps that suit their scale
 ///   captured(k, q, p, v, pt)                 the ray has ended inside where this is ≤ 0; v is along dq/dλ

@@ -21,8 +21,8 @@ struct Layer : IndexMedium<Layer> {
         ParameterInfo{"n_above", 1.0, 0, unlimited, true, "1", "index far above"},
         ParameterInfo{"thickness", 0.1, 0, unlimited, true, "scene lengths", "of the transition"},
     };
-    static constexpr double step = 1;  // length_scale bounds it
-    static constexpr const char* step_parameter = "escape_radius";
+    static constexpr double step = 50;  // length_scale bounds it
+    static constexpr const char* step_goes_with = "escape_radius";
 
     template <class V>
     struct Parameters {

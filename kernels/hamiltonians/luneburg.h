@@ -21,7 +21,7 @@ struct Luneburg : IndexMedium<Luneburg> {
     };
     static constexpr const char* method = "gauss8";  // its stages never leave the step, hence never cross the surface
     static constexpr double step = 0.25;
-    static constexpr const char* step_parameter = "radius";
+    static constexpr const char* step_goes_with = "radius";
 
     template <class V>
     struct Parameters {

@@ -24,7 +24,7 @@ struct Shimmer : IndexMedium<Shimmer> {
         ParameterInfo{"seed", 1, 0, 1e6, false, "whole number", "chooses the medium"},
     };
     static constexpr double step = 0.2;
-    static constexpr const char* step_parameter = "correlation_length";
+    static constexpr const char* step_goes_with = "correlation_length";
     static constexpr const char* index_parameter = "n0";
 
     template <class V>

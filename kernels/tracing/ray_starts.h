@@ -127,7 +127,6 @@ KAGERO_INLINE V PacketTracer<V>::straight_way_out() const {
     return max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001));
 }
 
-/// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
 /// Job::longest_share of |q|, and a ten-thousandth of the escape radius, so that a ray gets past the origin.
 template <class V>
 V PacketTracer<V>::longest_leap() const {
@@ -135,6 +134,7 @@ V PacketTracer<V>::longest_leap() const {
     return mul_add(V(S(job_.longest_share)), sqrt(dot(q, q)), V(S(1e-4 * job_.escape_radius)));
 }
 
+/// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
 template <class V>
 V PacketTracer<V>::bounded_step_length() const {
     V h = nominal_;

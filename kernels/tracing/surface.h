@@ -46,7 +46,7 @@ struct Level {
         const V inverse = recip(dot(v, v)), middle = -dot(e, v) * inverse;
         const Vec3<V> nearest = advance(e, middle, v);
         const V half2 = (radius2 - dot(nearest, nearest)) * inverse, half = sqrt(max(half2, zero));
-        return {pick(round, middle + pick(falling, -half, half), plane), round & (half2 < zero)};
+        return {pick(round, middle + pick(falling, -half, half), plane), MaskOf<V>(round & (half2 < zero))};
     }
 
     /// `set(number, other)` for each number of two levels.

@@ -163,27 +163,20 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
     return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false}, scale};
 }
 
+Double3 camera_direction(const Plan& plan, double u, double v) {
+    if (plan.scene.camera.type == "equirectangular") return sphere_direction(plan, u, v);
+    const CameraRays& c = plan.camera;
+    Double3 d;
+    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];
+    return d;
+}
+
 CameraRay camera_ray(const Plan& plan, double u, double v) {
     const CameraRays& c = plan.camera;
     if (plan.scene.camera.type == "orthographic") return parallel_ray(plan, u, v);
-    Double3 d;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];
-    if (plan.scene.camera.type == "equirectangular") d = sphere_direction(plan, u, v);
+    const Double3 d = camera_direction(plan, u, v);
     if (plan.each_direction) return {formula_ray(plan, c.position, d), 1};
     return ray_in_frame(c.start, c.position, d);
-}
-
-double pixel_solid_angle(const Plan& plan, double u, double v) {
-    const std::string& type = plan.scene.camera.type;
-    if (type == "orthographic") return 0;
-    if (type == "equirectangular") {
-        const double size = std::numbers::pi / plan.scene.film.height, width = 2 * std::numbers::pi / plan.scene.film.width;
-        return width * size * std::sin(v * size);
-    }
-    const CameraRays& c = plan.camera;
-    Double3 d, right, down;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k], right[k] = c.right[k], down[k] = c.down[k];
-    return std::abs(dot(d, cross(right, down))) / (dot(d, d) * length(d));
 }
 
 bool kernel_makes_rays(const Plan& plan) {

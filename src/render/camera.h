@@ -29,8 +29,8 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
 /// How large a pixel of the scene's camera is at a distance.
 double pixel_size(const SceneDescription& scene, double distance);
 
-/// Steradians of the observer's sky that the pixel around (u, v) covers, at its middle; 0 where rays are parallel.
-double pixel_solid_angle(const Plan& plan, double u, double v);
+/// The direction, of any length, that the observer sees at (u, v). Not of parallel rays.
+Double3 camera_direction(const Plan& plan, double u, double v);
 
 /// Whether the kernels can make the rays themselves: one through the middle of each pixel of a perspective camera.
 bool kernel_makes_rays(const Plan& plan);

@@ -276,7 +276,7 @@ const char* describe(Failure failure) {
         case Failure::not_finite: return "the state left the range of the number type, or integrator.rescale is not greater than 0 on the way";
         case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";
         case Failure::untraced: return "interrupted before this ray was traced";
-        case Failure::energy_lost: return "a step loses the Hamiltonian's value, however short it is";
+        case Failure::energy_lost: return "the Hamiltonian's value is lost, and a shorter step mends it no longer: the way here needs shorter steps or a smaller tolerance";
         case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }
     return "unknown";

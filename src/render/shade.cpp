@@ -1,6 +1,8 @@
 #include "render/shade.h"
 
 #include "error.h"
+#include "render/camera.h"
+#include "render/footprint.h"
 #include "render/redshift.h"
 #include "scene/shapes.h"
 #include "scene/vector3.h"
@@ -74,13 +76,26 @@ Footprint sky_of(const Pixel& pixel) {
     return {scaled(f.major, pixel_per_ray), scaled(f.minor, pixel_per_ray)};
 }
 
-/// The footprint is one of the whole block of 2 × 2 pixels, so it is compared with the middle of that.
+double solid_angle_of(const Footprint& sky) {
+    return length(sky.major) * length(sky.minor);
+}
+
+/// What the observer sees through the block of 2 × 2 pixels that a footprint is of: its directions as they spread at the camera.
+Footprint view_of(const Plan& plan, std::uint32_t x, std::uint32_t y) {
+    std::vector<Double3> directions;
+    std::vector<std::array<double, 2>> places;
+    for (const std::uint32_t i : {y & ~1u, y | 1u})
+        for (const std::uint32_t k : {x & ~1u, x | 1u}) {
+            places.push_back({k + 0.5, i + 0.5});
+            const Double3 d = camera_direction(plan, places.back()[0], places.back()[1]);
+            directions.push_back(scaled(d, 1 / length(d)));
+        }
+    return spread_of(directions, places);
+}
+
 double magnification_of(const Pixel& pixel) {
-    const Footprint sky = sky_of(pixel);
-    const double solid_angle = length(sky.major) * length(sky.minor);
-    const auto middle = [](std::uint32_t at, std::uint32_t size) { return (at | 1u) < size ? (at | 1u) : at + 0.5; };
-    const FilmDescription& film = pixel.plan.scene.film;
-    return solid_angle > 0 ? pixel_solid_angle(pixel.plan, middle(pixel.x, film.width), middle(pixel.y, film.height)) / solid_angle : 0;
+    const double sky = solid_angle_of(sky_of(pixel));
+    return sky > 0 && pixel.plan.scene.camera.type != "orthographic" ? solid_angle_of(view_of(pixel.plan, pixel.x, pixel.y)) / sky : 0;
 }
 
 double energy_error_of(const Pixel& pixel) {

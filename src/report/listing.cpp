@@ -25,13 +25,6 @@ Json parameter_item(const ParameterInfo& info) {
             {"meaning", info.meaning}};
 }
 
-/// What the default step goes with: a parameter that is a length, or the inverse of one.
-std::string length_of(const HamiltonianInfo& info, const std::string& name) {
-    for (std::uint32_t i = 0; i < info.parameter_count; ++i)
-        if (info.parameters[i].name == name && std::string(info.parameters[i].unit).starts_with("1/")) return "1/" + name;
-    return name;
-}
-
 Json hamiltonian_items(const Module& module) {
     Json items = Json::array();
     for (std::uint32_t i = 0; i < module.hamiltonian_count; ++i) {
@@ -47,7 +40,7 @@ Json hamiltonian_items(const Module& module) {
                          {"spacetime", info.spacetime},
                          {"method", info.method},
                          {"step", info.step}});
-        if (info.step_parameter) items.back()["step_goes_with"] = length_of(info, info.step_parameter);
+        if (info.step_goes_with) items.back()["step_goes_with"] = info.step_goes_with;
         if (info.index_parameter) items.back()["step_goes_with_inverse_of"] = info.index_parameter;
         if (info.orbit_method) items.back()["orbit_method"] = info.orbit_method, items.back()["orbit_step"] = info.orbit_step;
     }

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string_view>
 
 namespace kagero {
@@ -122,19 +123,30 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
     return wants_control && !is_adaptive && !info.creased ? adaptive : info.method;
 }
 
+/// What a formula in the parameters of a space, and escape_radius, comes to. They stand for variables: numbers may be infinite on the way.
+double value_of(const char* formula, const HamiltonianInfo& info, const std::function<double(std::size_t)>& parameter, double escape_radius) {
+    FormulaScope scope = formula_scope();
+    std::array<double, 7> values{};
+    auto add = [&, next = 0](const char* name, double value) mutable {
+        values.at(static_cast<std::size_t>(next)) = value;
+        define(scope, name, next++, {});
+    };
+    for (std::size_t i = 0; i < info.parameter_count; ++i) add(info.parameters[i].name, parameter(i));
+    add("escape_radius", escape_radius);
+    return evaluate(scope, parse_formula(scope, {formula, "step_goes_with", {}}), values);
+}
+
 /// The default step, in proportion to the length that it is for, and to the inverse of the medium's index, as what counts is the way of a
 /// step. What hardly bends light is crossed in steps as long as the escape sphere is wide, no longer.
 double default_step(const HamiltonianInfo& info, const SpaceDescription& space, double escape_radius) {
-    const auto over_default = [&](const char* name) {
-        if (!name) return 1.0;
-        if (name == std::string_view("escape_radius")) return escape_radius;
-        const auto named = [&](const ParameterInfo& parameter) { return parameter.name == std::string_view(name); };
-        const ParameterInfo& parameter = *std::find_if(info.parameters, info.parameters + info.parameter_count, named);
-        const double ratio = std::abs(space.parameters[static_cast<std::size_t>(&parameter - info.parameters)].second / parameter.fallback);
-        return std::string_view(parameter.unit).starts_with("1/") ? 1 / ratio : ratio;
+    const auto stated = [&](std::size_t i) { return space.parameters[i].second; };
+    const auto fallback = [&](std::size_t i) { return info.parameters[i].fallback; };
+    const auto over_default = [&](const char* formula) {
+        const double standard = formula ? value_of(formula, info, fallback, IntegratorDescription().escape_radius) : 1;
+        return formula ? value_of(formula, info, stated, escape_radius) / standard : 1;
     };
-    const double way = info.step * over_default(info.step_parameter);
-    return (info.step_parameter ? std::min(way, escape_radius) : way) / over_default(info.index_parameter);
+    const double way = info.step * over_default(info.step_goes_with);
+    return (info.step_goes_with ? std::min(way, escape_radius) : way) / over_default(info.index_parameter);
 }
 
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {

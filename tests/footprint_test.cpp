@@ -68,6 +68,19 @@ TEST(SkyTexture, LongFootprintsAverageAlongTheirLength) {
     EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, round)[0], 0.5, 0.02);
 }
 
+// An image four times as wide as high has texels twice as high as wide: those too are averaged.
+TEST(SkyTexture, WideImagesAreAveragedAlongTheirRows) {
+    Image image{256, 64, std::vector<float>(3 * 256 * 64)};
+    for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = i / 3 % 2 ? 1.0f : 0.0f;
+    const auto coarser = coarser_images(image);
+    const double texel = 2 * std::numbers::pi / 256;
+    for (const double turn : {0.0, 0.3, 0.5}) {
+        const Double3 d{std::cos(turn * texel), std::sin(turn * texel), 0}, pole{0, 0, 1};
+        const Footprint two{{0, 2 * texel, 0}, {0, 0, 2 * texel}};
+        EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, two)[0], 0.5, 0.02) << turn;
+    }
+}
+
 TEST(SkyTexture, ProbesAreAsManyAsAFootprintIsLong) {
     const Image image = noise(64, 32);
     const double texel = std::numbers::pi / 32;

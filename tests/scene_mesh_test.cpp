@@ -2,6 +2,9 @@
 #include "scene/mesh.h"
 #include "scene_fixture.h"
 
+#include <cmath>
+#include <sstream>
+
 namespace kagero::test {
 
 namespace {
@@ -151,6 +154,28 @@ TEST_F(LoadMesh, TriangulatesAndPlaces) {
     EXPECT_EQ(vertex(placed, 0), (Double3{9, 19, 29}));
     EXPECT_EQ(vertex(placed, 1), (Double3{9, 21, 29}));
     EXPECT_EQ(vertex(placed, 3), (Double3{9, 19, 31}));
+}
+
+// Normals are turned and mirrored with a node, whatever its size.
+TEST_F(LoadMesh, NormalsKeepTheirDirectionInNodesOfAnySize) {
+    const float third = 1 / 3.0f;
+    const float numbers[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, third, 2 * third, 2 * third, third, 2 * third, 2 * third, third, 2 * third, 2 * third};
+    write("three.bin", std::string(reinterpret_cast<const char*>(numbers), sizeof numbers));
+    for (const double size : {1.0, 1e-13, 1e-15, 1e13})
+        for (const int side : {1, -1}) {
+            std::ostringstream scale;
+            scale << '[' << size << ", " << 2 * size << ", " << side * size << ']';
+            const TriangleMesh scaled = mesh("three.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+                "nodes": [{"mesh": 0, "scale": )" + scale.str() + R"(}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}}]}],
+                "buffers": [{"uri": "three.bin", "byteLength": 72}],
+                "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 36}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+                              {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"}]})");
+            ASSERT_EQ(scaled.normals.size(), 9u);
+            const double expected[3] = {1, 1, 2.0 * side};  // (1, 2, 2)/3 over the scale
+            for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(scaled.normals[k], expected[k % 3] / std::sqrt(6.0), 1e-6) << scale.str() << k;
+        }
 }
 
 }  // namespace kagero::test

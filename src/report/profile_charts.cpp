@@ -157,7 +157,7 @@ std::string roofline_chart(const Profile& profile) {
     };
     BarChart chart{"Floating-point operations per second of one thread", {}};
     chart.bars.push_back(bar("multiply-adds alone", purple, peak));
-    chart.bars.push_back(bar("integrating", blue, ratio(profile.all_operations, profile.stages.integrate)));
+    chart.bars.push_back(bar("integrating and landing", blue, ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine)));
     chart.bars.push_back(bar("tracing", blue, ratio(profile.all_operations, tracing_seconds(profile))));
     chart.bars.push_back(bar("the whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
     return svg_of(chart);

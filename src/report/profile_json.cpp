@@ -33,7 +33,7 @@ Json tiles_json(const Profile& profile) {
 Json roofline_json(const Profile& profile) {
     const double threads = double(profile.report.threads.size()), peak = profile.peak_of_all / threads;
     const double tracing = ratio(profile.all_operations, tracing_seconds(profile));
-    const double integrating = ratio(profile.all_operations, profile.stages.integrate);
+    const double integrating = ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine);
     return {{"operations_per_gradient", profile.operations.per_gradient},
             {"operations_per_step", profile.operations.per_step},
             {"operations", profile.all_operations},

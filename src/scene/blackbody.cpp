@@ -61,9 +61,12 @@ double blackbody_luminance(double kelvin) {
 
 std::array<double, 3> blackbody_color(double kelvin) {
     const auto [x, y, z] = tristimulus(kelvin);
-    // XYZ to linear sRGB: IEC 61966-2-1.
-    return {std::max(0.0, 3.2406 * x - 1.5372 * y - 0.4986 * z), std::max(0.0, -0.9689 * x + 1.8758 * y + 0.0415 * z),
-            std::max(0.0, 0.0557 * x - 0.2040 * y + 1.0570 * z)};
+    // XYZ to linear sRGB: IEC 61966-2-1. What sRGB has no blue or green for keeps its luminance.
+    std::array<double, 3> rgb{std::max(0.0, 3.2406 * x - 1.5372 * y - 0.4986 * z), std::max(0.0, -0.9689 * x + 1.8758 * y + 0.0415 * z),
+                              std::max(0.0, 0.0557 * x - 0.2040 * y + 1.0570 * z)};
+    const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    for (double& channel : rgb) channel *= luminance > 0 ? y / luminance : 0;
+    return rgb;
 }
 
 }  // namespace kagero

@@ -38,8 +38,15 @@ bool finite(double x, double y, double z) {
     return std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
 }
 
+/// How a matrix turns normals: its cofactors, the inverse's transpose but for a positive factor, which has no range to leave.
+Double3 turned_normal(const aiMatrix4x4& m, const aiVector3D& normal) {
+    const Double3 x{m.a1, m.b1, m.c1}, y{m.a2, m.b2, m.c2}, z{m.a3, m.b3, m.c3};
+    const Double3 yz = cross(y, z);
+    const Double3 turned = add(add(scaled(yz, normal.x), scaled(cross(z, x), normal.y)), scaled(cross(x, y), normal.z));
+    return scaled(turned, dot(x, yz) < 0 ? -1 : 1);
+}
+
 void append_vertices(const ObjectDescription& object, const aiMesh& part, const aiMatrix4x4& to_file, Collected& out) {
-    const aiMatrix3x3 normal_matrix = aiMatrix3x3(to_file).Inverse().Transpose();
     for (unsigned i = 0; i < part.mNumVertices; ++i) {
         const aiVector3D& raw = part.mVertices[i];
         const aiVector3D point = to_file * raw;
@@ -48,10 +55,10 @@ void append_vertices(const ObjectDescription& object, const aiMesh& part, const 
         }
         out.mesh.vertices.insert(out.mesh.vertices.end(), {point.x, point.y, point.z});
         // A normal that is none becomes zero: shading then takes the triangle's own.
-        const aiVector3D normal = part.HasNormals() ? normal_matrix * part.mNormals[i] : aiVector3D();
-        const double norm = std::hypot(normal.x, normal.y, normal.z);
+        const Double3 normal = part.HasNormals() ? turned_normal(to_file, part.mNormals[i]) : Double3{};
+        const double norm = std::hypot(normal[0], normal[1], normal[2]);
         const double inverse = norm > 0 && std::isfinite(norm) ? 1 / norm : 0;
-        for (const float n : {normal.x, normal.y, normal.z}) out.mesh.normals.push_back(inverse > 0 ? inverse * n : 0);
+        for (const double n : normal) out.mesh.normals.push_back(inverse > 0 ? inverse * n : 0);
         const aiVector3D uv = part.HasTextureCoords(0) ? part.mTextureCoords[0][i] : aiVector3D();
         if (!finite(uv.x, uv.y, 0)) refuse(object, "the texture coordinates of vertex " + std::to_string(i) + " are not finite");
         out.mesh.uv.insert(out.mesh.uv.end(), {uv.x, uv.y});

@@ -82,8 +82,9 @@ struct Stripe {
     int probes() const { return std::max(1, static_cast<int>(std::ceil(along / across - 1e-9))); }
 };
 
+/// In the shorter of a texel's sides on the equator. Towards the poles an image of a sky holds nothing finer along its rows than across.
 Stripe stripe_of(const Image& image, const Footprint& footprint) {
-    const double texel = std::numbers::pi / image.height;
+    const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
     return {length(footprint.major) / texel, length(footprint.minor) / texel};
 }
 

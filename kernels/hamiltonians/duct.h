@@ -29,6 +29,7 @@ struct Duct {
     static constexpr double level = 0.5;
     static constexpr const char* method = "srkn6";
     static constexpr double step = 0.2;
+    /// The ripple, or the height over which n changes, whichever is shorter; about alike with the numbers above.
     static constexpr const char* step_goes_with = "min(1/wavenumber, 0.075*(n0/n3)^(1/3))";
 
     template <class V>

@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 22;
+inline constexpr std::uint32_t abi_version = 23;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -269,6 +269,8 @@ struct Counters {
     std::uint64_t active_lane_steps, issued_lane_steps;
     std::uint64_t active_iterations, issued_iterations;  ///< lane-iterations of implicit solves
     std::uint64_t steps, gradients, queries;
+    std::uint64_t ended[status_count];  ///< rays, by Status
+    std::uint64_t unrefined;            ///< … of which RayEnd says so
     std::uint64_t query_ticks, landing_ticks;  ///< of the processor's clock (rdtsc), in queries and in refining hits; only with Job::timed
 };
 

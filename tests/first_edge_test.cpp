@@ -121,8 +121,8 @@ TEST_P(FirstEdge, IsTheHorizonForLightThatNeverReachesIt) {
         const auto plan = plan_of_text(scene, how, with_strategy(GetParam()));
         Film film(36, 24, plan->scene.film.layers);
         const RunReport report = render(*plan, film);
-        EXPECT_EQ(report.status[static_cast<int>(Status::failed)], 0u);
-        captured.push_back(report.status[static_cast<int>(Status::captured)]);
+        EXPECT_EQ(report.counters.ended[static_cast<int>(Status::failed)], 0u);
+        captured.push_back(report.counters.ended[static_cast<int>(Status::captured)]);
     }
     for (const std::uint64_t count : captured) EXPECT_NEAR(double(count), double(captured.front()), 1);
     EXPECT_GT(captured.front(), 40u);

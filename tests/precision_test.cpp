@@ -70,7 +70,7 @@ TEST(Precision, FloatReachesFarSpheres) {
     in_float.precision = "float";
     const auto plan = plan_of_text(nearly_straight, {}, in_float);
     Film film(128, 128, {"color"});
-    EXPECT_EQ(render(*plan, film).status[static_cast<int>(Status::escaped)], 128u * 128u);
+    EXPECT_EQ(render(*plan, film).counters.ended[static_cast<int>(Status::escaped)], 128u * 128u);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ TEST(Refill, ChangesNoRay) {
                 SCOPED_TRACE(i);
                 expect_same(on.ends[i], off.ends[i]);
             }
-            for (std::uint32_t s = 0; s < status_count; ++s) EXPECT_EQ(on.report.status[s], off.report.status[s]);
+            for (std::uint32_t s = 0; s < status_count; ++s) EXPECT_EQ(on.report.counters.ended[s], off.report.counters.ended[s]);
         }
 }
 

@@ -94,7 +94,7 @@ TEST_P(StraightRoom, IsTheRulersPicture) {
     const Pinhole camera(p->scene.camera);
     Film film(size, size, p->scene.film.layers);
     const RunReport report = render(*p, film);
-    EXPECT_EQ(report.status[static_cast<int>(Status::hit)], std::uint64_t{size} * size);
+    EXPECT_EQ(report.counters.ended[static_cast<int>(Status::hit)], std::uint64_t{size} * size);
     EXPECT_EQ(report.counters.gradients, 0u);
     int near_edges = 0, within_squares = 0, wrong = 0;
     std::vector<double> off_mean;

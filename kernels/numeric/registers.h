@@ -110,6 +110,31 @@ KAGERO_INLINE void to_floats(__m128d v, float* to) { _mm_storel_pi(reinterpret_c
 KAGERO_INLINE void to_floats(__m128 v, float* to) { _mm_storeu_ps(to, v); }
 #endif
 
+/// Four columns into four rows: to[j][i] = column i [j].
+#if defined(__AVX__)
+KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d, double* const (&to)[4]) {
+    const __m256d x = _mm256_loadu_pd(a), y = _mm256_loadu_pd(b), z = _mm256_loadu_pd(c), w = _mm256_loadu_pd(d);
+    const __m256d xy_even = _mm256_unpacklo_pd(x, y), xy_odd = _mm256_unpackhi_pd(x, y);
+    const __m256d zw_even = _mm256_unpacklo_pd(z, w), zw_odd = _mm256_unpackhi_pd(z, w);
+    _mm256_storeu_pd(to[0], _mm256_permute2f128_pd(xy_even, zw_even, 0x20)), _mm256_storeu_pd(to[1], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x20));
+    _mm256_storeu_pd(to[2], _mm256_permute2f128_pd(xy_even, zw_even, 0x31)), _mm256_storeu_pd(to[3], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x31));
+}
+#else
+KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d, double* const (&to)[4]) {
+    for (int i = 0; i < 4; i += 2) {
+        const __m128d x = _mm_loadu_pd(a + i), y = _mm_loadu_pd(b + i), z = _mm_loadu_pd(c + i), w = _mm_loadu_pd(d + i);
+        _mm_storeu_pd(to[i], _mm_unpacklo_pd(x, y)), _mm_storeu_pd(to[i] + 2, _mm_unpacklo_pd(z, w));
+        _mm_storeu_pd(to[i + 1], _mm_unpackhi_pd(x, y)), _mm_storeu_pd(to[i + 1] + 2, _mm_unpackhi_pd(z, w));
+    }
+}
+#endif
+KAGERO_INLINE void transpose(const std::uint32_t* a, const std::uint32_t* b, const std::uint32_t* c, const std::uint32_t* d, std::uint32_t* const (&to)[4]) {
+    const auto load = [](const std::uint32_t* from) { return _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))); };
+    __m128 rows[4] = {load(a), load(b), load(c), load(d)};
+    _MM_TRANSPOSE4_PS(rows[0], rows[1], rows[2], rows[3]);
+    for (int i = 0; i < 4; ++i) _mm_storeu_si128(reinterpret_cast<__m128i*>(to[i]), _mm_castps_si128(rows[i]));
+}
+
 /// table[(z·ny + y)·nx + x], of whole numbers ≥ 0.
 #if defined(__AVX512F__)
 KAGERO_INLINE __m512d look_up(const float* table, __m512d x, __m512d y, __m512d z, int nx, int ny) {

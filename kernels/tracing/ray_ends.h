@@ -1,6 +1,7 @@
 /// The end of the tracing loop: lanes that wait to be delivered, and what is written of a ray when it ends and after each of its steps.
 #pragma once
 
+#include "kernels/tracing/end_columns.h"
 #include "kernels/tracing/loop.h"
 
 namespace kagero {
@@ -127,7 +128,7 @@ void PacketTracer<V>::land_once(bool more) {
     retire(landing.flow, captured, Status::captured);
     retire(landing.flow, there & ~(hits | captured), Status::escaped);
     for (const int i : lanes_in(ended)) tell_iterations(i, iterations_after_);
-    for (const int i : lanes_in(there)) ends_[i]->unrefined = (landing.unrefined >> i) & 1;
+    for (const int i : lanes_in(there & landing.unrefined)) ends_[i]->unrefined = true, ++counters_.unrefined;
     fell_on_surface_ &= ~(again | elsewhere);
     landing.clear();
     if (!elsewhere) return;
@@ -187,30 +188,24 @@ void PacketTracer<V>::retire(const Flow<V>& f, std::uint64_t lanes, Status statu
 template <class V>
 void PacketTracer<V>::write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure) {
     if (!lanes) return;
-    const V square = dot(f.end.velocity, f.end.velocity), inverse = V(S(1)) / sqrt(square);
+    const V square = dot(f.end.velocity, f.end.velocity), inverse = rsqrt(square);
     const Vec3<V> along = pick(is_finite(inverse), inverse, V(S(0))) * f.end.velocity;
-    alignas(64) double y[6][W], v[3][W], pt[W], parameter[W], energy[W];
-    for (int k = 0; k < 6; ++k) to_doubles(f.end.y[k], y[k]);
-    to_doubles(along.x, v[0]), to_doubles(along.y, v[1]), to_doubles(along.z, v[2]);
-    to_doubles(f.start.y[6], pt), to_doubles(f.end.parameter, parameter), to_doubles(worst_energy_, energy);
-    const V steps = steps_, gradients = f.gradients, queries = encounter_ ? encounter_->queries() : V(S(0));
-    const bool on_surface = status == Status::hit;
-    const float occupancy = occupancy_so_far();
-    Counters counted{};
-    for (const int i : lanes_in(lanes)) {
-        RayEnd& e = *ends_[i];
-        e = {.q = {y[0][i], y[1][i], y[2][i]}, .p = {y[3][i], y[4][i], y[5][i]}, .v = {v[0][i], v[1][i], v[2][i]}, .pt = pt[i],
-             .parameter = parameter[i], .energy_error = energy[i], .steps = static_cast<std::uint32_t>(get_lane(steps, i)),
-             .gradients = static_cast<std::uint32_t>(get_lane(gradients, i)), .iterations = 0,
-             .queries = static_cast<std::uint32_t>(get_lane(queries, i)), .occupancy = occupancy, .surface = on_surface ? surface_[i] : 0,
-             .primitive = on_surface ? primitive_[i] : 0, .status = status, .failure = failure, .unrefined = false};
-        counted.steps += e.steps, counted.gradients += e.gradients, counted.queries += e.queries;
-    }
-    counters_.steps += counted.steps, counters_.gradients += counted.gradients, counters_.queries += counted.queries;
+    RayEnd same{};
+    same.occupancy = occupancy_so_far(), same.status = status, same.failure = failure;
+    EndColumns<V> ends(same);
+    ends.set(offsetof(RayEnd, q), f.end.q()), ends.set(offsetof(RayEnd, p), f.end.p()), ends.set(offsetof(RayEnd, v), along);
+    ends.set(offsetof(RayEnd, pt), f.start.y[6]), ends.set(offsetof(RayEnd, parameter), f.end.parameter);
+    ends.set(offsetof(RayEnd, energy_error), worst_energy_);
+    counters_.steps += ends.set_counts(offsetof(RayEnd, steps), steps_, lanes);
+    counters_.gradients += ends.set_counts(offsetof(RayEnd, gradients), f.gradients, lanes);
+    if (encounter_) counters_.queries += ends.set_counts(offsetof(RayEnd, queries), encounter_->queries(), lanes);
+    if (status == Status::hit) ends.set_words(offsetof(RayEnd, surface), surface_), ends.set_words(offsetof(RayEnd, primitive), primitive_);
+    ends.write(lanes, ends_);
+    counters_.ended[static_cast<int>(status)] += static_cast<std::uint64_t>(__builtin_popcountll(lanes));
     if (flow_.issued_iterations > 0)
         for (const int i : lanes_in(lanes)) tell_iterations(i, flow_.open_iterations);
     // A failed ray ends where its last good step did, which has been reported.
-    if (job_.path_sink && status != Status::failed) report_path(f, lanes & to_bits(steps > V(S(0))), false);
+    if (job_.path_sink && status != Status::failed) report_path(f, lanes & to_bits(steps_ > V(S(0))), false);
 }
 
 /// Counts what a ray needed; where it has waited, again, without what idle lanes count on to.

@@ -122,9 +122,9 @@ void PacketTracer<V>::make_harmless(std::uint64_t lanes) {
 template <class V>
 KAGERO_INLINE V PacketTracer<V>::straight_way_out() const {
     const Vec3<V> q = flow_.start.q(), v = flow_.start.velocity;
-    const V vv = dot(v, v), along = dot(q, v), radius = V(S(job_.escape_radius));
-    const V way = (sqrt(max(mul_add(along, along, vv * (radius * radius - dot(q, q))), V(S(0)))) - along) / vv;
-    return max(way, sqrt(dot(q, q) / vv) * V(S(1e-3))) * V(S(1.001));
+    const V inverse = recip(dot(v, v)), along = dot(q, v) * inverse, radius = V(S(job_.escape_radius));
+    const V way = root(max(mul_add(along, along, inverse * (radius * radius - dot(q, q))), V(S(0)))) - along;
+    return max(way, root(dot(q, q) * inverse) * V(S(1e-3))) * V(S(1.001));
 }
 
 /// Job::longest_share of |q|, and a ten-thousandth of the escape radius, so that a ray gets past the origin.

@@ -137,7 +137,7 @@ void tell_result(const RunReport& report, const std::string& path, const Termina
 /// Pixels that show nothing of the scene, and why.
 void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& terminal) {
     constexpr double many = 0.01, large = 0.01;
-    const auto count = [&](Status status) { return double(report.status[static_cast<int>(status)]); };
+    const auto count = [&](Status status) { return double(report.counters.ended[static_cast<int>(status)]); };
     const double rays = double(report.rays);
     if (const double endless = count(Status::step_limit); endless > many * rays)
         terminal.warning((endless == rays ? "no ray ended" : rounded(endless) + " of " + rounded(rays) + " rays did not end") +

@@ -27,9 +27,7 @@ struct RunReport {
     Schedule schedule = Schedule::tiles;
     std::vector<ThreadTime> threads;
     Counters counters{};
-    std::uint64_t status[status_count] = {};
     Spread energy_error;  ///< only with Options::energy_error, or its layer
-    std::uint64_t unrefined = 0;
     bool interrupted = false;  ///< some pixels were never traced
     bool out_of_time = false;  ///< … because the time was up
 };

@@ -3,9 +3,11 @@
 #include "render/threads.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
-#include <iterator>
+#include <functional>
 #include <limits>
 #include <mutex>
 
@@ -22,8 +24,7 @@ struct alignas(64) Share {
     std::vector<RayEnd> ends;
     Counters counters{};
     ThreadTime time;
-    std::uint64_t rays = 0, unrefined = 0;
-    std::uint64_t status[status_count] = {};
+    std::uint64_t rays = 0;
     Tally energy_errors;
 };
 
@@ -48,28 +49,23 @@ double processor_seconds() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-constexpr std::uint64_t Counters::*all_counters[] = {&Counters::active_lane_steps, &Counters::issued_lane_steps, &Counters::active_iterations,
-                                                     &Counters::issued_iterations, &Counters::steps,             &Counters::gradients,
-                                                     &Counters::queries,           &Counters::query_ticks,       &Counters::landing_ticks};
-static_assert(sizeof(Counters) == sizeof(std::uint64_t) * std::size(all_counters));
-
-Counters sum(Counters a, const Counters& b) {
-    for (const auto counter : all_counters) a.*counter += b.*counter;
-    return a;
-}
-Counters difference(Counters a, const Counters& b) {
-    for (const auto counter : all_counters) a.*counter -= b.*counter;
-    return a;
+/// An operation on each of the numbers of two counters.
+template <class Operation>
+Counters each(const Counters& a, const Counters& b, Operation operation) {
+    using Numbers = std::array<std::uint64_t, sizeof(Counters) / sizeof(std::uint64_t)>;
+    Numbers left = std::bit_cast<Numbers>(a);
+    const Numbers right = std::bit_cast<Numbers>(b);
+    std::transform(left.begin(), left.end(), right.begin(), left.begin(), operation);
+    return std::bit_cast<Counters>(left);
 }
 
 RunReport gather(std::vector<Share>& shares) {
     RunReport report;
     Tally energy_errors;
     for (Share& share : shares) {
-        report.rays += share.rays, report.unrefined += share.unrefined;
-        report.counters = sum(report.counters, share.counters);
+        report.rays += share.rays;
+        report.counters = each(report.counters, share.counters, std::plus{});
         report.threads.push_back(share.time);
-        for (std::uint32_t i = 0; i < status_count; ++i) report.status[i] += share.status[i];
         energy_errors.add(share.energy_errors);
     }
     if (!energy_errors.empty()) report.energy_error = energy_errors.spread();
@@ -137,7 +133,7 @@ private:
         const bool done = trace(work_.tiles[i], share, &record);
         record.end = done ? seconds() : 0;
         record.processor = processor_seconds() - processor;
-        record.counters = difference(share.counters, before);
+        record.counters = each(share.counters, before, std::minus{});
         return done;
     }
     bool trace(const Tile& tile, Share& share, TileRecord* record) {
@@ -158,12 +154,9 @@ private:
     }
     void count(Share& share) const {
         share.rays += share.ends.size();
-        for (const RayEnd& end : share.ends) {
-            ++share.status[static_cast<int>(end.status)];
-            share.unrefined += end.unrefined;
-            // Of a ray that could not start it is no number.
-            if ((job_.outputs & output_energy) && !std::isnan(end.energy_error)) share.energy_errors.add(end.energy_error);
-        }
+        if (!(job_.outputs & output_energy)) return;
+        for (const RayEnd& end : share.ends)  // of a ray that could not start it is no number
+            if (!std::isnan(end.energy_error)) share.energy_errors.add(end.energy_error);
     }
     void report(double cost) {
         const double finished = worth_ += cost;

@@ -95,20 +95,22 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     const auto begin = std::chrono::steady_clock::now();
     if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
     const double probed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    RayEnd untraced{};
-    untraced.failure = Failure::untraced;
-    ends.assign(starts.size(), untraced);
+    ends.resize(starts.size());
+    const WorkList work = cut_list(starts.size());
+    std::vector<char> traced(work.tiles.size());
     const auto take = [&](const Tile& tile, const RayEnd* done, const RayList&, const Halt&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetched < tile.x1) __builtin_prefetch(&ends[list.place(i + prefetched)], 1);
-            const RayEnd& end = done[i - tile.x0];
+            RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
             const bool went = end.failure == Failure::none || (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
-            to_scene(plan, ends[list.place(i)] = went ? end : end_at_start(starts[i], end.failure));
+            if (!went) end = end_at_start(starts[i], end.failure);
+            to_scene(plan, end);
         }
+        traced[tile.x0 / chunk] = true;
     };
-    RunReport report = run_tiles(plan, job, cut_list(starts.size()), {}, take, watch);
+    RunReport report = run_tiles(plan, job, work, {}, take, watch);
     for (std::size_t i = 0; report.interrupted && i < starts.size(); ++i)
-        if (RayEnd& end = ends[list.place(i)]; end.failure == Failure::untraced) to_scene(plan, end = end_at_start(starts[i], Failure::untraced));
+        if (!traced[i / chunk]) to_scene(plan, ends[list.place(i)] = end_at_start(starts[i], Failure::untraced));
     report.seconds += list.seconds + probed;
     return report;
 }

@@ -29,7 +29,7 @@ bool adaptive(const Plan& plan) {
 
 Json status_json(const RunReport& report) {
     Json counts;
-    for (std::uint32_t s = 0; s < status_count; ++s) counts[name_of(static_cast<Status>(s))] = report.status[s];
+    for (std::uint32_t s = 0; s < status_count; ++s) counts[name_of(static_cast<Status>(s))] = report.counters.ended[s];
     return counts;
 }
 
@@ -89,7 +89,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["registers"] = plan.kernel->registers;
     json["compiler"] = plan.module->compiler;
     json["straight"] = plan.straight;
-    json["unrefined"] = report.unrefined;
+    json["unrefined"] = report.counters.unrefined;
     if (plan.pilot) {
         json["max_pixel_error"] = plan.pilot->bound;
         json["pixel_error_estimate"] = plan.pilot->met ? Json(plan.pilot->estimate) : Json();
@@ -126,7 +126,7 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
     std::string overrides, ends;
     for (const std::string& text : scene.overrides) overrides += text + "\n";
     for (std::uint32_t s = 0; s < status_count; ++s)
-        enumerate(ends, std::to_string(report.status[s]) + " " + name_of(static_cast<Status>(s)));
+        enumerate(ends, std::to_string(report.counters.ended[s]) + " " + name_of(static_cast<Status>(s)));
     Metadata metadata{
         {"version", KAGERO_VERSION},
         {"scene", scene.text},

@@ -80,7 +80,7 @@ std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayStart>& s
     std::vector<RayEnd> ends;
     const RunReport report = trace(plan, starts, ends);
     std::uint64_t counted = 0;
-    for (const std::uint64_t count : report.status) counted += count;
+    for (const std::uint64_t count : report.counters.ended) counted += count;
     expect(counted == starts.size(), std::to_string(counted) + " statuses for " + std::to_string(starts.size()) + " rays");
     for (const RayEnd& end : ends) {
         statuses_.push_back(end.status);

@@ -120,6 +120,22 @@ TEST_P(FormulaOn, HasTheRaysOfTheBuiltIn) {
     }
 }
 
+const std::string index = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
+
+// An exponential beyond the range of numbers is one over 0 of its reciprocal, and no reason to forget a bound.
+TEST_P(FormulaOn, BoundsHoldWhereExponentialsOverflow) {
+    const std::vector<RayInput> rays{{{3, 0, 0}, {1, 0, 0}}};
+    for (const char* strategy : {"packet", "scalar"}) {
+        const auto steps = [&](const char* bound) { return traced(index + bound, {"integrator.step=1"}, strategy, rays, GetParam())[0].steps; };
+        EXPECT_EQ(steps("length_scale = \"0.25 + 1/(1 + exp(1000*x))\"\n"), steps("length_scale = \"0.25\"\n"));
+        EXPECT_EQ(steps("length_scale = \"min(0.25, 1/(y^2 + z^2))\"\n"), steps("length_scale = \"0.25\"\n"));
+        const RayEnd outside = traced(index + "domain = \"1/(1 + exp(1000*(x - 2))) - 0.5\"\n", {}, strategy, rays, GetParam())[0];
+        EXPECT_EQ(outside.status, Status::escaped);
+        EXPECT_EQ(outside.steps, 0u);
+        EXPECT_EQ(outside.q[0], 3);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(EveryIsa, FormulaOn, testing::ValuesIn(supported_isas()), [](const auto& isa) { return isa.param; });
 
 // Light in a spacetime is seen by the same observers, at the same frequency, whether its H is built in or written.
@@ -239,8 +255,6 @@ TEST(FormulaSpace, StartsAlongTheDirection) {
     const auto singular = plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + py^2 + pz^2)/x - 1\"\n" + rest, {}, {}, false);
     EXPECT_EQ(start_rays(*singular, {{{0, 0, 0}, {1, 0, 0}}}, "")[0].failure, Failure::singular_start);
 }
-
-const std::string index = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
 
 TEST(FormulaSpace, EndsWhereTheSceneSays) {
     const std::vector<RayInput> rays{{{0, 0, 0}, {1, 0, 0}}};

@@ -22,7 +22,7 @@ KAGERO_INLINE void run_of(const Instruction* instruction, const Run& run, T* s, 
         const Instruction now = instruction[i];
         T* result = at<T, N>(s, now.result);
         const T *a = at<T, N>(s, now.a), *b = at<T, N>(s, now.b), *c = at<T, N>(s, now.c);
-        for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply<op, true, T>(a[n], b[n], c[n]);
+        for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply_total<op, true, T>(a[n], b[n], c[n]);
         if (run.keep)
             for (int n = 0; n < N; ++n) result[n] = last[n];
     }
@@ -35,8 +35,8 @@ KAGERO_INLINE void run_on_last(const Instruction* instruction, const Run& run, T
         for (int n = 0; n < N; ++n) {
             if constexpr (op == OnLast::add) last[n] = last[n] + b[n];
             else if constexpr (op == OnLast::mul) last[n] = last[n] * b[n];
-            else if constexpr (op == OnLast::rsqrt) last[n] = rsqrt(last[n]);
-            else if constexpr (op == OnLast::recip) last[n] = recip(last[n]);
+            else if constexpr (op == OnLast::rsqrt) last[n] = total_rsqrt(last[n]);
+            else if constexpr (op == OnLast::recip) last[n] = total_recip(last[n]);
             else if constexpr (op == OnLast::mul_add) last[n] = mul_add(last[n], b[n], c[n]);
             else if constexpr (op == OnLast::add_product) last[n] = mul_add(a[n], b[n], last[n]);
             else if constexpr (op == OnLast::neg_mul_add) last[n] = neg_mul_add(last[n], b[n], c[n]);

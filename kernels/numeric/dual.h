@@ -61,6 +61,8 @@ struct Dual {
     friend constexpr Dual neg_mul_add(const Dual& a, const Dual& b, const Dual& c) { return c - a * b; }
     friend constexpr Dual recip(const Dual& a) { const T r = recip(a.value); return chain(r, -(r * r), a); }
     friend constexpr Dual rsqrt(const Dual& a) { const T r = rsqrt(a.value); return chain(r, T(-0.5) * (r * r * r), a); }
+    friend constexpr Dual total_recip(const Dual& a) { const T r = total_recip(a.value); return chain(r, -(r * r), a); }
+    friend constexpr Dual total_rsqrt(const Dual& a) { const T r = total_rsqrt(a.value); return chain(r, T(-0.5) * (r * r * r), a); }
     friend constexpr Dual sqrt(const Dual& a) { const T r = sqrt(a.value); return chain(r, T(0.5) / r, a); }
     friend constexpr Dual exp(const Dual& a) { const T e = exp(a.value); return chain(e, e, a); }
     friend constexpr Dual log(const Dual& a) { return chain(log(a.value), T(1.0) / a.value, a); }

@@ -3,7 +3,7 @@
 /// Kernel code is written once over a value type V. V is `Lanes<T, R>` (R registers of T, one ray per lane), or plain `double`,
 /// `float` for the scalar strategy; masks are `LaneMask<T, R>` or `bool`. Scalars obey the same functions with the same rounding, so
 /// scalar and packet runs agree bit for bit, but for exp, log, tanh and atan2: scalars have those of the standard library.
-/// At 0, 1/x and 1/√x are infinite, with AVX-512 not a number.
+/// At 0 and ∞ 1/x and 1/√x are not a number on AVX-512, but for those that are called total.
 #pragma once
 
 #include "kernels/numeric/bits.h"
@@ -227,48 +227,56 @@ using std::tanh;
 // ---- 1/x and 1/√x: a 14-bit estimate and one polishing step of fourth order (double), second order (float) -------------------
 
 #if defined(__AVX512F__)
-/// y += y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y²: about 2 ulp.
-template <class V>
+/// y += y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y²: about 2 ulp. Of 0 and ∞ e is no number; a `total` function keeps the estimate there,
+/// as min takes the other of its operands.
+template <bool total, class V>
 KAGERO_INLINE V polished_rsqrt(const V& x, const V& y) {
     using S = ScalarOf<V>;
-    const V e = neg_mul_add(x * y, y, V(S(1)));
+    V e = neg_mul_add(x * y, y, V(S(1)));
+    if constexpr (total) e = min(e, V(S(1)));
     if constexpr (std::is_same_v<S, float>) return mul_add(y * e, V(S(0.5)), y);
     else return mul_add(y * e, mul_add(e, mul_add(e, V(S(0.3125)), V(S(0.375))), V(S(0.5))), y);
 }
 /// y += y e (1 + e (1 + e)) with e = 1 − x y.
-template <class V>
+template <bool total, class V>
 KAGERO_INLINE V polished_recip(const V& x, const V& y) {
     using S = ScalarOf<V>;
-    const V e = neg_mul_add(x, y, V(S(1)));
+    V e = neg_mul_add(x, y, V(S(1)));
+    if constexpr (total) e = min(e, V(S(1)));
     if constexpr (std::is_same_v<S, float>) return mul_add(y * e, V(S(1)), y);
     else return mul_add(y * e, mul_add(e, e + V(S(1)), V(S(1))), y);
 }
-template <class T, int R>
+template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) {
     Lanes<T, R> c;
     KAGERO_EACH_REGISTER(c.v[i] = registers::rsqrt14(a.v[i]))
-    return polished_rsqrt(a, c);
+    return polished_rsqrt<total>(a, c);
 }
-template <class T, int R>
+template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> recip(const Lanes<T, R>& a) {
     Lanes<T, R> c;
     KAGERO_EACH_REGISTER(c.v[i] = registers::recip14(a.v[i]))
-    return polished_recip(a, c);
+    return polished_recip<total>(a, c);
 }
-template <Scalar V>
-KAGERO_INLINE V rsqrt(V a) { return polished_rsqrt(a, registers::rsqrt14(a)); }
-template <Scalar V>
-KAGERO_INLINE V recip(V a) { return polished_recip(a, registers::recip14(a)); }
+template <bool total = false, Scalar V>
+KAGERO_INLINE V rsqrt(V a) { return polished_rsqrt<total>(a, registers::rsqrt14(a)); }
+template <bool total = false, Scalar V>
+KAGERO_INLINE V recip(V a) { return polished_recip<total>(a, registers::recip14(a)); }
 #else
-template <class T, int R>
+template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) { return Lanes<T, R>(T(1)) / sqrt(a); }
-template <class T, int R>
+template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> recip(const Lanes<T, R>& a) { return Lanes<T, R>(T(1)) / a; }
-template <Scalar V>
+template <bool total = false, Scalar V>
 KAGERO_INLINE V rsqrt(V a) { return V(1) / std::sqrt(a); }
-template <Scalar V>
+template <bool total = false, Scalar V>
 KAGERO_INLINE V recip(V a) { return V(1) / a; }
 #endif
+/// … of 0 and ∞ as well, on every instruction set.
+template <class V>
+KAGERO_INLINE V total_rsqrt(const V& a) { return rsqrt<true>(a); }
+template <class V>
+KAGERO_INLINE V total_recip(const V& a) { return recip<true>(a); }
 
 // ---- masks and whole numbers ----------------------------------------------------------------------------------------------------
 

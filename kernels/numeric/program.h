@@ -44,12 +44,20 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);
 }
 
+/// The same where a number may be 0 or infinite that is divided by: of parameters, and in formulas, whose exponentials overflow.
+template <Op op, bool call, class V>
+KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
+    if constexpr (op == Op::recip) return total_recip(a);
+    else if constexpr (op == Op::rsqrt) return total_rsqrt(a);
+    else return apply<op, call, V>(a, b, c);
+}
+
 /// op(a, b, c), of an operation that is no leaf.
 template <class V>
 V applied(Op op, const V& a, const V& b, const V& c) {
     switch (op) {
 #define KAGERO_OPERATION(OP) \
-    case Op::OP: return apply<Op::OP, false, V>(a, b, c);
+    case Op::OP: return apply_total<Op::OP, false, V>(a, b, c);
         KAGERO_OPERATIONS(KAGERO_OPERATION)
 #undef KAGERO_OPERATION
         default: return a;

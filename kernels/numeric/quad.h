@@ -20,6 +20,8 @@ inline Quad sqrt(Quad a) {
 }
 inline Quad rsqrt(Quad a) { return 1 / sqrt(a); }
 inline Quad recip(Quad a) { return 1 / a; }
+inline Quad total_rsqrt(Quad a) { return rsqrt(a); }
+inline Quad total_recip(Quad a) { return recip(a); }
 inline Quad mul_add(Quad a, Quad b, Quad c) { return a * b + c; }
 inline Quad mul_sub(Quad a, Quad b, Quad c) { return a * b - c; }
 inline Quad neg_mul_add(Quad a, Quad b, Quad c) { return c - a * b; }

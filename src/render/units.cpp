@@ -7,8 +7,9 @@ namespace kagero {
 
 namespace {
 
-/// Scenes of a size within 2^±this are left alone; float holds the fourth powers of such lengths.
-constexpr int ordinary = 30;
+/// Scenes between these powers of two in size are left alone: float holds the fourth powers of such lengths, and the squares of what goes
+/// with 1/length³. Of large scenes the inside may be small, which a larger unit would make smaller still.
+constexpr int smallest = -10, largest = 30;
 
 void divide(Double3& lengths, double unit) {
     for (double& x : lengths) x /= unit;
@@ -28,7 +29,7 @@ std::optional<int> power_of_length(const ParameterInfo& parameter) {
 
 double length_unit(const SceneDescription& scene, const HamiltonianInfo& info) {
     const int size = std::ilogb(scene.integrator.escape_radius);
-    if (std::abs(size) <= ordinary || scene.space.formula || scene.integrator.rescaling) return 1;
+    if ((smallest <= size && size <= largest) || scene.space.formula || scene.integrator.rescaling) return 1;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
         if (!power_of_length(info.parameters[i])) return 1;
     return std::scalbn(1.0, size);

@@ -94,6 +94,29 @@ TYPED_TEST(LanesOf, ReciprocalsAreGoodToFourUlp) {
     }
 }
 
+// Where exponentials have overflowed, and where a coordinate is 0; elsewhere they are the same.
+TYPED_TEST(LanesOf, TotalReciprocalsReachZeroAndInfinity) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    const S infinity = std::numeric_limits<S>::infinity();
+    EXPECT_EQ(get_lane(total_recip(V(infinity)), 0), 0);
+    EXPECT_EQ(get_lane(total_recip(V(-infinity)), 0), 0);
+    EXPECT_EQ(get_lane(total_recip(V(S(0))), 0), infinity);
+    EXPECT_EQ(get_lane(total_recip(V(S(-0.0))), 0), -infinity);
+    EXPECT_EQ(get_lane(total_rsqrt(V(infinity)), 0), 0);
+    EXPECT_EQ(get_lane(total_rsqrt(V(S(0))), 0), infinity);
+    EXPECT_TRUE(std::isnan(get_lane(total_rsqrt(V(S(-1))), 0)));
+    EXPECT_TRUE(std::isnan(get_lane(total_recip(V(std::numeric_limits<S>::quiet_NaN())), 0)));
+    Random random(4);
+    for (int round = 0; round < rounds; ++round) {
+        const V x = absolute(random_packet<V>(random, std::is_same_v<S, double> ? 100 : 15));
+        for (int i = 0; i < lane_count<V>; ++i) {
+            EXPECT_EQ(get_lane(total_recip(x), i), get_lane(recip(x), i));
+            EXPECT_EQ(get_lane(total_rsqrt(x), i), get_lane(rsqrt(x), i));
+        }
+    }
+}
+
 // Not bit for bit, but to a few ulp; of the result, or where it passes through zero of the argument.
 TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
     using V = TypeParam;

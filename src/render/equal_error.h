@@ -3,6 +3,9 @@
 
 #include "render/variant.h"
 
+#include <string>
+#include <vector>
+
 namespace kagero {
 
 /// A method at the step that meets a bound with the least work.
@@ -14,14 +17,11 @@ struct Candidate {
     double gradients = 0;          ///< per ray
 };
 
-/// The rays by which kernels are timed, and what may be asked of them: 99 % end within `pixels` of where they should.
-struct Candidates {
-    std::vector<RayStart> starts;
-    std::vector<Candidate> all;
-};
+/// Of each method the thriftiest step by which 99 % of the rays end within `pixels` of where they should.
+using Candidates = std::vector<Candidate>;
 Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* stop);
 
-/// The quickest of the candidates by this kernel; nothing where none is in its precision, or it refuses them all.
+/// The candidate that is the quickest by this kernel, of a sample of the picture's tiles; nothing where none is in its precision, or it refuses them all.
 std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
                                     const std::atomic<bool>* stop);
 

@@ -39,6 +39,20 @@ KAGERO_INLINE void to_doubles(const V& v, double* numbers) {
         KAGERO_EACH_REGISTER(registers::to_doubles(v.v[i], numbers + i * V::width))
     }
 }
+/// From a number for each lane, and what rounding cuts off it: of a double nothing.
+template <class V>
+KAGERO_INLINE V lanes_of(const double* numbers, V& cut) {
+    const V v = lanes_of<V>(numbers);
+    if constexpr (std::is_same_v<ScalarOf<V>, double>) {
+        cut = V(0.0);
+    } else {
+        alignas(64) double rest[lane_count<V>];
+        to_doubles(v, rest);
+        for (int i = 0; i < lane_count<V>; ++i) rest[i] = numbers[i] - rest[i];
+        cut = lanes_of<V>(rest);
+    }
+    return v;
+}
 template <class V>
 KAGERO_INLINE void to_floats(const V& v, float* numbers) {
     if constexpr (lane_count<V> == 1) {

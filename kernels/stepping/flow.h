@@ -6,6 +6,9 @@
 
 namespace kagero {
 
+/// How many numbers a stepper may take along from step to step.
+inline constexpr int carried = 8;
+
 /// Where a ray is between two steps, and all that the next one has to know.
 template <class V>
 struct Waypoint : State<V> {
@@ -16,7 +19,7 @@ struct Waypoint : State<V> {
     V captured;          ///< ≤ 0 where the ray is captured
     V side;              ///< changes sign where H is not smooth
     V scale;             ///< no step from here may be longer
-    V carry[6] = {0, 0, 0, 0, 0, 0};  ///< from step to step by the stepper: what rounding has cut off the state (Gauss), or L (Orbit)
+    V carry[carried] = {};  ///< from step to step by the stepper: what rounding has cut off the state (Gauss), or the orbit
 
     /// Calls a function with every number of two waypoints; `each_of_motion` with those that tell where a ray is and where it goes.
     template <class Function>
@@ -24,7 +27,7 @@ struct Waypoint : State<V> {
         each_of_motion(a, b, function);
         function(a.energy_terms, b.energy_terms), function(a.domain, b.domain), function(a.captured, b.captured);
         function(a.side, b.side), function(a.scale, b.scale);
-        for (int k = 0; k < 6; ++k) function(a.carry[k], b.carry[k]);
+        for (int k = 0; k < carried; ++k) function(a.carry[k], b.carry[k]);
     }
     template <class Function>
     KAGERO_INLINE static void each_of_motion(Waypoint& a, const Waypoint& b, const Function& function) {

@@ -15,13 +15,13 @@
 #pragma once
 
 #include "kernels/stepping/composition.h"
-#include "kernels/stepping/orbit_frame.h"
+#include "kernels/stepping/orbit_start.h"
 
 namespace kagero {
 
 struct Orbit {
     static constexpr Family family = Family::nystroem;
-    static constexpr bool carries = true;  ///< L, which no place along the ray tells as well as its start
+    static constexpr bool carries = true;  ///< the orbit, which no place along the ray tells as well as its start
     static constexpr bool resumes = true;
 
     template <class System>
@@ -37,20 +37,18 @@ struct Orbit {
 
     template <class System, class V>
     static void begin(const System& system, Flow<V>& f, const Coefficients&) {
-        const OrbitFrame<V> plane(f.start, f.start.velocity);
-        f.start.carry[0] = f.end.carry[0] = plane.across * mul_add(plane.u, delay(system, plane.u), recip(plane.u));
-        f.start.velocity = plane.velocity();
+        enter_orbit(system, f.start);
+        f.start.velocity = OrbitFrame<V>(f.start).velocity(f.start.carry[orbit_u], f.start.carry[orbit_w]);
         f.start.scale = no_bound<V>();
     }
 
     template <class System, class V>
     static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
-        const OrbitFrame<V> plane = OrbitFrame<V>::by_angle(f.start, f.start.velocity);
-        OrbitMotion<V> m(system, f, plane);
+        OrbitMotion<V> m(system, f);
         f.h = longest<V>(m, f.h, in_steps<System>);
         turn(system, coefficients, f.h, m);
         f.gradients += kicks<V>(coefficients);
-        leave(system, f, plane, m, f.h);
+        leave(system, f, m, f.h, V(ScalarOf<V>(0)));
     }
 
     /// The way of rays that meet nothing, to the escape sphere: all of it in the plane, where nothing but u and w is needed. Those that are
@@ -59,9 +57,8 @@ struct Orbit {
     static void pass(const System& system, Flow<V>& f, const Coefficients& coefficients, Passage<V>& way) {
         using S = ScalarOf<V>;
         const V zero(S(0)), rim(S(1 / way.radius));
-        const OrbitFrame<V> plane = OrbitFrame<V>::by_angle(f.start, f.start.velocity);
-        OrbitMotion<V> m(system, f, plane);
-        V angle(zero), steps(zero);
+        OrbitMotion<V> m(system, f);
+        V angle(zero), angle_rest(zero), steps(zero);
         MaskOf<V> open = way.h > zero, arriving = never<V>();
         for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
             OrbitMotion<V> next = m;
@@ -74,7 +71,8 @@ struct Orbit {
             if (f.want_energy) worst_energy(system, f, next, open);
             m.take(next, open);
             m.change_sides(system);
-            angle = pick(open, angle + h, angle), steps = pick(open, steps + V(S(1)), steps);
+            OrbitMotion<V>::add(pick(open, h, zero), angle, angle_rest);
+            steps = pick(open, steps + V(S(1)), steps);
             arriving = arriving | beyond, open = open & !beyond;
         }
         // From beyond the sphere back onto it: the angle to third order, until what second order leaves out is a rounding. ∂²V/∂u² is taken
@@ -84,11 +82,13 @@ struct Orbit {
         MaskOf<V> moving = arriving;
         way.arrived = never<V>();
         for (int i = 0; i < max_corrections && any(moving); ++i) {
-            const V fall = rim - m.u, slope = system.orbit().slope(m.u, m.g), half = V(S(0.5)) * slope;
+            V fall = rim - m.u;
+            if constexpr (OrbitMotion<V>::compensated) fall = fall - m.u_rest;
+            const V slope = system.orbit().slope(m.u, m.g), half = V(S(0.5)) * slope;
             const V second = fall / neg_mul_add(half, fall / m.w, m.w);
             const V third = fall / neg_mul_add(second, mul_add(V(S(1) / S(3)) * m.w * second, half / m.u, half), m.w);
             const V back = pick(moving, max(min(third, way.h), -way.h), zero);
-            angle += back;
+            OrbitMotion<V>::add(back, angle, angle_rest);
             const MaskOf<V> there = moving & (abs(back * back * back) <= rounding);
             const MaskOf<V> turning = m.want_parameter ? moving : moving & !there;
             if (any(turning)) {
@@ -101,7 +101,7 @@ struct Orbit {
         }
         way.steps = steps;
         f.gradients += steps * kicks<V>(coefficients);
-        leave(system, f, plane, m, angle);
+        leave(system, f, m, angle, angle_rest);
     }
 
     /// After the end has been surveyed: its velocity is that along the orbit, by the angle.
@@ -162,20 +162,35 @@ private:
             scale = max(twice_energy, V(S(0.25)) * mul_add(m.u, m.u, m.w * m.w));
             surplus = scale - twice_energy, start = m.w * recip(m.u);
         }
+        // u = start + gain, and w as at the start less h times the pull: so the roundings of a sum are those of what is added.
+        constexpr bool compensated = OrbitMotion<V>::compensated;
+        const V way = h * m.w, square = h * h, from = m.u;
+        V pull(S(0)), gain = m.u_rest;
         const auto kick = [&](double fraction) __attribute__((always_inline)) {
-            const V angle = h * V(S(fraction)), slope = system.orbit().slope(m.u, m.g);
+            const V share{S(fraction)}, slope = system.orbit().slope(m.u, m.g);
             if constexpr (with_parameter) {
                 const V rest = surplus + neg_mul_add(m.u, slope, twice_potential());
-                gained = mul_add(angle, rest * recip(m.u * m.u), gained);
-                if constexpr (Delaying<typename System::Hamiltonian>) delayed = mul_add(angle, delay(system, m.u), delayed);
+                gained = mul_add(h * share, rest * recip(m.u * m.u), gained);
+                if constexpr (Delaying<typename System::Hamiltonian>) delayed = mul_add(h * share, orbit_delay(system, m.u), delayed);
             }
-            m.w = neg_mul_add(angle, slope, m.w);
+            pull = mul_add(share, slope, pull);
         };
-        const auto drift = [&](double fraction) __attribute__((always_inline)) { m.u = mul_add(h * V(S(fraction)), m.w, m.u); };
+        const auto drift = [&](double fraction) __attribute__((always_inline)) {
+            const V share{S(fraction)}, towards = neg_mul_add(square, pull, way);
+            if constexpr (compensated) gain = mul_add(share, towards, gain), m.u = from + gain;
+            else m.u = mul_add(share, towards, m.u);
+        };
         const double *fraction = coefficients.fractions.data(), *const end = fraction + coefficients.fractions.size();
         if (!coefficients.kick_first) drift(*fraction++);
         for (; fraction + 1 < end; fraction += 2) kick(fraction[0]), drift(fraction[1]);
         if (fraction < end) kick(*fraction);
+        if constexpr (compensated) {
+            const V change = neg_mul_add(h, pull, m.w_rest), before = m.w;
+            m.w = before + change;
+            m.u_rest = gain - (m.u - from), m.w_rest = change - (m.w - before);
+        } else {
+            m.w = neg_mul_add(h, pull, m.w);
+        }
         if constexpr (with_parameter)
             m.parameter += mul_add(start - m.w * recip(m.u) + gained, recip(scale), delayed) * recip(m.momentum);
     }
@@ -185,14 +200,7 @@ private:
         const V middle = V(ScalarOf<V>(0.5)) * (m.u + end);
         m.w = pick(lanes, neg_mul_add(angle, system.orbit().slope(middle, m.g), m.w), m.w);
         m.u = pick(lanes, end, m.u);
-    }
-    /// What L dλ/dφ is more than 1/u².
-    template <class System, class V>
-    KAGERO_INLINE static V delay(const System& system, const V& u) {
-        if constexpr (Delaying<typename System::Hamiltonian>)
-            return System::Hamiltonian::orbit_delay(system.template parameters<V>(), u);
-        else
-            return V(ScalarOf<V>(0));
+        if constexpr (OrbitMotion<V>::compensated) m.u_rest = pick(lanes, V(ScalarOf<V>(0)), m.u_rest);
     }
     /// How often `turn` differentiates.
     template <class V>
@@ -221,17 +229,17 @@ private:
 
     /// The end of a step in space again, but for rays that have not turned.
     template <class System, class V>
-    static void leave(const System& system, Flow<V>& f, OrbitFrame<V> plane, const OrbitMotion<V>& there, const V& angle) {
+    static void leave(const System& system, Flow<V>& f, const OrbitMotion<V>& there, const V& angle, const V& rest) {
         const MaskOf<V> still = abs(angle) <= V(ScalarOf<V>(0));
         const OrbitMotion<V> m = there.from_here(system);
         const State<V> here = in_plane(system, m);
-        plane.u = m.u, plane.w = m.w;
-        plane.turn(angle);
+        OrbitFrame<V> plane(f.start);
+        plane.turn(angle, rest);
         f.end.set(pick<V>(still, f.start.q(), here.y[0] * plane.out),
                   pick<V>(still, f.start.p(), advance(here.y[3] * plane.out, here.y[4], plane.around)));
         f.end.parameter = m.parameter;
-        f.end.carry[0] = m.momentum;
-        const Vec3<V> velocity = pick<V>(still, f.start.velocity, plane.velocity());
+        m.leave_to(f.end), plane.leave_to(f.end);
+        const Vec3<V> velocity = pick<V>(still, f.start.velocity, plane.velocity(m.u, m.w));
         f.stage[0][0] = velocity.x, f.stage[0][1] = velocity.y, f.stage[0][2] = velocity.z;
         f.solved = always<V>();
     }

@@ -67,7 +67,7 @@ private:
     void pass();
     bool fill(RayQueue<W>& queue);
     void refill(RayQueue<W>& queue);
-    static void put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow);
+    void put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow) const;
     void enter(const RayStarts<W>& starts, std::uint64_t lanes);
     void advance_once();
     std::uint64_t stopped(std::uint64_t moving) const;

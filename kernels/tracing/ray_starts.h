@@ -58,11 +58,15 @@ void PacketTracer<V>::refill(RayQueue<W>& queue) {
 
 /// Puts the start of rays into a flow; lanes that are not of `lanes` follow one that is.
 template <class V>
-void PacketTracer<V>::put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow) {
+void PacketTracer<V>::put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow) const {
     const V zero(S(0));
     starts.fill_up(lanes);
-    for (int k = 0; k < 7; ++k) flow.start.y[k] = lanes_of<V>(starts.y[k]);
     for (V& c : flow.start.carry) c = zero;
+    // Only the plane of an orbit is told apart by more digits than the packet has.
+    for (int k = 0; k < 7; ++k) {
+        if (k < 6 && task_.method.info.angular) flow.start.y[k] = lanes_of<V>(starts.y[k], flow.start.carry[k]);
+        else flow.start.y[k] = lanes_of<V>(starts.y[k]);
+    }
     flow.start.parameter = flow.end.parameter = flow.gradients = flow.energy_error = flow.energy = zero;
 }
 

@@ -19,7 +19,7 @@ struct Waypoint : State<V> {
     V captured;          ///< ≤ 0 where the ray is captured
     V side;              ///< changes sign where H is not smooth
     V scale;             ///< no step from here may be longer
-    V carry[carried] = {};  ///< from step to step by the stepper: what rounding has cut off the state (Gauss), or the orbit
+    V carry[carried] = {};  ///< from step to step by the stepper: what rounding has cut off the state (Gauss, and where an orbit starts), or the orbit
 
     /// Calls a function with every number of two waypoints; `each_of_motion` with those that tell where a ray is and where it goes.
     template <class Function>

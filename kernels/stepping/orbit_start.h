@@ -17,7 +17,7 @@ struct WideLanes<V> {
     using type = double;
 };
 
-/// Fills `start.carry` as OrbitFrame reads it, from the state and what rounding has cut off q and p.
+/// Fills `start.carry` as OrbitCarry says, from the state and what rounding has cut off q and p.
 ///
 /// L = |q × p|, and du/dφ = −u² dr/dλ dλ/dφ with dr/dλ = ∂H/∂p_r. A ray along the radius is kept from being just that, by some roundings.
 template <class System, class V>
@@ -32,8 +32,8 @@ __attribute__((noinline)) void enter_orbit(const System& system, Waypoint<V>& st
         const Vec3<D> q{number(0), number(1), number(2)}, p{number(3), number(4), number(5)};
         const D u = rsqrt(dot(q, q)), r = recip(u), zero(0.0), square = dot(p, p);
         const Vec3<D> out = u * q, spin = cross(q, p);
-        const double share = 16 * machine_epsilon<double>, most = std::numeric_limits<float>::min();
-        const D momentum = sqrt(max(dot(spin, spin), square * max(share * share * (r * r), D(most))));
+        const double share = 16 * machine_epsilon<double>, least = std::numeric_limits<float>::min();
+        const D momentum = sqrt(max(dot(spin, spin), square * max(share * share * (r * r), D(least))));
         const Vec3<D> around = recip(momentum) * cross(spin, out);
         const D speed = system.dp(State<D>{{r, zero, zero, dot(out, p), momentum * u, zero, lanes_of<D>(state[6] + i)}}).x;
         const D w = -(speed * mul_add(u * u, orbit_delay(system, u), D(1.0)) * recip(momentum));

@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 23;
+inline constexpr std::uint32_t abi_version = 24;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -35,8 +35,9 @@ enum class Failure : std::uint8_t {
     no_momentum,         ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
     not_converged,       ///< a step found no solution, or none within its tolerance, however often it was shortened
     not_landed,          ///< the end of its last step leads to no place on what it meets, however often that was halved
-    not_finite,          ///< the state left the range of the number type, or Ω is not greater than 0
+    not_finite,          ///< the state left the range of the number type, or Ω or the greatest length of a step is not greater than 0
     no_pace,             ///< Ω is not greater than 0 at the start
+    no_bounds,           ///< what a formula states of domain, capture or length of steps is no number at the start, or no such length
     untraced,            ///< the run was interrupted before
     energy_lost,         ///< a step loses H, even after halving it: what it leads to is no ray
     needs_double,        ///< the momentum is so large here that float would lose H at once

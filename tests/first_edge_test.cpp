@@ -91,6 +91,32 @@ TEST_P(FirstEdge, OfSeveralEndsTheRay) {
     }
 }
 
+// What is no number bounds nothing, and a step of no length leads nowhere: rays do not come there, nor start there.
+TEST_P(FirstEdge, IsANumberOrTheRayFails) {
+    const std::vector<RayInput> beyond{{{2, 0, 0}, {-1, 0, 0}}};
+    for (const char* edge : {"domain = \"sqrt(1 - x)\"", "capture = \"2 + sqrt(1 - x)\"", "length_scale = \"sqrt(1 - x)\"", "length_scale = \"1 - x\""})
+        for (const Overrides& how : methods) {
+            SCOPED_TRACE(testing::Message() << edge << ", " << how[0]);
+            Overrides few = how;
+            few.push_back("integrator.max_steps=400");  // shorter and shorter ones
+            for (const RayEnd& end : ends_of(medium(edge), few, rays_along_x())) {
+                EXPECT_TRUE(end.status == Status::failed || end.status == Status::step_limit);
+                EXPECT_LE(end.q[0], 1);
+            }
+            for (const RayEnd& end : ends_of(medium(edge), how, beyond)) EXPECT_EQ(end.failure, Failure::no_bounds);
+        }
+    // Beyond an edge it does not matter how long steps may be.
+    for (const Overrides& how : methods)
+        for (const RayEnd& end : ends_of(medium("domain = \"1 - x\"\nlength_scale = \"0.1 + sqrt(1 - x)\""), how, beyond)) EXPECT_EQ(end.status, Status::escaped);
+    const std::string at_the_camera = medium("domain = \"sqrt(y)\"");
+    try {
+        plan_of_text(at_the_camera, {}, with_strategy(GetParam()));
+        FAIL() << "drawn";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("camera.position = [0, -10, 0]: space.domain"), std::string::npos) << error.what();
+    }
+}
+
 // Nothing within a horizon is seen from without: rays of b < 3√3/2 r_g are captured, and no others.
 TEST_P(FirstEdge, OfAHoleIsTheHorizon) {
     std::vector<RayInput> rays;

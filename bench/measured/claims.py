@@ -99,10 +99,10 @@ def threads(program, _):
 CRITICAL = ("critical.csv", 2.599, 0.021)
 
 
-def cheapest_claim(program, key, what, must, aim, bundle, bound, doubt_allowed, methods=None, unit="µs"):
-    """What rays cost by the cheapest method and step of a list that ends them within the bound."""
+def cheapest_claim(program, key, what, must, aim, bundle, bound, doubt_allowed, unit="µs", **choice):
+    """What rays cost by the cheapest method and step of a list (and precision: rays.cheapest) that ends them within the bound."""
     name, *impact = bundle
-    found, doubt = rays.cheapest(program, rays.peers(program.directory / name, *impact), (bound,), doubt_allowed, *([methods] if methods else []))
+    found, doubt = rays.cheapest(program, rays.peers(program.directory / name, *impact), (bound,), doubt_allowed, **choice)
     if not found[0]:
         return Claim(key, what, must, aim, [], f"no method and step of the list comes so near (reference agrees to {doubt:.0e})", False)
     time, error, how, _ = found[0]
@@ -142,9 +142,10 @@ def peers(program, _):
 
 
 def orbits(program, _):
-    """The same rays, and the room, through the plane of the orbit."""
-    claims = [cheapest_claim(program, "orbit", "peers' rays through the orbit plane, ≤ 1e-6, ns per ray", [60], [15], ("peers.csv",), 1e-6, 1e-2, rays.ORBITS, "ns"),
-              cheapest_claim(program, "orbit-critical", "near-critical rays through the orbit plane, ≤ 2e-9, µs per ray", [], [], CRITICAL, 2e-9, 1e-6, rays.ORBITS)]
+    """The same rays, and the room, through the plane of the orbit; in the precision that costs less."""
+    choice = {"methods": rays.ORBITS, "precisions": ("double", "float")}
+    claims = [cheapest_claim(program, "orbit", "peers' rays through the orbit plane, ≤ 1e-6, ns per ray", [60], [15], ("peers.csv",), 1e-6, 1e-2, "ns", **choice),
+              cheapest_claim(program, "orbit-critical", "near-critical rays through the orbit plane, ≤ 2e-9, µs per ray", [], [], CRITICAL, 2e-9, 1e-6, **choice)]
     for scene in (ROOM, "galaxy.toml", "wormhole.toml"):
         ratio = program.ratio(*(lambda more=more: program.render(scene, "--threads", 1, *DOUBLE, *more)[0]["seconds"] for more in (GENERAL, ())))
         claims.append(Claim("orbit-picture", f"general path ÷ orbit plane, {scene}, each by the space's defaults", [], [], [ratio.median],

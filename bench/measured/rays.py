@@ -1,6 +1,7 @@
 """Ray lists, and the cheapest way to a bound on their directions."""
 import csv
 import io
+import itertools
 import math
 import random
 
@@ -64,9 +65,9 @@ ORBITS = {"orbit-srkn6": (0.8, 0.6, 0.4, 0.3, 0.2), "orbit-srkn11": (1.2, 1, 0.8
           "orbit-srkn14": (1, 0.8, 0.6, 0.4, 0.3, 0.25, 0.2)}
 
 
-def cheapest(program, rays, bounds, solved, methods=METHODS):
-    """For each bound on the greatest error of direction: (ns per ray, error, method and step, arguments for them), the quickest; and how
-    well the reference, gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
+def cheapest(program, rays, bounds, solved, methods=METHODS, precisions=("double",)):
+    """For each bound on the greatest error of direction: (ns per ray, error, precision, method and step, arguments for them), the quickest; and
+    how well the reference, gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
     errors by. The least time decides, as the one that nothing disturbed; those that come near the least are timed again, in turn."""
     scene = SCENES / "hole.toml"
     should = directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.1)
@@ -80,14 +81,14 @@ def cheapest(program, rays, bounds, solved, methods=METHODS):
     found = []
     for bound in bounds:
         ways = []
-        for method, steps in methods.items():
+        for precision, (method, steps) in itertools.product(precisions, methods.items()):
             for step in steps:
                 length = ["-D", f"integrator.tolerance={step:g}"] if method in ADAPTIVE else ["--step", step]
-                how = ["--integrator", method, *length, "-D", f"integrator.solver_tolerance={solved * bound:g}"]
+                how = ["--precision", precision, "--integrator", method, *length, "-D", f"integrator.solver_tolerance={solved * bound:g}"]
                 error = worst_angle(directions(program, scene, rays, *how), should)
                 if error > bound:
                     continue
-                ways.append((time_of(how), error, f"{method}, {'tolerance' if method in ADAPTIVE else 'step'} {step:g}", how))
+                ways.append((time_of(how), error, f"{precision}, {method}, {'tolerance' if method in ADAPTIVE else 'step'} {step:g}", how))
                 break  # shorter steps of the same method only cost more
         for _ in range(1 if program.quick else 4):
             ways = [min(way, (time_of(way[3]), *way[1:]), key=least) for way in ways if least(way) <= 1.3 * min(map(least, ways))]

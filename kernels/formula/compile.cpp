@@ -50,9 +50,11 @@ struct Replay {
     /// What is stated of the ends of steps.
     void ends(const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
         if (written) return written->ends(tape, formula.parameters, gradient, survey);
+        differentiated = false;
         if (formula.domain >= 0) survey[survey_domain] = expression(formula.domain);
         if (formula.capture >= 0) survey[survey_captured] = expression(formula.capture);
         if (formula.length_scale >= 0) survey[survey_scale] = expression(formula.length_scale);
+        differentiated = true;
     }
     /// The tape's node of an expression. Only what it needs is recorded.
     int expression(std::int32_t root) {
@@ -70,9 +72,20 @@ struct Replay {
             if (!needed[i]) continue;
             if (n.op == FormulaOp::number) place[i] = tape.constant(n.value);
             else if (n.op == FormulaOp::variable) place[i] = input[n.a];
+            else if (n.op == FormulaOp::sqrt && !differentiated) place[i] = value_of_root(place[n.a]);
             else place[i] = record(tape, n.op, place[n.a], n.b < 0 ? -1 : place[n.b]);
         }
         return place[root];
+    }
+
+private:
+    bool differentiated = true;  ///< what is recorded
+
+    /// √s; as s·(1/√s), which is no number at s = 0, only where H has computed that already.
+    int value_of_root(int s) {
+        const auto is_inverse = [s](const Node& n) { return n.op == Op::rsqrt && n.a == s; };
+        const bool at_hand = std::any_of(tape.nodes, tape.nodes + tape.size, is_inverse);
+        return at_hand ? tape.sqrt(s) : tape.unary(Op::sqrt, s);
     }
 };
 

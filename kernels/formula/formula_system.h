@@ -180,10 +180,14 @@ public:
         V out[formula::formula_surveyed];
         formula::evaluate(p_.survey, s.y, out);
         if (!p_.scaled) out[survey_scale] = V(std::numeric_limits<S>::max());
-        if (rescaled) {  // backward, or nowhere, goes what is rescaled by Ω ≤ 0 within the medium: no ray
-            const MaskOf<V> forward = (out[formula::survey_pace] > V(S(0))) | (out[survey_domain] <= V(S(0)));
-            for (int k = survey_velocity; k < survey_excess; ++k) out[k] = pick(forward, out[k], V(std::numeric_limits<S>::quiet_NaN()));
-        }
+        // There is no ray within the medium where formulas do not tell whether it ends or goes on, nor by steps of no length, nor where it is
+        // rescaled by Ω ≤ 0: backward, or nowhere.
+        const V zero(S(0)), &domain = out[survey_domain], &captured = out[survey_captured];
+        const MaskOf<V> ends = (domain <= zero) | (captured <= zero);
+        MaskOf<V> goes_on = (domain > zero) & (captured > zero) & (out[survey_scale] > zero);
+        if (rescaled) goes_on = goes_on & (out[formula::survey_pace] > zero);
+        const MaskOf<V> stated = ends | goes_on;
+        for (int k = survey_velocity; k < survey_excess; ++k) out[k] = pick(stated, out[k], V(std::numeric_limits<S>::quiet_NaN()));
         return survey_of(out);
     }
 

@@ -73,12 +73,13 @@ void PacketTracer<V>::repeat(std::uint64_t lanes, const V& length) {
 /// Lanes go back to the start of their step, without what the stepper remembers of it.
 template <class V>
 void PacketTracer<V>::restart(std::uint64_t lanes, const V& length) {
+    const MaskOf<V> mask = from_bits<V>(lanes);
+    flow_.h = pick(mask, length, flow_.h);
+    if (task_.resumes) return;
     Flow<V> again = flow_;
     task_.begin(again);
-    const MaskOf<V> mask = from_bits<V>(lanes);
     for (int k = 0; k < max_stages; ++k)
         for (int c = 0; c < 6; ++c) flow_.stage[k][c] = pick(mask, again.stage[k][c], flow_.stage[k][c]);
-    flow_.h = pick(mask, length, flow_.h);
 }
 
 /// Lanes whose step has no solution, lost H or left the numbers go back and try half of it; the last halving fails the ray.

@@ -138,8 +138,9 @@ void place_camera(Plan& plan) {
     const Failure failure = place_observer(plan, plan.camera.start);
     if (failure != Failure::none) refuse_observer(plan, failure);
     if (lacks_pace(plan, plan.camera.position)) refuse_rescaling(plan);
-    if (camera_needs_double(plan))
-        throw InputError(scene.camera.position_place, position_of_camera(plan) + ": " + describe(Failure::needs_double));
+    const auto refuse = [&](Failure why) { throw InputError(scene.camera.position_place, position_of_camera(plan) + ": " + describe(why)); };
+    if (lacks_bounds(plan, plan.camera.position)) refuse(Failure::no_bounds);
+    if (camera_needs_double(plan)) refuse(Failure::needs_double);
     plan.camera.clear = distance_to_objects(plan);
     if (kernel_makes_rays(plan)) plan.job.camera = &plan.camera;
 }

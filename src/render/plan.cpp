@@ -219,6 +219,14 @@ bool lacks_pace(const Plan& plan, const double (&q)[3]) {
     return !((formula ? evaluate(formula->scope, formula->parsed.rescale, at) : evaluate(rescaling->scope, rescaling->node, at)) > 0);
 }
 
+bool lacks_bounds(const Plan& plan, const double (&q)[3]) {
+    const auto& formula = plan.scene.space.formula;
+    if (!formula) return false;
+    const auto value = [&](std::int32_t node) { return node < 0 ? 1 : evaluate(formula->scope, node, {q[0], q[1], q[2], 0, 0, 0, formula->parsed.pt}); };
+    const double domain = value(formula->parsed.domain), capture = value(formula->parsed.capture);
+    return !(domain <= 0 || capture <= 0 || (domain > 0 && capture > 0 && value(formula->parsed.length_scale) > 0));
+}
+
 bool needs_double(const Plan& plan, double momentum) {
     if (plan.kernel->precision != Precision::float32 || !plan.module->hamiltonians[plan.hamiltonian].spacetime) return false;
     return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
@@ -273,13 +281,25 @@ const char* describe(Failure failure) {
         case Failure::no_momentum: return "no momentum with this direction is found here";
         case Failure::not_converged: return "a step has no solution, however short it is";
         case Failure::not_landed: return "its last step, however short, leads to no place on what it meets";
-        case Failure::not_finite: return "the state left the range of the number type, or integrator.rescale is not greater than 0 on the way";
+        case Failure::not_finite: return "the state left the range of the number type";
         case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";
+        case Failure::no_bounds: return "space.domain, space.capture or space.length_scale is no number at the start, or that length is not greater than 0";
         case Failure::untraced: return "interrupted before this ray was traced";
         case Failure::energy_lost: return "the Hamiltonian's value is lost, and a shorter step mends it no longer: the way here needs shorter steps or a smaller tolerance";
         case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }
     return "unknown";
+}
+
+std::string why_failed(const Plan& plan, Failure failure) {
+    std::string why = describe(failure);
+    if (failure != Failure::not_finite) return why;
+    if (plan.kernel->precision == Precision::float32) why += ", of which --precision double has more";
+    if (states_rescaling(plan)) why += ", or integrator.rescale is not greater than 0 on the way";
+    const auto& formula = plan.scene.space.formula;
+    if (formula && (formula->parsed.domain >= 0 || formula->parsed.capture >= 0)) why += ", or space.domain or space.capture is no number there";
+    if (formula && formula->parsed.length_scale >= 0) why += ", or space.length_scale is not greater than 0 there";
+    return why;
 }
 
 }  // namespace kagero

@@ -90,6 +90,9 @@ bool states_rescaling(const Plan& plan);
 /// Whether Ω, where the scene states it, is not greater than 0 at q, relative to the centre: there is no ray there.
 bool lacks_pace(const Plan& plan, const double (&q)[3]);
 
+/// Whether a formula leaves open at q whether rays end there, or how long steps may be: there is no ray there either.
+bool lacks_bounds(const Plan& plan, const double (&q)[3]);
+
 /// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
 bool needs_double(const Plan& plan, double momentum);
 /// Whether the step of the plan's method is a length, and not an angle or a share of a distance.
@@ -106,5 +109,7 @@ const char* name_of(Status);
 std::optional<Strategy> strategy_named(const std::string& name);
 std::optional<Precision> precision_named(const std::string& name);
 const char* describe(Failure);
+/// The same of a ray that failed on its way, with what this scene may have to do with it.
+std::string why_failed(const Plan&, Failure);
 
 }  // namespace kagero

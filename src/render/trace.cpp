@@ -194,6 +194,7 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
         if ((start.failure == Failure::none || start.failure == Failure::singular_start) && !start.escaped &&
             std::hypot(start.q[0], start.q[1], start.q[2]) > greatest_length(plan)) start.failure = Failure::too_far;
         else if (start.failure == Failure::none && lacks_pace(plan, start.q)) start.failure = Failure::no_pace;
+        else if (start.failure == Failure::none && lacks_bounds(plan, start.q)) start.failure = Failure::no_bounds;
         else if (start.failure == Failure::none && !start.captured && observer != "falling" && start.pt > 0 &&  // which may vanish
             needs_double(plan, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;

@@ -132,7 +132,7 @@ TEST_P(Deflection, ClassesAreRightNearTheCriticalRay) {
         for (const RayEnd& end : ends_of(*p, inside.rays)) {
             EXPECT_EQ(end.status, Status::captured) << "b/b_c = 1 - " << distance;
             const Double3 q = relative(*p, end.q);
-            EXPECT_NEAR(std::hypot(q[0], q[1], q[2]), 1.5, 1e-12);  // inward across the photon sphere, and no further
+            EXPECT_NEAR(std::hypot(q[0], q[1], q[2]), 1, 1.0001e-3);  // the horizon
         }
         // The angle changes by db/(b − b_c): what is 1e-13 of b when the ray has come from r = 20 is as much times 1/distance.
         EXPECT_LT(worst_angle(*p, outside), 1e-9 + 1e-13 / distance) << "b/b_c = 1 + " << distance;

@@ -296,7 +296,16 @@ TEST(Disk, IsHottestAtItsInnerEdge) {
 }
 
 TEST(Disk, NeedsOrbits) {
-    EXPECT_THROW(plan_of_text(disk, {"object.disk.center=[0,0,1]"}), InputError);
+    const auto refusal = [](const Override& change) -> std::string {
+        try {
+            plan_of_text(disk, {change});
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(refusal("object.disk.center=[0,0,1]"), "-D object.disk.center=[0,0,1]: object.disk.center = [0, 0, 1]: expected space.center, "
+                                                     "[0, 0, 0], as a disk's matter orbits the hole");
     EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.center=[0,0,1]", "space.rg=0"}));
     EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.normal=[0,1,1]"}));
 }

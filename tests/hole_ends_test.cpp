@@ -76,6 +76,30 @@ TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
     }
 }
 
+// A ray by itself is followed to the horizon, but for a thousandth, or to a λ before that: along a radius in Schwarzschild's space λ is the
+// way in r (H = 0 is p·x/r = −p_t there). Kerr's r₊ is 0.9 here, and √(0.9² + 0.3²) is |q| on its equator.
+TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
+    const std::string view = "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
+    const std::vector<RayInput> rays{{{0, 0, 10}, {0, 0, -1}}, {{0, 0, 1.4}, {0, 0, -1}}, inward(10, 1), inward(1.3, 0.4)};
+    for (const auto& how : methods) {
+        SCOPED_TRACE(testing::Message() << how[0] << " " << how[1]);
+        const std::vector<RayEnd> ends = ends_of("[space]\nhamiltonian = \"schwarzschild\"\n" + view, how, rays);
+        for (const RayEnd& end : ends) {
+            EXPECT_EQ(end.status, Status::captured);
+            EXPECT_NEAR(radius_of(end), 1.0005, 0.00051);
+        }
+        EXPECT_NEAR(ends[0].parameter, 10 - radius_of(ends[0]), 1e-5);
+        EXPECT_NEAR(ends[1].parameter, 1.4 - radius_of(ends[1]), 1e-5);
+    }
+    const std::string kerr = "[space]\nhamiltonian = \"kerr\"\nmass = 0.5\nspin = 0.6\n" + view;
+    for (const RayEnd& end : ends_of(kerr, {"", ""}, rays)) {
+        EXPECT_EQ(end.status, Status::captured);
+        EXPECT_LE(radius_of(end), 1.0011 * std::hypot(0.9, 0.3));
+    }
+    const std::vector<RayEnd> far = ends_of(kerr, {"", ""}, {{{10, 0, 0}, {-1, 0, 0}}});
+    EXPECT_NEAR(far[0].q[0], 0.9, 0.06);  // |q| less what dragging turns aside
+}
+
 // Without the space's rescaling a step of one length leads past a hole: by default steps are under control then.
 TEST(HoleEndsByDefault, AreThoseOfFineStepsWithoutRescaling) {
     const std::string scene = "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nrescale = \"none\"\nescape_radius = 4\n"

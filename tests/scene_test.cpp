@@ -27,6 +27,8 @@ const Malformed malformed[] = {
     {"\"sphere\"", "\"spere\"", "17:9", "did you mean \"sphere\"?"},
     {"px = [1, 0, 0]", "xp = [1, 0, 0]", "33:1", "unknown key object.hall.faces.xp"},
     {"size = [64, 48]", "size = [64, 48]\nlayers = [\"colour\"]", "13:11", "did you mean \"color\"? known: color, status, steps"},
+    {"hamiltonian = \"schwarzschild\"", "hamiltonan = \"schwarzschild\"", "2:1", "unknown key space.hamiltonan; did you mean \"hamiltonian\"?"},
+    {"shape = \"sphere\"", "shpe = \"sphere\"", "17:1", "unknown key object.ball.shpe; did you mean \"shape\"?"},
     // missing
     {"hamiltonian = \"schwarzschild\"", "", "1:1", "space.hamiltonian is missing"},
     {"position = [0, -3, 0]", "", "6:1", "camera.position is missing"},
@@ -179,6 +181,14 @@ TEST_F(LoadScene, OverridesReachEveryKey) {
     EXPECT_EQ(scene.objects[2].faces[1].color, (Double3{0, 0, 1}));
     EXPECT_EQ(scene.sky.paint.kind, Paint::Kind::checker);
     EXPECT_EQ(scene.space.center, (Double3{1, 2, 3}));
+}
+
+// As the same line in the file would: it is no paint, and excludes none.
+TEST_F(LoadScene, NoCheckerIsNoPaint) {
+    std::ofstream(directory_ / "sky.png") << "seen by its name alone";
+    const std::string textured = edited("color = [0, 0, 0.1]", "texture = \"sky.png\"");
+    EXPECT_EQ(load(textured, {"sky.checker=false"}).sky.paint.kind, Paint::Kind::texture);
+    EXPECT_EQ(load(textured, {"sky.checker=true"}).sky.paint.kind, Paint::Kind::checker);
 }
 
 TEST_F(LoadScene, RefusesMalformedOverrides) {

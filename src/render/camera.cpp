@@ -4,6 +4,7 @@
 #include "render/formula_space.h"
 #include "scene/clearance.h"
 #include "scene/value.h"
+#include "scene/vector3.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,9 +16,7 @@ namespace {
 
 /// "camera.position = [x, y, z]", in the scene's lengths.
 std::string position_of_camera(const Plan& plan) {
-    std::string shown;
-    for (const double coordinate : plan.scene.camera.position) enumerate(shown, written(coordinate * plan.unit));
-    return "camera.position = [" + shown + "]";
+    return "camera.position = " + written(scaled(plan.scene.camera.position, plan.unit));
 }
 
 /// How far the camera is from the surface of an object, or a number less than that. Refuses one that lies in it: every ray would start there.

@@ -86,11 +86,12 @@ std::uint32_t clearance_cells(const Plan& plan, bool with_camera) {
 }
 
 /// Infinity, but where an object lies so near a hole that light falls past it, or from it, where else it is captured: from r = 3M on, which
-/// is |q| = 3M without spin, and no more than √10 M with any. No less than a little above the horizon, which light with p_t < 0 comes close to
-/// but never reaches.
-double capture_within(const Plan& plan) {
+/// is |q| = 3M without spin, and no more than √10 M with any. Single rays are followed as if there always were one, but not a falling
+/// observer's, which come to no horizon. No less than a little above that, which light with p_t < 0 comes close to but never reaches.
+double capture_within(const Plan& plan, bool with_camera) {
     const Hole hole = plan.module->hole(plan.hamiltonian, plan.parameters.data());
-    const double limit = std::sqrt(10.0) * hole.mass, nearest = plan.geometry->nearest(limit);
+    const bool to_horizon = !with_camera && plan.time > 0;
+    const double limit = std::sqrt(10.0) * hole.mass, nearest = to_horizon ? 0 : plan.geometry->nearest(limit);
     if (!(nearest < limit)) return std::numeric_limits<double>::infinity();
     const double horizon = hole.mass + std::sqrt(std::max(0.0, hole.mass * hole.mass - hole.spin * hole.spin));
     return std::max((1 + 1e-3) * std::hypot(horizon, hole.spin), (1 - 1e-4) * nearest);
@@ -160,7 +161,7 @@ void fill_job(Plan& plan, bool with_camera) {
     job.chord_tolerance = chord_tolerance(plan, with_camera);
     job.outputs = plan.options.energy_error ? output_energy : 0u;
     job.geometry = plan.geometry->kernel_view();
-    job.capture_within = capture_within(plan);
+    job.capture_within = capture_within(plan, with_camera);
     job.refill = scene.integrator.refill == "on";
 }
 
@@ -285,7 +286,7 @@ const char* describe(Failure failure) {
         case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";
         case Failure::no_bounds: return "space.domain, space.capture or space.length_scale is no number at the start, or that length is not greater than 0";
         case Failure::untraced: return "interrupted before this ray was traced";
-        case Failure::energy_lost: return "the Hamiltonian's value is lost, and a shorter step mends it no longer: the way here needs shorter steps or a smaller tolerance";
+        case Failure::energy_lost: return "the Hamiltonian's value is lost, and half the step, however often, does not mend it: take shorter steps, or a smaller tolerance, from the start";
         case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }
     return "unknown";

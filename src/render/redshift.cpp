@@ -1,5 +1,6 @@
 #include "render/redshift.h"
 
+#include "scene/value.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -54,12 +55,13 @@ void check_disks(const Plan& plan) {
     for (const ObjectDescription& object : plan.scene.objects) {
         if (object.shape != Shape::disk) continue;
         const std::string name = "object." + object.name;
-        if (object.center != plan.scene.space.center)
-            throw InputError(object.place, name + ".center is not space.center: a disk's matter orbits the hole");
+        if (const Double3& center = plan.scene.space.center; object.center != center)
+            throw InputError(object.center_place, name + ".center = " + written(scaled(object.center, plan.unit)) + ": expected space.center, " +
+                                                      written(scaled(center, plan.unit)) + ", as a disk's matter orbits the hole");
         const Double3 axis = unit(object.normal);
         if (hole.spin != 0 && (axis[0] != 0 || axis[1] != 0))
-            throw InputError(object.place,
-                             name + ".normal is not along z: a spinning hole has circular orbits in its equator alone");
+            throw InputError(object.normal_place, name + ".normal = " + written(object.normal) +
+                                                      ": expected one along z, as a spinning hole has circular orbits in its equator alone");
     }
 }
 

@@ -113,6 +113,7 @@ struct ObjectDescription {
     Double3 normal{0, 0, 1};                       // disk: its matter orbits in the right-handed sense about it
     double inner = 0, outer = 0;                   // disk: radii
     double temperature = 0;                        // disk: kelvin at the inner edge; 0: it has a paint instead
+    Place center_place, normal_place;              // disk: for what only the space tells
     std::string file;                              // mesh: absolute path
     Place file_place;
     Double3 translate{}, rotate{}; double scale = 1;

@@ -56,17 +56,15 @@ void check_view(const Section& section, const CameraDescription& camera) {
     // Closer than √ε to parallel, the cross product has lost half its digits.
     const double sine = length(cross(unit(forward), unit(camera.up)));
     if (sine > std::sqrt(std::numeric_limits<double>::epsilon())) return;
-    std::string shown;
-    for (const double coordinate : camera.up) enumerate(shown, written(coordinate));
     throw InputError(up ? up->place : look_at.place,
-                     "camera.up = [" + shown + (up ? "]" : "] (the default)") + " is parallel to the viewing direction: choose another up");
+                     "camera.up = " + written(camera.up) + (up ? "" : " (the default)") + " is parallel to the viewing direction: choose another up");
 }
 
 }  // namespace
 
 SpaceDescription load_space(const Section& section, const Catalogue& catalogue) {
     SpaceDescription space;
-    const Value& name = need(section, "hamiltonian");
+    const Value& name = need_kind(section, "hamiltonian");
     const auto known = names(catalogue.hamiltonians, catalogue.hamiltonian_count);
     space.hamiltonian = known[to_choice(name, full_name(section, "hamiltonian"), known)];
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);

@@ -115,6 +115,8 @@ void load_disk(const Section& section, ObjectDescription& object) {
     object.center = needed_point(section, "center");
     read(section, "normal", object.normal, any_length);
     if (length(object.normal) == 0) fail(need(section, "normal"), full_name(section, "normal"), "a vector that is not zero");
+    const Value* normal = find(section, "normal");
+    object.center_place = need(section, "center").place, object.normal_place = normal ? normal->place : object.place;
     object.inner = to_number(need(section, "inner"), full_name(section, "inner"), positive_length);
     const Value& outer = need(section, "outer");
     object.outer = to_number(outer, full_name(section, "outer"), positive_length);
@@ -147,7 +149,7 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
     ObjectDescription object;
     object.name = name;
     object.place = table.place;
-    const Value& shape = need(section, "shape");
+    const Value& shape = need_kind(section, "shape");
     object.shape = static_cast<Shape>(to_choice(shape, full_name(section, "shape"), shape_names()));
     only_keys(section, keys_of(object.shape));
     object.paint = load_paint(section, object.paint, CheckerKey::counts, directory);

@@ -77,10 +77,11 @@ void erase(Value& table, const std::string& key) {
     std::erase_if(table.items, [&](const Value& item) { return item.key == key; });
 }
 
-/// A paint given on the command line replaces the one in the file instead of contradicting it.
-void erase_other_paints(Value& table, const std::string& paint) {
+/// A paint given on the command line replaces the one in the file instead of contradicting it; no checker is none.
+void erase_other_paints(Value& table, const Value& paint) {
+    if (paint.kind == Value::Kind::boolean && !paint.boolean) return;
     const auto replaces = [&](std::initializer_list<const char*> paints, std::initializer_list<const char*> others) {
-        if (std::none_of(paints.begin(), paints.end(), [&](const char* one) { return paint == one; })) return;
+        if (std::none_of(paints.begin(), paints.end(), [&](const char* one) { return paint.key == one; })) return;
         for (const char* other : others) erase(table, other);
     };
     replaces({"texture", "temperature"}, {"color", "checker"});
@@ -106,7 +107,7 @@ void apply_override(Value& root, const std::string& override_text, const std::st
     }
     for (std::size_t i = first; i + 1 < path.size(); ++i) table = &table_entry(*table, path[i], place);
     value.key = path.back();
-    if (path[0] == "object" || path[0] == "sky") erase_other_paints(*table, value.key);
+    if (path[0] == "object" || path[0] == "sky") erase_other_paints(*table, value);
     // In its old place: the helpers of a formula use those before them.
     const auto old = std::find_if(table->items.begin(), table->items.end(), [&](const Value& item) { return item.key == value.key; });
     if (old != table->items.end()) *old = value;

@@ -9,21 +9,12 @@ namespace kagero {
 
 namespace {
 
-template <std::size_t N>
-std::string text_of(const std::array<double, N>& numbers) {
-    std::string text;
-    for (const double number : numbers) text += (text.empty() ? "[" : ", ") + written(number);
-    return text + ']';
-}
-
-std::string text_of(double number) {
-    return written(number);
+template <class T>
+std::string text_of(const T& value) {
+    return written(value);
 }
 std::string text_of(std::uint32_t number) {
     return std::to_string(number);
-}
-std::string text_of(const std::string& text) {
-    return written(text);
 }
 
 /// Writes "key = value" lines.

@@ -68,6 +68,14 @@ const Value& need(const Section& section, const std::string& key) {
     throw InputError(section.place, full_name(section, key) + " is missing: it is required");
 }
 
+const Value& need_kind(const Section& section, const std::string& key) {
+    if (section.table && !find(section, key))
+        for (const Value& item : section.table->items)
+            if (!near_match(item.key, {key}).empty())
+                throw InputError(item.key_place, "unknown key " + full_name(section, item.key) + "; did you mean " + written(key) + '?');
+    return need(section, key);
+}
+
 void only_keys(const Section& section, const std::vector<std::string>& known) {
     if (!section.table) return;
     for (const Value& item : section.table->items) {

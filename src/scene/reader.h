@@ -37,6 +37,8 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
 const Value* find(const Section& section, const std::string& key);
 /// Throws unless the key is there.
 const Value& need(const Section& section, const std::string& key);
+/// The same of a key that tells which others there may be: where it is missing, one that looks like it is taken for a slip.
+const Value& need_kind(const Section& section, const std::string& key);
 /// Throws if the table has any other key.
 void only_keys(const Section& section, const std::vector<std::string>& known);
 

@@ -3,6 +3,7 @@
 
 #include "error.h"
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -39,5 +40,11 @@ const Value* find(const Value& table, const std::string& key);
 std::string written(double number);
 std::string written(const std::string& text);
 std::string written(const Value& value);
+template <std::size_t n>
+std::string written(const std::array<double, n>& numbers) {
+    std::string list;
+    for (const double number : numbers) enumerate(list, written(number));
+    return '[' + list + ']';
+}
 
 }  // namespace kagero

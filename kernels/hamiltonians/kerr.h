@@ -15,7 +15,7 @@ namespace kagero::hamiltonians {
 /// constant. Rays are followed backward from the eye, so with the spin up the left edge of the shadow is the near, prograde one.
 ///
 /// Domain: outside the ring r = 0, which no ray meets: one with p_t > 0 ends `captured` at the outer horizon r₊ = M + √(M² − a²), or
-/// once it moves inward inside r = 3M from where nothing turns it back, where no surface lies further in.
+/// in pictures, where no surface lies further in, once it moves inward inside r = 3M from where nothing turns it back.
 struct Kerr {
     static constexpr const char* name = "kerr";
     static constexpr const char* what = "rotating black hole, Kerr-Schild coordinates";

@@ -12,8 +12,8 @@ namespace kagero::hamiltonians {
 /// along a ray. Conserved: H, p_t, x × p.
 ///
 /// Domain: r > 0. With p_t > 0 a ray followed from the eye falls through r = r_g smoothly; run on to r → 0 it would be thrown out
-/// again, so it ends `captured` at r ≤ r_g, or earlier once it moves inward inside the photon sphere r = 3/2 r_g, from where no light
-/// ray returns (Chandrasekhar 1983, §20), where no surface lies further in.
+/// again, so it ends `captured` at r ≤ r_g, or in pictures, where no surface lies further in, once it moves inward inside the photon sphere
+/// r = 3/2 r_g, from where no light ray returns (Chandrasekhar 1983, §20).
 struct Schwarzschild {
     static constexpr const char* name = "schwarzschild";
     static constexpr const char* what = "spherical black hole, Kerr-Schild coordinates";

@@ -50,14 +50,13 @@ struct Replay {
     /// What is stated of the ends of steps.
     void ends(const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
         if (written) return written->ends(tape, formula.parameters, gradient, survey);
-        differentiated = false;
-        if (formula.domain >= 0) survey[survey_domain] = expression(formula.domain);
-        if (formula.capture >= 0) survey[survey_captured] = expression(formula.capture);
-        if (formula.length_scale >= 0) survey[survey_scale] = expression(formula.length_scale);
-        differentiated = true;
+        if (formula.domain >= 0) survey[survey_domain] = expression(formula.domain, value_alone);
+        if (formula.capture >= 0) survey[survey_captured] = expression(formula.capture, value_alone);
+        if (formula.length_scale >= 0) survey[survey_scale] = expression(formula.length_scale, value_alone);
     }
+    enum Use { differentiated, value_alone };
     /// The tape's node of an expression. Only what it needs is recorded.
-    int expression(std::int32_t root) {
+    int expression(std::int32_t root, Use use = differentiated) {
         std::array<bool, formula_limit> needed{};
         needed[root] = true;
         for (std::int32_t i = root; i >= 0; --i) {
@@ -72,15 +71,13 @@ struct Replay {
             if (!needed[i]) continue;
             if (n.op == FormulaOp::number) place[i] = tape.constant(n.value);
             else if (n.op == FormulaOp::variable) place[i] = input[n.a];
-            else if (n.op == FormulaOp::sqrt && !differentiated) place[i] = value_of_root(place[n.a]);
+            else if (n.op == FormulaOp::sqrt && use == value_alone) place[i] = value_of_root(place[n.a]);
             else place[i] = record(tape, n.op, place[n.a], n.b < 0 ? -1 : place[n.b]);
         }
         return place[root];
     }
 
 private:
-    bool differentiated = true;  ///< what is recorded
-
     /// √s; as s·(1/√s), which is no number at s = 0, only where H has computed that already.
     int value_of_root(int s) {
         const auto is_inverse = [s](const Node& n) { return n.op == Op::rsqrt && n.a == s; };

@@ -36,7 +36,7 @@ constexpr Case cases[] = {
     {"wrong-time-momentum", "p_t of the wrong sign, inward", "captured within 1000 steps", stability::wrong_time_momentum},
     {"unsolvable-step", "implicit steps of 1 … 1000 rg, too long to have a solution; b 6 % from b_c and more",
      "halved, or the ray fails with a reason, of a fan three quarters at most; no wrong class, H within 4 %", stability::unsolvable_step},
-    {"coarse-steps", "steps 200 times the default, 11 methods, and 1000 radians in the orbit plane; b 6 % from b_c and more", "right class, or a ray of eight fails with a reason; without rescaling up to three quarters of them",
+    {"coarse-steps", "steps 200 times the default, 11 methods, and 1000 radians in the orbit plane; b 6 % from b_c and more", "right class; of those that fall, a ray of eight may fail with a reason; without rescaling up to three quarters of all",
      stability::coarse_steps},
     {"vanishing-index", "n -> 0 and below", "escaped where the medium ends, turned back, or failed", stability::vanishing_index},
     {"long-path", "1e6 steps in a graded fibre and a fisheye",

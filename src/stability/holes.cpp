@@ -2,6 +2,8 @@
 #include "stability/cases.h"
 #include "stability/orbits.h"
 
+#include <algorithm>
+
 
 namespace kagero::stability {
 

@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 24;
+inline constexpr std::uint32_t abi_version = 25;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -171,8 +171,7 @@ struct RayEnd {
     std::uint32_t iterations;  ///< of implicit solves, those of finding the hit aside
     std::uint32_t queries;     ///< of the scene
     float occupancy;           ///< of the lanes of its packet over the packet's steps (with refill: up to this ray's end); 0 without steps
-    std::uint32_t surface;    ///< index into Geometry::surfaces, if `hit`
-    std::uint32_t primitive;
+    std::uint32_t surface, primitive;  ///< if `hit`: index into Geometry::surfaces, and of what was met of it
     Status status;
     Failure failure;
     bool unrefined;  ///< the hit is the chord's: it meets a surface that the ray, within its tolerance, misses
@@ -234,10 +233,10 @@ struct Job {
     double longest_share = std::numeric_limits<double>::infinity();
     double solver_tolerance;  ///< of implicit equations, relative; 0: to rounding
     std::uint32_t max_steps;
-    double escape_radius;        ///< of |q|
+    double escape_radius, bends_within = std::numeric_limits<double>::infinity();  ///< of |q|; beyond the second rays are straight
     double inner_escape_radius;  ///< rays that fall below it are escaped too, into a wormhole's other universe; 0: there is none
-    /// A ray that falls inward and will not come out is captured at once where nothing can be met further in: within this |q|.
-    double capture_within = std::numeric_limits<double>::infinity();
+    /// A ray that falls inward and will not come out is captured at once where nothing can be met further in: within this |(x, y, stretch z)|.
+    double capture_within = std::numeric_limits<double>::infinity(), capture_stretch = 1;
     double parameter_limit;  ///< infinity, or the λ at which every ray is ended exactly
     bool use_symmetry;       ///< leave to each step's end the coordinates that do not occur in H, where the method can
     HitModel hit;
@@ -297,8 +296,7 @@ struct KernelInfo {
 /// What `kagero_kernels()` returns; lives as long as the module is loaded.
 struct Module {
     std::uint32_t abi;  ///< must equal abi_version
-    const char* isa;
-    const char* compiler;
+    const char *isa, *compiler;
     const HamiltonianInfo* hamiltonians;
     std::uint32_t hamiltonian_count;
     const IntegratorInfo* integrators;
@@ -312,6 +310,8 @@ struct Module {
     bool (*straight)(std::uint32_t hamiltonian, const double* parameters);
     /// The radius |q| inside of which lies another universe, mirrored by inversion; 0 where there is none.
     double (*far_side)(std::uint32_t hamiltonian, const double* parameters);
+    /// The radius |q| beyond which rays are straight; infinity where none is known.
+    double (*bends_within)(std::uint32_t hamiltonian, const double* parameters);
     /// The hole at its origin; of a formula none is known.
     Hole (*hole)(std::uint32_t hamiltonian, const double* parameters);
     /// The momenta an observer of this kind at q assigns to directions of its rest frame.

@@ -147,6 +147,15 @@ double far_side(std::uint32_t hamiltonian, const double* parameters) {
     });
 }
 
+double bends_within(std::uint32_t hamiltonian, const double* parameters) {
+    constexpr double everywhere = std::numeric_limits<double>::infinity();
+    if (hamiltonian == formula_index) return everywhere;
+    return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
+        if constexpr (requires { H::bends_within(make_parameters<H>(parameters)); }) return H::bends_within(make_parameters<H>(parameters));
+        else return everywhere;
+    });
+}
+
 Hole hole(std::uint32_t hamiltonian, const double* parameters) {
     if (hamiltonian == formula_index) return {};
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> Hole {
@@ -221,6 +230,7 @@ const Module module{
     .refusal = refusal,
     .straight = is_straight,
     .far_side = far_side,
+    .bends_within = bends_within,
     .hole = hole,
     .observe = observe,
     .start = start,

@@ -77,7 +77,7 @@ TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
 }
 
 // A ray by itself is followed to the horizon, but for a thousandth, or to a λ before that: along a radius in Schwarzschild's space λ is the
-// way in r (H = 0 is p·x/r = −p_t there). Kerr's r₊ is 0.9 here, and √(0.9² + 0.3²) is |q| on its equator.
+// way in r (H = 0 is p·x/r = −p_t there). Kerr's horizon is a spheroid, of r₊ on the axis and √(r₊² + a²) on the equator.
 TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
     const std::string view = "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
     const std::vector<RayInput> rays{{{0, 0, 10}, {0, 0, -1}}, {{0, 0, 1.4}, {0, 0, -1}}, inward(10, 1), inward(1.3, 0.4)};
@@ -99,10 +99,14 @@ TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
     EXPECT_EQ(limited[0].status, Status::step_limit);
     EXPECT_EQ(limited[0].parameter, 8.7);
     EXPECT_NEAR(limited[0].q[2], 1.3, 1e-9);
-    const std::string kerr = "[space]\nhamiltonian = \"kerr\"\nmass = 0.5\nspin = 0.6\n" + view;
-    for (const RayEnd& end : ends_of(kerr, {"", ""}, rays)) {
-        EXPECT_EQ(end.status, Status::captured);
-        EXPECT_NEAR(radius_of(end), 1.0005 * std::hypot(0.9, 0.3), 0.00051);
+    for (const double spin : {0.6, 0.99, 1.0}) {
+        SCOPED_TRACE(spin);
+        const double a = 0.5 * spin, horizon = 0.5 + std::sqrt(0.25 - a * a), equator = std::hypot(horizon, a);
+        const std::string kerr = "[space]\nhamiltonian = \"kerr\"\nmass = 0.5\nspin = " + std::to_string(spin) + "\n" + view;
+        for (const RayEnd& end : ends_of(kerr, {"", ""}, rays)) {
+            EXPECT_EQ(end.status, Status::captured);
+            EXPECT_NEAR(std::hypot(std::hypot(end.q[0], end.q[1]) / equator, end.q[2] / horizon), 1.0005, 0.00051);
+        }
     }
 }
 

@@ -210,6 +210,34 @@ TEST_P(Media, LuneburgTurnsRaysThatGraze) {
     }
 }
 
+// Outside the ball light goes straight, and one step takes all of the way: out, to the ball, or past what stands there. Through it, q = q₀ cos τ +
+// p₀ sin τ: light along x from q₀ on the surface comes out at (1, 0, 0), along −q₀.
+TEST_P(Media, LuneburgLeavesLightStraightOutside) {
+    const std::string scene = medium("hamiltonian = \"luneburg\"\nradius = 1", "step = 0.25\nescape_radius = 1000") +
+                              "[[object]]\nshape = \"rectangle\"\norigin = [300, -400, -400]\nedge_u = [0, 800, 0]\nedge_v = [0, 0, 800]\n"
+                              "[[object]]\nshape = \"sphere\"\ncenter = [200, -50, 0]\nradius = 2\n";
+    std::vector<RayInput> rays;
+    for (const double b : {0.0, 0.4, 0.6, 1.0 + 1e-9, 1.5, 20.0}) rays.push_back({{-700, 0.8 * b, 0.6 * b}, {1, 0, 0}});
+    rays.push_back({{100, -50, 0}, {1, 0, 0}}), rays.push_back({{-3, 4, 0}, {-0.6, 0.8, 0}});
+    const auto ends = trace_all(scene, rays);
+    for (std::size_t i = 0; i < 6; ++i) {
+        SCOPED_TRACE(i);
+        const double y = rays[i].position[1], z = rays[i].position[2], x = std::sqrt(std::max(1 - y * y - z * z, 0.0));
+        const bool through = x > 0;
+        ASSERT_EQ(ends[i].status, Status::hit);
+        EXPECT_EQ(ends[i].surface, 0u);
+        EXPECT_NEAR(ends[i].q[0], 300, 1e-9);
+        EXPECT_NEAR(ends[i].q[1], through ? -y * 299 / x : y, 1e-7 / std::max(x, 0.01));
+        EXPECT_NEAR(ends[i].q[2], through ? -z * 299 / x : z, 1e-7 / std::max(x, 0.01));
+        EXPECT_LE(ends[i].steps, through ? 16u : 1u);
+    }
+    EXPECT_EQ(ends[6].surface, 1u);
+    EXPECT_NEAR(ends[6].q[0], 198, 1e-9);
+    EXPECT_EQ(ends[7].status, Status::escaped);
+    EXPECT_NEAR(ends[7].q[0], -600, 1e-9);
+    EXPECT_LE(ends[7].steps, 2u);
+}
+
 // The same seed is the same air, another one is another; n0 alone leaves rays straight.
 TEST_P(Media, ShimmerIsFixedByItsSeed) {
     const auto scene = [](const char* more) {

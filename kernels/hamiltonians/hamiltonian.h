@@ -19,6 +19,7 @@
 ///   part_a, part_b(k, q, p, pt)              two parts that sum to H: the paper's H_A and H_B, for the recipe as printed
 ///   flow_of_rest(k, q, p, pt, t)             the exact flow of H − ½(|p|² − p_t²), for the exact split
 ///   straight(k)                              these parameters leave every ray straight
+///   bends_within(k)                          beyond this distance from the origin rays of H are straight: one step goes all the way
 ///   surface(k, q)                            zero where the slope of H jumps: steps end there
 ///   length_scale(k, q)                       no step is longer than this, so that none leaps over what is thin
 ///   orbit_potential(k, u, g)                 a spherical H: V(u) of the orbit, ½ (du/dφ)² + V, u = 1/r, V(0) = 0; g = 1/b² is

@@ -37,6 +37,11 @@ struct Luneburg : IndexMedium<Luneburg> {
     static constexpr V surface(const Parameters<V>& k, const Vec3<V>& q) {
         return 1.0 - dot(q, q) / (k.radius * k.radius);
     }
+
+    template <class V>
+    static constexpr V bends_within(const Parameters<V>& k) {
+        return k.radius;
+    }
 };
 
 }  // namespace kagero::hamiltonians

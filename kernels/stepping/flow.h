@@ -71,7 +71,7 @@ struct Leg : Arrival<V> {
     bool want_path = false;    ///< `energy` is wanted
     bool test_energy = false;  ///< `energy_holds` is wanted
     bool use_symmetry = true;  ///< Job::use_symmetry
-    ScalarOf<V> capture_within = std::numeric_limits<ScalarOf<V>>::infinity();  ///< Job::capture_within
+    ScalarOf<V> capture_within = std::numeric_limits<ScalarOf<V>>::infinity(), capture_stretch = 1;  ///< Job::capture_within, …_stretch
     ScalarOf<V> solver_tolerance{};  ///< relative; 0: to rounding
     ScalarOf<V> tolerance{};         ///< local error of adaptive methods, relative to 1 + |value|
 

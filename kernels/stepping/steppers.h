@@ -31,7 +31,7 @@ __attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Way
     at.velocity = here.velocity, at.energy_terms = here.terms;
     at.domain = here.domain, at.captured = here.captured, at.side = here.side, at.scale = here.scale;
     if (f.capture_within < std::numeric_limits<S>::infinity())
-        at.captured = max(at.captured, norm(at.q()) - V(f.capture_within));
+        at.captured = max(at.captured, norm(Vec3<V>{at.y[0], at.y[1], V(f.capture_stretch) * at.y[2]}) - V(f.capture_within));
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     const V terms = max(here.terms, terms_before);
     f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite

@@ -29,7 +29,7 @@ class PacketTracer {
 public:
     PacketTracer(const Task<V>& task, Counters& counters)
         : task_(task), job_(task.job), counters_(counters),
-          bounds_steps_(task.straight || task.kernel.scaled || std::isfinite(task.job.parameter_limit)) {}
+          bounds_steps_(task.straight || task.kernel.scaled || std::isfinite(task.job.bends_within) || std::isfinite(task.job.parameter_limit)) {}
 
     /// Takes a packet's worth of rays from the queue, and goes the short ways with those that have one.
     void start(RayQueue<W>& queue) {
@@ -108,6 +108,7 @@ private:
     V bounded_step_length() const;
     V longest_leap() const;
     V straight_way_out() const;
+    V straight_way_in() const;
 
     const Task<V>& task_;
     const Job& job_;

@@ -15,7 +15,7 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     flow_.want_path = job_.path_sink;
     flow_.test_energy = !task_.straight;
     flow_.use_symmetry = job_.use_symmetry;
-    flow_.capture_within = S(job_.capture_within);
+    flow_.capture_within = S(job_.capture_within), flow_.capture_stretch = S(job_.capture_stretch);
     flow_.want_parameter = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
@@ -131,6 +131,17 @@ KAGERO_INLINE V PacketTracer<V>::straight_way_out() const {
     return max(way, root(dot(q, q) * inverse) * V(S(1e-3))) * V(S(1.001));
 }
 
+/// How long rays go straight until they come to the sphere Job::bends_within; 0 inside, and very long where they pass it by. What misses it is
+/// told by |q × v|, which floats know better than the difference of two squares.
+template <class V>
+V PacketTracer<V>::straight_way_in() const {
+    const Vec3<V> q = flow_.start.q(), v = flow_.start.velocity, moment = cross(q, v);
+    const V zero(S(0)), square = V(S(job_.bends_within) * S(job_.bends_within)), height = dot(q, q) - square, inward = -dot(q, v);
+    const V depth = square * dot(v, v) - dot(moment, moment);
+    const MaskOf<V> meets = (inward > zero) & (depth > zero);
+    return pick(height > zero, pick(meets, height / (inward + root(max(depth, zero))), V(std::numeric_limits<S>::max())), zero);
+}
+
 /// Job::longest_share of |q|, and a ten-thousandth of the escape radius, so that a ray gets past the origin.
 template <class V>
 V PacketTracer<V>::longest_leap() const {
@@ -138,7 +149,8 @@ V PacketTracer<V>::longest_leap() const {
     return mul_add(V(S(job_.longest_share)), sqrt(dot(q, q)), V(S(1e-4 * job_.escape_radius)));
 }
 
-/// Step length of each lane: the job's, or for straight rays the way to the escape sphere and a little more, or what is left of λ.
+/// Step length of each lane: the job's, or for rays that are straight, or go straight first, the way to the escape sphere and a little more,
+/// or as far as they do, or what is left of λ.
 template <class V>
 V PacketTracer<V>::bounded_step_length() const {
     V h = nominal_;
@@ -150,6 +162,7 @@ V PacketTracer<V>::bounded_step_length() const {
         const MaskOf<V> longer = h * h * square > scale * scale;
         if (any(longer)) h = pick(longer, scale / sqrt(square), h);
     }
+    if (std::isfinite(job_.bends_within) && !task_.straight) h = pick(nominal_ > V(S(0)), max(h, min(straight_way_in(), straight_way_out())), h);
     if (std::isfinite(job_.parameter_limit)) {
         // The last step ends at the limit, without a sliver of another one behind it.
         const V left = V(S(job_.parameter_limit)) - flow_.start.parameter;

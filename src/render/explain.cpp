@@ -146,6 +146,8 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     else parts.add(bent && space.scaled && !method.angular, "bound on the step from the space's length scale",
                    !bent ? straight : method.angular ? "in the plane of the orbit steps have no length" : "the space declares none");
     parts.add(bent && space.creased, "steps split where H is not smooth", bent ? "H is smooth" : straight);
+    parts.add(bent && std::isfinite(plan.job.bends_within), "where rays are straight, one step goes all the way",
+              bent ? "the space knows of no such part" : straight);
     parts.add(bent, "energy test: a step that loses H is halved", straight);
 }
 

@@ -85,16 +85,19 @@ std::uint32_t clearance_cells(const Plan& plan, bool with_camera) {
     return with_camera ? std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, most)) : std::uint32_t(most);
 }
 
-/// Infinity, but where an object lies so near a hole that light falls past it, or from it, where else it is captured: from r = 3M on, which
+/// Where an object lies so near a hole that light falls past it, or from it, light is followed that else is captured: from r = 3M on, which
 /// is |q| = 3M without spin, and no more than √10 M with any. Single rays are followed as if there always were one, but not a falling
-/// observer's, which come to no horizon. No less than a little above that, which light with p_t < 0 comes close to but never reaches.
-double capture_within(const Plan& plan, bool with_camera) {
+/// observer's, which come to no horizon. To no nearer than a little above that, which light with p_t < 0 comes close to but never reaches;
+/// with spin it is a spheroid, as is where rays are captured then.
+void limit_capture(const Plan& plan, bool with_camera, Job& job) {
     const Hole hole = plan.module->hole(plan.hamiltonian, plan.parameters.data());
     const bool to_horizon = !with_camera && plan.time > 0;
     const double limit = std::sqrt(10.0) * hole.mass, nearest = to_horizon ? 0 : plan.geometry->nearest(limit);
-    if (!(nearest < limit)) return std::numeric_limits<double>::infinity();
+    if (!(nearest < limit)) return;
     const double horizon = hole.mass + std::sqrt(std::max(0.0, hole.mass * hole.mass - hole.spin * hole.spin));
-    return std::max((1 + 1e-3) * std::hypot(horizon, hole.spin), (1 - 1e-4) * nearest);
+    const double equator = std::hypot(horizon, hole.spin);
+    job.capture_stretch = equator / horizon;
+    job.capture_within = std::max((1 + 1e-3) * equator, (1 - 1e-4) * nearest);
 }
 
 /// Constants and helpers that no formula has: perhaps misspelt.
@@ -153,6 +156,7 @@ void fill_job(Plan& plan, bool with_camera) {
     job.max_steps = scene.integrator.max_steps;
     // Behind a throat lies another universe, the mirror image of this one: there `escape_radius` counts from the throat, on both sides.
     const double far = plan.module->far_side(plan.hamiltonian, plan.parameters.data()), limit = scene.integrator.escape_radius;
+    if (plan.programs.empty() && !job.rescaled) job.bends_within = plan.module->bends_within(plan.hamiltonian, plan.parameters.data());
     job.escape_radius = far > 0 ? 0.5 * (limit + std::sqrt(limit * limit + 4 * far * far)) : limit;
     job.inner_escape_radius = far > 0 ? far * far / job.escape_radius : 0;
     job.parameter_limit = std::numeric_limits<double>::infinity();
@@ -161,7 +165,7 @@ void fill_job(Plan& plan, bool with_camera) {
     job.chord_tolerance = chord_tolerance(plan, with_camera);
     job.outputs = plan.options.energy_error ? output_energy : 0u;
     job.geometry = plan.geometry->kernel_view();
-    job.capture_within = capture_within(plan, with_camera);
+    limit_capture(plan, with_camera, job);
     job.refill = scene.integrator.refill == "on";
 }
 

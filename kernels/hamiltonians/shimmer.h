@@ -23,7 +23,7 @@ struct Shimmer : IndexMedium<Shimmer> {
         ParameterInfo{"correlation_length", 1.0, 0, unlimited, true, "scene lengths", "L, over which the index changes"},
         ParameterInfo{"seed", 1, 0, 1e6, false, "whole number", "chooses the medium"},
     };
-    static constexpr double step = 0.2;
+    static constexpr double step = 0.5;
     static constexpr const char* step_goes_with = "correlation_length";
     static constexpr const char* index_parameter = "n0";
 

@@ -51,6 +51,7 @@ struct Space {
         Job job{};
         job.hamiltonian = hamiltonian, job.integrator = integrator, job.parameters = parameters.data(), job.rescaled = rescaled;
         job.step = step, job.max_steps = max_steps, job.escape_radius = escape_radius, job.parameter_limit = infinity;
+        job.bends_within = module().bends_within(hamiltonian, parameters.data());
         job.tolerance = 1e-6, job.hit = HitModel::hermite, job.outputs = output_energy | output_parameter, job.rays = rays.data();
         Traced run{std::vector<RayEnd>(rays.size()), {}};
         const Tile tile{0, 0, static_cast<std::uint32_t>(rays.size()), 1};

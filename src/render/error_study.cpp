@@ -1,3 +1,4 @@
+#include "render/operation_count.h"
 #include "render/study.h"
 
 #include <algorithm>
@@ -113,9 +114,11 @@ void Study::choose_timed_rays() {
 }
 
 void Study::climb_all() {
-    const auto ladders = choose_ladders(plan_, {study_.options.quick, study_.options.full, study_.options.strategy, study_.options.precision}, study_.refused);
+    const StudyOptions& options = study_.options;
+    const LadderChoice choice{options.quick, options.full, options.strategy, options.precision, options.pixel_bound > 0};
+    const auto ladders = choose_ladders(plan_, choice, study_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
-        if (study_.options.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
+        if (options.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
         climb(ladders[i]);
         tell(climbing() * double(i + 1) / double(ladders.size()));
     }
@@ -240,6 +243,7 @@ std::optional<StudyPoint> Study::measure(Timed& timed) {
         point.errors = compare_rays(plan_, reference_, ends);
         const Counters& work = report.counters;
         point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
+        point.operations = operations_of(plan_, work) / rays;
         point.queries = double(work.queries) / rays, point.iterations = double(work.active_iterations) / rays;
         if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
         if (study_.options.pixel_bound) return point;

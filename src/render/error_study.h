@@ -12,11 +12,11 @@ namespace kagero {
 
 struct StudyOptions {
     std::uint32_t width = 64, height = 64;  ///< of the grid of sampled pixels
-    bool quick = false;                     ///< a handful of methods, in double precision
+    bool quick = false;                     ///< a handful of methods, in double
     bool full = false;                      ///< every method one ray at a time too
     std::string strategy = "auto", precision = "auto";  ///< of the methods that are studied; "auto": every one
     /// Where it is not 0, errors of packets alone are measured, and nothing is timed, followed or drawn: sought are the longest steps whose 99th
-    /// percentile of the error, in pixels, is within this.
+    /// percentile of the error, in pixels, is within this, in float too.
     double pixel_bound = 0;
     Deadline deadline;                      ///< of the search for those steps: what was found by then is told. RunError if that is nothing
     unsigned threads = 1;                   ///< of the timed runs
@@ -30,6 +30,7 @@ struct StudyPoint {
     Timing time;                  ///< ns per ray, with the scene's surfaces
     Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene, or as long as 99 % of those with
     double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
+    double operations = 0;                                         ///< per ray, see render/operation_count.h
     double steps_without = 0;                                      ///< per ray, without surfaces
     double occupancy = 1;                                          ///< active lane-steps over issued ones
     RayErrors errors;

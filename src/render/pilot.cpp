@@ -13,7 +13,7 @@ namespace {
 
 /// Rays along an edge of the grid.
 constexpr std::uint32_t pilot_grid = 32;
-/// What a gradient costs in float, in units of one in double: lanes are twice as many.
+/// What costs in float what 1 costs in double: lanes are twice as many.
 constexpr double float_cost = 0.5;
 
 /// The kernel that does for the plan what a curve shows of packets: by the strategy and lanes asked for, as errors do not depend on them.
@@ -82,7 +82,7 @@ Choice cheapest_within(Plan& plan, const ErrorStudy& study, double bound) {
         const KernelInfo* kernel = kernel_for(plan, curve);
         if (!kernel) continue;
         for (const StudyPoint& point : curve.points) {
-            const double cost = point.gradients * (curve.precision == Precision::float32 ? float_cost : 1);
+            const double cost = point.operations * (curve.precision == Precision::float32 ? float_cost : 1);
             if (cost < best.cost && is_within(point, bound, &RayErrors::pixels, study.reference)) best = {&curve, &point, kernel, cost};
         }
     }

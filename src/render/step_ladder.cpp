@@ -54,7 +54,7 @@ bool worth_it(const Plan& plan, const IntegratorInfo& info, const LadderKind& ki
     if (info.angular && plan.scene.integrator.symmetry == "none") return false;
     if (kind.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
     if (kind.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
-    if (kind.precision == Precision::float32 && choice.quick && !own) return false;
+    if (kind.precision == Precision::float32 && choice.quick && !choice.seeks_cheapest && !own) return false;
     return kind.strategy == Strategy::packet || own || choice.full || choice.strategy != "auto";
 }
 

@@ -19,6 +19,7 @@ struct Ladder {
 struct LadderChoice {
     bool quick = false, full = false;
     std::string strategy = "auto", precision = "auto";
+    bool seeks_cheapest = false;  ///< within a bound: float is tried by the handful too
 };
 
 /// Packets in double precision first, implicit methods loosely solved behind them, then float where that suffices, then one ray

@@ -151,7 +151,7 @@ void add_controlled(std::vector<OdeintWay>& ways, const std::string& name) {
 template <class Way>
 void add_fixed(std::vector<OdeintWay>& ways, const std::string& name) {
     std::vector<double> lengths;
-    for (double length = 0.5; length > 0.02; length /= 1.12) lengths.push_back(length);
+    for (int k = -10; k <= 28; ++k) lengths.push_back(0.5 * std::pow(1.12, -k));  // from 1.55 to 0.02
     add<Way, true>(ways, name, lengths);
 }
 

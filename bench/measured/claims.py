@@ -1,6 +1,7 @@
 """The claims: what must hold, what is aimed at, and what is measured. One function measures one claim, or several that share runs."""
 import dataclasses
 import hashlib
+import math
 import statistics
 
 from . import rays
@@ -117,8 +118,9 @@ def peers(program, _):
     found, doubt = rays.cheapest(program, list_of_rays, bounds, 1e-2)
     claim = Claim("peers", "peers' 2048 rays, Boost.Odeint's best ÷ ours at ≤ 1.6e-5 / 1e-8 / 8e-12", [6, 7, 8], [13, 15, 18], [], "")
     for odeint, best in zip(rays.cheapest_of_odeint(program, list_of_rays, bounds), found):
-        if best is None:
-            claim.measured.append(0)
+        if best is None or odeint is None:
+            claim.spread += f"no method and step of {'ours' if best is None else 'Odeint'} comes so near; "
+            claim.measured.append(0 if best is None else math.inf)
             continue
         _, error, how, arguments = best
         times = {"theirs": [], "ours": []}

@@ -42,6 +42,7 @@ TEST(Remarks, AreMadeWhereTheyBelong) {
         Overrides said, meant;
     } const cases[] = {
         {"object.ball lies beyond", {"object.ball.center=[0,60,0]"}, {"object.ball.center=[0,50,0]"}},
+        {"object.ball lies beyond", {"object.ball.center=[0,0,0]", "object.ball.radius=60"}, {"object.ball.center=[0,40,0]", "object.ball.radius=60"}},
         {"camera.fov has no effect", {"camera.fov=50", "camera.type=orthographic"}, {"camera.fov=50"}},
         {"camera.fov has no effect", {"camera.fov=50", "camera.type=equirectangular"}, {"camera.type=equirectangular"}},
         {"integrator.tolerance has no effect", {"integrator.tolerance=1e-6", "integrator.method=rk4"}, {"integrator.tolerance=1e-6"}},
@@ -55,6 +56,13 @@ TEST(Remarks, AreMadeWhereTheyBelong) {
 TEST(Remarks, SayThatTheMatterOfADiskStandsStillInAFormula) {
     EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, {}), "object.ring: its matter stands still"));
     EXPECT_TRUE(plan_of_text(disk_in_a_formula, {"space={hamiltonian=\"schwarzschild\"}"})->remarks.empty());
+}
+
+TEST(Remarks, SayThatNothingOfADiskIsWithinTheEscapeSphere) {
+    const char* lies_beyond = "object.ring lies beyond";
+    const Override space = "space={hamiltonian=\"schwarzschild\"}";
+    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=60", "object.ring.outer=70"}), lies_beyond));
+    EXPECT_FALSE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=40", "object.ring.outer=70"}), lies_beyond));
 }
 
 TEST(Remarks, NameConstantsAndHelpersThatNoFormulaHas) {

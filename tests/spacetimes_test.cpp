@@ -317,6 +317,10 @@ TEST(ZamoObserver, TurnsWithTheHole) {
     const double inside[3] = {std::sqrt(1.7 * 1.7 + a * a), 0, 0};
     EXPECT_EQ(plan->module->observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::static_, inside, &map), Failure::no_observer);
     EXPECT_EQ(plan->module->observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::zamo, inside, &map), Failure::none);
+    // Within the inner horizon (r₋ = 0.56) directions of time and of the radius are as outside.
+    const double innermost[3] = {0.3, 0, 0.1};
+    for (const auto kind : {ObserverKind::static_, ObserverKind::zamo})
+        EXPECT_EQ(plan->module->observe(plan->hamiltonian, plan->parameters.data(), kind, innermost, &map), Failure::no_observer);
 }
 
 // Every observer's light is light, and its frame orthonormal: directions d and −d add to twice the 4-velocity.

@@ -43,13 +43,13 @@ struct Kerr {
         return sqrt(0.5 * (b + sqrt(b * b + 4.0 * a2 * (q.z * q.z))));
     }
 
-    /// ½ f (p_t + l·p)², the part that bends.
+    /// ½ f (p_t + l·p)², the part that bends; f = 2 (M/r)/(1 + (a z/r²)²), of numbers near 1 at any size of the scene.
     template <class V>
     static constexpr V pull(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        const V a = k.spin * k.mass, r = radius(k, q), r2 = r * r, az = a * q.z;
-        const V across = (r * (q.x * p.x + q.y * p.y) + a * (q.x * p.y - q.y * p.x)) / (r2 + a * a);
-        const V u = pt + across + q.z * p.z / r;
-        return k.mass * (r2 * r) / (r2 * r2 + az * az) * (u * u);
+        const V a = k.spin * k.mass, r = radius(k, q), inverse = 1.0 / r, tilt = q.z * inverse, ring = a * inverse * tilt;
+        const V across = (r * (q.x * p.x + q.y * p.y) + a * (q.x * p.y - q.y * p.x)) / (r * r + a * a);
+        const V u = pt + across + tilt * p.z;
+        return k.mass * inverse / (1.0 + ring * ring) * (u * u);
     }
 
     template <class V>

@@ -9,6 +9,7 @@
 #include "kernels/numeric/rest_frame.h"
 #include "kernels/stepping/system.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero {
@@ -89,6 +90,14 @@ std::array<double, 3> radius_gradient(const double* parameters, const double (&q
 template <class H>
 concept Infalling = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
 
+/// Whether a place is within the outer horizon, r₊ = M + √(M² − a²), where nobody rests for good.
+template <Infalling H>
+bool within_horizon(const double* parameters, const double (&q)[3]) {
+    const auto k = make_parameters<H>(parameters);
+    const Hole hole = H::hole(k);
+    return H::radius(k, Vec3<double>{q[0], q[1], q[2]}) <= hole.mass + std::sqrt(std::max(hole.mass * hole.mass - hole.spin * hole.spin, 0.0));
+}
+
 /// A covector along the observer's lowered 4-velocity, (u_x, u_y, u_z, u_t) of any length: −dt of the coordinates, −dt of Boyer and
 /// Lindquist, or that of rain. The static observer's has u^a along ∂_t.
 template <class H>
@@ -123,6 +132,9 @@ Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3
     const bool needs_hole = kind == ObserverKind::falling || kind == ObserverKind::zamo;
     if (needs_hole && (!H::spacetime || (kind == ObserverKind::falling && !Infalling<H>))) return Failure::no_observer;
     if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
+    // Within an inner horizon r is a length again, and rest is timelike: but nothing comes out of there.
+    if constexpr (Infalling<H>)
+        if ((kind == ObserverKind::static_ || kind == ObserverKind::zamo) && within_horizon<H>(parameters, q)) return Failure::no_observer;
     Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian, g;
     const double time = kind == ObserverKind::falling ? -1 : 1;
     for (int i = 0; i < 3; ++i) inverse_metric[i][3] *= time, inverse_metric[3][i] *= time;

@@ -136,7 +136,7 @@ void remark(Plan& plan, bool with_camera) {
         say("camera.fov has no effect: the camera is " + scene.camera.type);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
         const ObjectDescription& object = scene.objects[i];
-        if (plan.geometry->distance_of_box(static_cast<std::uint32_t>(i)) > plan.job.escape_radius)
+        if (!plan.geometry->comes_within(static_cast<std::uint32_t>(i), plan.job.escape_radius))
             say("object." + object.name + " lies beyond integrator.escape_radius, where rays end: it is not seen");
         if (object.shape == Shape::disk && scene.space.formula)
             say("object." + object.name + ": its matter stands still, as nobody knows how it orbits in the space of a formula");

@@ -8,8 +8,8 @@ namespace kagero {
 namespace {
 
 /// Scenes between these powers of two in size are left alone: float holds the fourth powers of such lengths, and the squares of what goes
-/// with 1/length³. Of large scenes the inside may be small, which a larger unit would make smaller still.
-constexpr int smallest = -10, largest = 30;
+/// with 1/length³.
+constexpr int smallest = -10, largest = 20;
 
 void divide(Double3& lengths, double unit) {
     for (double& x : lengths) x /= unit;
@@ -32,7 +32,8 @@ double length_unit(const SceneDescription& scene, const HamiltonianInfo& info) {
     if ((smallest <= size && size <= largest) || scene.space.formula || scene.integrator.rescaling) return 1;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
         if (!power_of_length(info.parameters[i])) return 1;
-    return std::scalbn(1.0, size);
+    // Of large scenes the inside may be small, and is made no smaller than need be.
+    return std::scalbn(1.0, size < smallest ? size : size - largest);
 }
 
 void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double unit) {

@@ -9,13 +9,7 @@
 
 namespace kagero {
 
-namespace {
-
-Double3 stretched_by(const Double3& stretch, const Double3& q) {
-    return {stretch[0] * q[0], stretch[1] * q[1], stretch[2] * q[2]};
-}
-
-/// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: the region of the triangle that q projects to decides.
+// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: the region of the triangle that q projects to decides.
 Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, const Double3& c) {
     const Double3 ab = subtract(b, a), ac = subtract(c, a), aq = subtract(q, a);
     const double d1 = dot(ab, aq), d2 = dot(ac, aq);
@@ -33,6 +27,12 @@ Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, cons
     const double va = d3 * d6 - d5 * d4;
     if (va <= 0 && d4 >= d3 && d5 >= d6) return add(b, scaled(subtract(c, b), (d4 - d3) / ((d4 - d3) + (d5 - d6))));
     return add(a, add(scaled(ab, vb / (va + vb + vc)), scaled(ac, vc / (va + vb + vc))));
+}
+
+namespace {
+
+Double3 stretched_by(const Double3& stretch, const Double3& q) {
+    return {stretch[0] * q[0], stretch[1] * q[1], stretch[2] * q[2]};
 }
 
 /// Finds the surface nearest to a point of stretched space.

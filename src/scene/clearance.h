@@ -13,6 +13,9 @@ struct Clearance {
     ClearanceGrid grid{};
 };
 
+/// The point of the triangle abc that is the nearest to q.
+Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, const Double3& c);
+
 /// Distance from q to the nearest surface, not greater than `limit`; to the rounding of Embree's float boxes.
 double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit);
 

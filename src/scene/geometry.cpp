@@ -232,12 +232,15 @@ double SceneGeometry::nearest(double limit) const {
     return content_->embree ? distance_to_surfaces(content_->geometry, {0, 0, 0}, limit) : limit;
 }
 
-double SceneGeometry::distance_of_box(std::uint32_t surface) const {
-    Bounds bounds;
-    include(content_->objects[surface], content_->surfaces[surface], bounds);
-    Double3 nearest;
-    for (std::size_t k = 0; k < 3; ++k) nearest[k] = std::clamp(0.0, bounds.lower[k], bounds.upper[k]);
-    return length(nearest);
+bool SceneGeometry::comes_within(std::uint32_t surface, double radius) const {
+    const ShadedObject& object = content_->objects[surface];
+    if (object.shape == Shape::sphere) return std::abs(length(object.center) - content_->surfaces[surface].radius) <= radius;
+    const auto& index = object.mesh.triangles;
+    for (std::size_t i = 0; i + 2 < index.size(); i += 3) {
+        const Double3 nearest = closest_point({0, 0, 0}, vertex(object.mesh, index[i]), vertex(object.mesh, index[i + 1]), vertex(object.mesh, index[i + 2]));
+        if (length(nearest) <= radius) return true;
+    }
+    return false;
 }
 
 double SceneGeometry::diagonal() const {

@@ -53,9 +53,10 @@ public:
     bool surfaces_have_patterns() const;
     /// One line per object that the user may want to know of: degenerate triangles skipped, faces triangulated …
     const std::vector<std::string>& remarks() const;
-    /// Distances from `space.center`: to the nearest point of any object, not greater than `limit`; to the box around one object.
+    /// Distance from `space.center` to the nearest point of any object, not greater than `limit`.
     double nearest(double limit) const;
-    double distance_of_box(std::uint32_t surface) const;
+    /// Whether any point of a surface lies within a sphere around `space.center`.
+    bool comes_within(std::uint32_t surface, double radius) const;
     /// Diagonal of the box around all objects, scene units; 0 without objects.
     double diagonal() const;
 

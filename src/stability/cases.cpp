@@ -41,7 +41,7 @@ constexpr Case cases[] = {
     {"vanishing-index", "n -> 0 and below", "escaped where the medium ends, turned back, or failed", stability::vanishing_index},
     {"long-path", "1e6 steps in a graded fibre and a fisheye",
      "H flat between first and last tenth: 1e-10 in double, 1e-3 in float; drift of rk4 told", stability::long_fiber},
-    {"scaled-scene", "every space before a floor, 1e-30, 1e-7, 1e-3, 1e3 and 1e10 times as large", "same classes, directions within 1e-6 (float 5e-3)",
+    {"scaled-scene", "every space before a floor, 1e-30, 1e-7, 1e-3, 1e3, 1e7 and 1e10 times as large", "same classes, directions within 1e-6 (float 5e-3)",
      stability::scaled_scene},
     {"unusable-input", "directions of length zero, NaN, infinity; far starts; degenerate surfaces",
      "failed at the start with a reason, or refused; far outward starts escaped", stability::unusable_input},

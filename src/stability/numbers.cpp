@@ -34,7 +34,7 @@ void scaled_scene(Trial& trial) {
         const HamiltonianInfo& info = spaces.hamiltonians[h];
         if (info.parameter_count == 0) continue;  // empty space, and formulas, which know of no lengths
         const auto plain = at(info, 1);
-        for (const double scale : {1e-30, 1e-7, 1e-3, 1e3, 1e10}) {
+        for (const double scale : {1e-30, 1e-7, 1e-3, 1e3, 1e7, 1e10}) {
             const auto ends = at(info, scale);
             for (std::size_t i = 0; i < ends.size(); ++i) {
                 trial.expect_status(ends[i], plain[i].status, std::string(info.name) + ", scale " + number(scale) + ", ray " + std::to_string(i));

@@ -33,9 +33,10 @@ TEST_P(Emulated, RendersByTheModuleThatFits) {
 }
 
 TEST_P(Emulated, RefusesAModuleThatDoesNot) {
+    if (std::string(KAGERO_BUILT_ISAS).find("avx512") == std::string::npos) GTEST_SKIP() << "avx512 is not built";
     const Outcome there = run_there("render hole.toml -o there.pfm --isa avx512");
     EXPECT_EQ(there.status, 2);
-    EXPECT_NE(there.err.find("avx512"), std::string::npos) << there.err;
+    EXPECT_NE(there.err.find("cannot run"), std::string::npos) << there.err;
     EXPECT_FALSE(exists("there.pfm"));
 }
 

@@ -3,6 +3,7 @@ import dataclasses
 import hashlib
 import math
 import statistics
+import tomllib
 
 from . import rays
 from .program import SCENES, benchmarks, row_of
@@ -10,7 +11,7 @@ from .program import SCENES, benchmarks, row_of
 ROOM = "room.toml"
 GENERAL = ("-D", "integrator.symmetry=none")  # what every row measures but those of the orbit plane
 DOUBLE = ("--precision", "double")  # a picture would be in float where that cannot be seen
-OWN = "Room 512², rg = 0.08, the default method of the general path (`dp8`)"  # a table that two measurements share
+OWN = "Room 512², rg = 0.08, the default method of the general path"  # a table that two measurements share
 
 
 @dataclasses.dataclass
@@ -67,7 +68,7 @@ def packet_over_per_ray(program, tables):
     own = tables.get(OWN) or program.compare(ROOM)
     packet, single = row_of(own, "packet", "double"), row_of(own, "per-ray", "double")
     one = next(r for r in own["rows"] if r["strategy"] == "packet" and r["precision"] == "double" and r["registers"] == 1)
-    claims.append(Claim("per-ray-same", "the same by the same method (`dp8`): best packet; one register alone (SIMD)", [], [],
+    claims.append(Claim("per-ray-same", f"the same by the same method (`{packet['method']}`): best packet; one register alone (SIMD)", [], [],
                         [packet["speedup"] / single["speedup"], one["speedup"] / single["speedup"]],
                         f"{packet['registers']} registers; per-ray {single['form']} is {single['speedup']:.2f} times scalar"))
     return claims
@@ -241,7 +242,8 @@ def formulas(program, _):
     text = (SCENES / ROOM).read_text()
     scene = program.directory / "formula-room.toml"
     scene.write_text(FORMULA_ROOM + text[text.index("[integrator]"):])
-    pairs = ((ROOM, scene, ["--integrator", "dp8", "--step", 0.3, "-D", "integrator.rescale=r"]), ("mirage.toml", SCENES / "formula-mirage.toml", []))
+    default = tomllib.loads(program.text("print", SCENES / ROOM, *GENERAL))["integrator"]
+    pairs = ((ROOM, scene, ["--integrator", default["method"], "--step", default["step"], "-D", "integrator.rescale=r"]), ("mirage.toml", SCENES / "formula-mirage.toml", []))
     claim = Claim("formula", "formula ÷ built-in, room and mirage, by the built-in's default method", [0.4, 0.4], [0.6, 0.6], [], "")
     for built_in, formula, options in pairs:
         def run(path, more=()):

@@ -20,7 +20,7 @@ KAGERO_INLINE V sum_of_all(const State<V>& s, const Vec3<V>& v) {
     return (v.x + v.y + v.z) + (s.y[0] + s.y[1] + s.y[2]) + (s.y[3] + s.y[4] + s.y[5]);
 }
 
-/// The rays of one packet from start to end: `start`, as many a `step` as any of them needs, `finish`.
+/// The rays of one packet from start to end: `start`, as many calls of `step` as the longest of them needs, `finish`.
 template <class V>
 class PacketTracer {
     using S = ScalarOf<V>;

@@ -6,8 +6,8 @@
 namespace kagero {
 
 /// Lanes that go across the surface where H is not smooth, or across it and back, take their step again: to end on it, or where they start
-/// on it, to where they would come out again if they went straight. A step that starts on it does not cross it there, and one is
-/// shortened for going back but once.
+/// on it, to where they would come out again if they went straight. A step that starts on it does not cross it there, and is
+/// shortened at most once because it comes back.
 ///
 /// The first try is by the parabola through the sides at the start and along its tangent, half the step and the whole step on: what grazes a
 /// ball is inside for a length that goes with the root of its depth, and the end of a step may be that of stages on the wrong side. On, it

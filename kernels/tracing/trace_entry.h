@@ -23,7 +23,7 @@ const SpaceKernel<V>& space_of(const Job& job) {
     return kernels[job.hamiltonian](job);
 }
 
-/// Traces a tile of a job with the kernel of its Hamiltonian, a packet's rays in lockstep. Behind `KernelInfo::trace`, as the next.
+/// Traces a tile of a job with the kernel of its Hamiltonian, a packet's rays in lockstep. What KernelInfo::trace points to, or else the next.
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 

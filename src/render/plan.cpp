@@ -25,8 +25,8 @@ std::uint32_t index_of(const std::string& name, const Infos* infos, std::uint32_
     throw InputError("'" + name + "' is not in the kernel module");
 }
 
-/// A chord may leave the curve by a fiftieth of a pixel as seen from half the scene's size. That is far too much for small pictures,
-/// and where light is focused.
+/// A chord may leave the curve by a fiftieth of a pixel as seen from half the scene's size, but by no more than 1e-5 of that size: the
+/// pixels of small pictures are large, and where light is focused they show more.
 double chord_tolerance(const Plan& plan, bool with_camera) {
     const double size = scene_size(plan) / plan.unit, most = 1e-5 * size;
     return with_camera ? std::min(most, 0.02 * pixel_size(plan.scene, 0.5 * size)) : most;
@@ -284,7 +284,7 @@ const char* describe(Failure failure) {
         case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
         case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
         case Failure::no_momentum: return "no momentum with this direction is found here";
-        case Failure::not_converged: return "a step has no solution, however short it is";
+        case Failure::not_converged: return "a step has no solution, or none within its tolerance, however short it is";
         case Failure::not_landed: return "its last step, however short, leads to no place on what it meets";
         case Failure::not_finite: return "the state left the range of the number type";
         case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";

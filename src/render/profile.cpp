@@ -52,8 +52,8 @@ std::vector<unsigned> thread_counts(unsigned most) {
 /// together, and behind runs of as many threads: after those of fewer a core needs a while to wake up.
 std::vector<Way> ways_of(unsigned threads, Schedule own) {
     std::vector<Way> ways;
-    for (const Schedule schedule : {Schedule::scanline, Schedule::tiles, Schedule::predicted})
-        if (schedule != own) ways.push_back({threads, schedule});
+    for (std::size_t i = 0; i < schedule_names().size(); ++i)
+        if (static_cast<Schedule>(i) != own) ways.push_back({threads, static_cast<Schedule>(i)});
     ways.push_back({threads, own});
     ways.push_back({threads, own, true});
     for (const unsigned n : thread_counts(threads))

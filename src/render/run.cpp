@@ -81,8 +81,8 @@ public:
         if (watch.recording) watch.recording->tiles.assign(work.tiles.size(), TileRecord{});
     }
 
-    /// Works on tiles, as thread number `thread`, until there are none.
-    void work(unsigned thread, Share& share) {
+    /// Works on tiles, as thread number `thread`, until there are none. Where one cannot go on, no other need.
+    void work(unsigned thread, Share& share) try {
         for (std::size_t i = next_++; i < work_.tiles.size() && !halted(); i = next_++) {
             const double begin = seconds();
             if (!work_on(i, thread, share)) return;
@@ -92,6 +92,9 @@ public:
             ++finished_;
             report(cost(i));
         }
+    } catch (...) {
+        next_ = work_.tiles.size();
+        throw;
     }
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
     bool complete() const { return finished_ == work_.tiles.size(); }

@@ -104,6 +104,8 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
             RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
             const bool went = end.failure == Failure::none || (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
             if (!went) end = end_at_start(starts[i], end.failure);
+            // It was ended at λ as float rounds it.
+            if (end.status == Status::step_limit && float(end.parameter) == float(job.parameter_limit)) end.parameter = job.parameter_limit;
             to_scene(plan, end);
         }
         traced[tile.x0 / chunk] = true;

@@ -141,7 +141,7 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
     const double rays = double(report.rays);
     if (const double endless = count(Status::step_limit); endless > many * rays)
         terminal.warning((endless == rays ? "no ray ended" : rounded(endless) + " of " + rounded(rays) + " rays did not end") +
-                         " within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps, and show black");
+                         " within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps: such rays show black");
     if (count(Status::failed) > many * rays)
         terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. Where it is a step, " +
                          (plan.module->integrators[plan.job.integrator].adaptive ? "another integrator.tolerance" : "a smaller integrator.step") + " may do");

@@ -45,7 +45,7 @@ const std::vector<LayerInfo>& all_layers() {
         {"depth", number_channel, Scale::linear, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
         {"redshift", number_channel, Scale::linear,
          "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},
-        {"footprint", number_channel, Scale::logarithmic, "longest extent of the piece of sky that the pixel shows, radians; 0 where its first ray does not escape, or is the only one of its 2x2 block that does"},
+        {"footprint", number_channel, Scale::logarithmic, "longest axis of the ellipse of sky that the pixel stands for, radians (a pixel's side, where rays are straight); 0 where its first ray does not escape, or is the only one of its 2x2 block that does"},
         {"magnification", number_channel, Scale::logarithmic, "solid angle of the pixel over that of the sky it shows; 0 where its first ray does not escape, or is the only one of its 2x2 block that does, and for the parallel rays of an orthographic camera, whose pixels have none"},
         {"object", number_channel, Scale::linear, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
     };

@@ -160,6 +160,19 @@ TEST_F(IsaProgram, RunsTheOneAskedForAlone) {
     EXPECT_EQ(nlohmann::json::parse(outcome.out)["isa"], last);
 }
 
+TEST_F(IsaProgram, TakesTheBestOnceAmongOthers) {
+    const std::string best = supported_isas().front(), last = supported_isas().back();
+    for (const std::string& wish : {std::string("auto,auto"), "auto," + last, last + ",auto"}) {
+        const Outcome outcome = run("compare '" KAGERO_SCENES "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " + wish);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        std::set<std::string> seen, should{best};
+        if (wish != "auto,auto") should.insert(last);
+        const auto report = nlohmann::json::parse(outcome.out);
+        for (const auto& row : report["rows"]) seen.insert(row["isa"].get<std::string>());
+        EXPECT_EQ(seen, should) << wish;
+    }
+}
+
 TEST_F(IsaProgram, RefusesOneItDoesNotKnow) {
     for (const char* command : {"check '" KAGERO_SCENES "/room.toml' --isa avx3", "compare '" KAGERO_SCENES "/room.toml' --isa auto,avx3"}) {
         const Outcome outcome = run(command);

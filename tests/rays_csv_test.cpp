@@ -71,7 +71,7 @@ TEST(RaysCsv, WhatHasNoLinesIsNotReadToItsEnd) {
             parse(with_line_of(100'000) + behind);
             FAIL();
         } catch (const InputError& error) {
-            EXPECT_NE(std::string(error.what()).find("rays:2:1: a line of more than 9,999 characters"), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find("rays:2:1: a line of more than 10,000 characters"), std::string::npos) << error.what();
         }
 }
 

@@ -15,6 +15,12 @@ std::string ply(int vertices, int faces, const std::string& body) {
            "\nproperty list uchar int vertex_indices\nend_header\n" + body;
 }
 
+/// The file's first word as Assimp takes it as well.
+std::string capital(std::string ply) { return "PLY " + ply.substr(3); }
+
+/// Faces with a number behind their list.
+std::string with_second(std::string ply) { return ply.insert(ply.find("end_header"), "property int second\n"); }
+
 std::string gltf(const std::string& nodes) {
     return R"({"asset": {"version": "2.0"}, "nodes": [)" + nodes + "]}";
 }
@@ -77,6 +83,8 @@ TEST_F(LoadMesh, RefusesBrokenFiles) {
         {"index.ply", ply(4, 2, square + "3 0 1 2\n3 0 2 9\n"), "face 1 names vertex 9, but there are only 4"},
         {"negative.ply", ply(4, 1, square + "3 0 1 -1\n"), "face 0 names vertex 4294967295"},
         {"short.ply", ply(4, 2, square + "3 0 1 2\n"), "short.ply:14: PLY: the header declares 2 elements \"face\""},
+        {"large.ply", capital(ply(4, 2, square + "3 0 1 2\n")), "large.ply:14: PLY: the header declares 2 elements \"face\""},
+        {"count.ply", with_second(ply(4, 1, square + "-1\n")), "count.ply:15: PLY: a list of a \"face\" with more entries"},
         {"long.ply", ply(4, 1, square + "3 0 1 2\n3 0 2 3\n"), "long.ply:15: PLY: the file goes on after"},
         {"vertices.ply", ply(9, 1, square + "3 0 1 2\n"), "vertices.ply:14: PLY: expected 3 numbers of a \"vertex\", got 4"},
         {"cut.ply", ply(4, 1, "0 0 0\n1 0 0\n1 1 0\n0 1"), "cut.ply:13: PLY: expected 3 numbers of a \"vertex\", got 2"},

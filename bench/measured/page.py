@@ -83,13 +83,13 @@ def commit():
     return done.stdout.strip() or "?"
 
 
-def write(path, program, claims, tables, paper, gradients, notes):
+def write(path, program, claims, tables, paper, gradients, notes, story):
     doubles = doubles_in_a_register(tables)
     compilers = {t["compiler"] for t in tables.values()} or {"not asked: no table was made"}
     lines = ["# Performance", "", "Written by `bench/performance`; do not edit. Ratios are medians over interleaved rounds inside one run, one thread unless said;",
              "absolute times move with the machine.", "",
              f"- machine: {machine()}", f"- compiler: {', '.join(sorted(compilers))}; instruction set {program.isa}",
-             f"- commit {commit()}, {datetime.date.today().isoformat()}, {program.rounds} rounds", "",
+             f"- commit {commit()}, {datetime.date.today().isoformat()}, {program.rounds} rounds", *story, "",
              "What must hold, and what is aimed at, was set for processors with eight doubles in a register (avx512)"
              f"{'' if doubles in (None, 8) else f'; here there are {doubles}'}.", "", "## Claims", ""]
     lines += claim_table(claims, notes)

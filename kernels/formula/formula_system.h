@@ -21,7 +21,7 @@ class Prepared {
 public:
     Prepared(const Code& code, const State<V>& s, Varying varying) : code_(code), first_(varying.first) {
         slots_.fill_constants(code);
-        slots_.fill_inputs(s.y, 0);
+        slots_.fill_inputs(s.y);
         interpret<V, 1>(code_, 0, code_.prepared, slots_.data());
     }
     Prepared(const Prepared&) = delete;
@@ -31,14 +31,14 @@ public:
         in[0] = varying.x, in[1] = varying.y, in[2] = varying.z;
         interpret<V, 1>(code_, code_.prepared, code_.runs, slots_.data());
         V out[3] = {};
-        slots_.read(code_, out, 0);
+        slots_.read(code_, out);
         return {out[0], out[1], out[2]};
     }
 
 private:
     const Code& code_;
     int first_;
-    Slots<V, 1> slots_;
+    Slots<V> slots_;
 };
 
 /// All derivatives at the stages of a step, several stages at a time, again and again: the constants are put in place once. Neither copied

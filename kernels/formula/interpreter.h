@@ -71,36 +71,34 @@ __attribute__((noinline)) void interpret(const Code& code, int first, int end, T
     }
 }
 
-/// Slots for N evaluations at a time. Memory alone: nothing is read that was not written.
-template <class T, int N>
+/// Slots for an evaluation. Memory alone: nothing is read that was not written.
+template <class T>
 class Slots {
 public:
     Slots() {}
     T* data() { return reinterpret_cast<T*>(memory_); }
-    /// Constants, and the inputs of set n.
     KAGERO_INLINE void fill_constants(const Code& code) {
-        for (int i = 0; i < code.constants; ++i)
-            for (int n = 0; n < N; ++n) data()[(Code::inputs + i) * N + n] = T(code.constant[i]);
+        for (int i = 0; i < code.constants; ++i) data()[Code::inputs + i] = T(code.constant[i]);
     }
-    KAGERO_INLINE void fill_inputs(const T* in, int n) {
-        for (int i = 0; i < Code::inputs; ++i) data()[i * N + n] = in[i];
+    KAGERO_INLINE void fill_inputs(const T* in) {
+        for (int i = 0; i < Code::inputs; ++i) data()[i] = in[i];
     }
-    KAGERO_INLINE void read(const Code& code, T* out, int n) {
-        for (int o = 0; o < code.outputs; ++o) out[o] = data()[code.output[o] * N + n];
+    KAGERO_INLINE void read(const Code& code, T* out) {
+        for (int o = 0; o < code.outputs; ++o) out[o] = data()[code.output[o]];
     }
 
 private:
-    alignas(64) unsigned char memory_[sizeof(T) * N * Code::greatest_slots];
+    alignas(64) unsigned char memory_[sizeof(T) * Code::greatest_slots];
 };
 
 /// inputs → outputs.
 template <class T>
 __attribute__((noinline)) void evaluate(const Code& code, const T* in, T* out) {
-    Slots<T, 1> slots;
+    Slots<T> slots;
     slots.fill_constants(code);
-    slots.fill_inputs(in, 0);
+    slots.fill_inputs(in);
     interpret<T, 1>(code, 0, code.runs, slots.data());
-    slots.read(code, out, 0);
+    slots.read(code, out);
 }
 
 }  // namespace kagero::formula

@@ -82,8 +82,9 @@ struct Dual {
         for (int k = 0; k < N; ++k) d.derivative[k] = pick(m, a.derivative[k], b.derivative[k]);
         return d;
     }
-    friend constexpr Dual min(const Dual& a, const Dual& b) { return pick(primal(a) < primal(b), a, b); }
-    friend constexpr Dual max(const Dual& a, const Dual& b) { return pick(primal(a) > primal(b), a, b); }
+    /// Of equal numbers the first, with its derivative, as on the tape.
+    friend constexpr Dual min(const Dual& a, const Dual& b) { return pick(primal(b) >= primal(a), a, b); }
+    friend constexpr Dual max(const Dual& a, const Dual& b) { return pick(primal(a) >= primal(b), a, b); }
 
 private:
     static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {

@@ -207,9 +207,7 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
     }
     const std::size_t separators = static_cast<std::size_t>(std::count(text.begin(), text.end(), separator));
     if (numbers.size() != count || separators + 1 != count)
-        throw InputError(
-            option + ": '" + text + "' is not " +
-            (count == 1 ? "a whole number" : std::to_string(count) + " whole numbers separated by '" + separator + "'"));
+        throw InputError(option + ": '" + text + "' is not " + std::to_string(count) + " whole numbers separated by '" + separator + "'");
     return numbers;
 }
 

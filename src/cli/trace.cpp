@@ -154,7 +154,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const InterruptGuard interrupts;
     Watch watch;
     watch.stop = InterruptGuard::requested();
-    bool interrupted = csv && write_csv(request, output, watch), told = interrupted;
+    bool interrupted = csv && write_csv(request, output, watch), told = csv;
     if (json && !interrupted) {
         const std::size_t runs = write_timing(request, repetitions, watch);
         interrupted = runs < repetitions, told = told || runs > 0;

@@ -76,9 +76,10 @@ private:
     static constexpr int greatest_depth = 200;
 
     /// Numbers that are not finite, and lists that grow too long, are refused where they arise.
-    std::int32_t checked(std::int32_t node, std::size_t position) const {
-        const FormulaNode& n = scope_.nodes[static_cast<std::size_t>(node)];
-        if (n.op == FormulaOp::number && !std::isfinite(n.value)) fail_at(formula_, position, "this is constant, and not a finite number");
+    std::int32_t checked(std::int32_t node, std::size_t position) {
+        for (; checked_ < scope_.nodes.size(); ++checked_)
+            if (const FormulaNode& n = scope_.nodes[checked_]; n.op == FormulaOp::number && !std::isfinite(n.value))
+                fail_at(formula_, position, "this is constant, and not a finite number");
         if (scope_.nodes.size() > formula_limit)
             fail_at(formula_, position, "the formulas of this space are too large: more than " + std::to_string(formula_limit) + " operations");
         return node;
@@ -184,7 +185,7 @@ private:
     FormulaScope& scope_;
     const FormulaText& formula_;
     std::vector<Token> tokens_;
-    std::size_t next_ = 0;
+    std::size_t next_ = 0, checked_ = scope_.nodes.size();
     int depth_ = 0;
 };
 

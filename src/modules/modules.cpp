@@ -66,9 +66,10 @@ std::vector<IsaInfo> find_isas() {
 }
 
 std::vector<std::string> isas_for(const std::string& wish) {
+    const auto wants = [&](const std::string& word) { return ("," + wish + ",").find("," + word + ",") != std::string::npos; };
     std::vector<std::string> names;
     for (const IsaInfo& isa : find_isas()) {
-        const bool asked_for = wish == "all" || (wish == "auto" && names.empty()) || ("," + wish + ",").find("," + isa.name + ",") != std::string::npos;
+        const bool asked_for = wish == "all" || (wants("auto") && names.empty()) || wants(isa.name);
         if (isa.supported && asked_for) names.push_back(isa.name);
     }
     if (names.empty()) choose(find_isas(), "auto", "--isa");  // tells what is missing

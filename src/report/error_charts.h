@@ -10,7 +10,7 @@ namespace kagero {
 /// What work is counted in.
 enum class Work { nanoseconds, gradients };
 
-/// One line per method and precision, packets only: the representatives of each family, the scene's own method and the cheapest
+/// One line per method and precision, of the study's strategy: the representatives of each family, the scene's own method and the cheapest
 /// ones.
 std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work work);
 

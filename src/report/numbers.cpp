@@ -23,6 +23,7 @@ std::string fixed(double value, int digits) {
 }
 
 std::string rounded(double value) {
+    if (!std::isfinite(value)) return shortest(value);
     const char* suffix = "";
     for (const char* next : {" k", " M", " G"}) {
         if (std::abs(value) < 999.5) break;  // else three digits make it 1000

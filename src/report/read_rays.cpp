@@ -115,7 +115,7 @@ std::vector<RayInput> read_rays(std::istream& in, const std::string& name) {
         }
     }
     if (in.gcount() + 1 == static_cast<std::streamsize>(line.size()))
-        throw InputError(Place{name, place.line + 1, 1}, "a line of more than 9,999 characters, which is no ray's");
+        throw InputError(Place{name, place.line + 1, 1}, "a line of more than 10,000 characters, which is no ray's");
     if (in.bad()) throw RunError("cannot read '" + name + "' to its end");
     if (!header_seen)
         throw InputError(Place{name, 1, 1}, std::string("there is nothing here; the first line must be ") + expected_header);

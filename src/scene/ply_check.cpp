@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
+#include <strings.h>
 #include <fstream>
 #include <sstream>
 
@@ -115,6 +115,7 @@ void check_text_element(const Ply& ply, const Element& element, const std::strin
         if (property.count_size > 0) {
             ++expected;
             if (!(words >> count)) break;
+            if (count > line.size()) refuse(ply, "PLY: a list of a \"" + element.name + "\" with more entries than its line has characters");
             ++got;
         }
         expected += count;
@@ -189,7 +190,7 @@ void check_binary(std::istream& file, Ply& ply) {
 bool is_ply(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     char start[4] = {};
-    return file.read(start, 4) && std::memcmp(start, "ply", 3) == 0 && (start[3] == '\n' || start[3] == '\r');
+    return file.read(start, 3) && strcasecmp(start, "ply") == 0;  // what Assimp takes for PLY
 }
 
 void check_ply(const std::string& path) {

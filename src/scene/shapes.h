@@ -1,4 +1,4 @@
-/// Rectangles, boxes and rooms as triangles.
+/// Objects as triangles: rectangles, boxes, rooms, disks and meshes; the planes of triangles, and axes across a pole.
 #pragma once
 
 #include "scene/description.h"

@@ -77,6 +77,25 @@ bool tame(const std::vector<FormulaNode>& nodes, const std::vector<Forward>& val
     return true;
 }
 
+// Where two numbers are equal the derivative is that of the first, whichever way it is computed.
+TEST(FormulaPrograms, TakeTheFirstOfEqualNumbers) {
+    const auto programs = std::make_unique<formula::Programs>();
+    const double at[7] = {0.5, 0.5, 0, 0.25, 0.25, 0, 1};
+    for (const FormulaOp op : {FormulaOp::min, FormulaOp::max, FormulaOp::abs})
+        for (const int first : {0, 1, 3, 4}) {
+            std::vector<FormulaNode> nodes;
+            for (int i = 0; i < 7; ++i) nodes.push_back({FormulaOp::variable, i, -1, 0});
+            if (op == FormulaOp::abs) nodes.push_back({op, first < 3 ? 2 : 5, -1, 0});
+            else nodes.push_back({op, first, first < 3 ? 1 - first : 7 - first, 0});
+            const auto values = values_of(nodes, at);
+            const Formula f{nodes.data(), 8, 7, -1, -1, -1, -1, {-1, -1}, 0, at[6]};
+            ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
+            double gradient[6];
+            formula::evaluate(programs->derivatives, at, gradient);
+            for (int k = 0; k < 6; ++k) EXPECT_EQ(gradient[k], values[7].derivative[k]) << static_cast<int>(op) << ' ' << first << ' ' << k;
+        }
+}
+
 TEST(FormulaPrograms, HaveTheValuesAndTheGradientOfTheFormula) {
     std::mt19937 random(2003);
     std::uniform_real_distribution<double> anywhere(-2, 2);

@@ -22,6 +22,7 @@ struct Complex {
     friend Complex operator/(Complex a, Complex b) { return a.z / b.z; }
     friend bool operator<(Complex a, Complex b) { return a.z.real() < b.z.real(); }
     friend bool operator>(Complex a, Complex b) { return b < a; }
+    friend bool operator>=(Complex a, Complex b) { return a.z.real() >= b.z.real(); }
     friend Complex sqrt(Complex a) { return std::sqrt(a.z); }
     friend Complex exp(Complex a) { return std::exp(a.z); }
     friend Complex log(Complex a) { return std::log(a.z); }

@@ -253,5 +253,17 @@ TEST_P(Media, ShimmerIsFixedByItsSeed) {
 
 INSTANTIATE_TEST_SUITE_P(Strategies, Media, testing::Values("scalar", "packet"), [](const auto& chosen) { return std::string(chosen.param); });
 
+// A float is not 0.1, but the ray ended where it was asked to.
+TEST(MediaInFloat, RaysEndAtTheParameterAskedFor) {
+    Options options = with_strategy("packet");
+    options.precision = "float";
+    const auto plan = plan_of_text(medium("hamiltonian = \"fisheye\"", "escape_radius = 100"), {}, options, false);
+    plan->job.parameter_limit = 0.1;
+    std::vector<RayEnd> ends;
+    trace(*plan, start_rays(*plan, {{{0.3, -0.4, 0.2}, {1, 0, 0}}}, ""), ends);
+    EXPECT_EQ(ends[0].status, Status::step_limit);
+    EXPECT_EQ(ends[0].parameter, 0.1);
+}
+
 }  // namespace
 }  // namespace kagero::test

@@ -92,6 +92,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     job.rays = starts.data();
     job.parameter_limit /= plan.unit;
     if (plan.options.parameter) job.outputs |= output_parameter;
+    const bool ends_at_rounded = plan.kernel->precision == Precision::float32 && std::isfinite(job.parameter_limit);
     const auto begin = std::chrono::steady_clock::now();
     if (plan.scene.integrator.refill == "auto") job.refill = !job.path_sink && refill_pays(plan, job, starts.size());
     const double probed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -104,8 +105,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
             RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
             const bool went = end.failure == Failure::none || (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
             if (!went) end = end_at_start(starts[i], end.failure);
-            // It was ended at λ as float rounds it.
-            if (end.status == Status::step_limit && float(end.parameter) == float(job.parameter_limit)) end.parameter = job.parameter_limit;
+            if (ends_at_rounded && end.status == Status::step_limit && end.parameter == float(job.parameter_limit)) end.parameter = job.parameter_limit;
             to_scene(plan, end);
         }
         traced[tile.x0 / chunk] = true;

@@ -3,25 +3,13 @@ import importlib.machinery
 import importlib.util
 import json
 import pathlib
+import shlex
 import statistics
 import subprocess
 import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
 SCENES = SOURCE / "scenes"
-
-
-def benchmarks(build, name, quick, wanted):
-    """The medians, by name, of the benchmarks of a program that `wanted` matches, run by bench/run; none where it was not built."""
-    binary = build / "bin" / name
-    if not binary.exists():
-        return {}
-    loader = importlib.machinery.SourceFileLoader("bench_run", str(SOURCE / "bench" / "run"))
-    bench = importlib.util.module_from_spec(importlib.util.spec_from_loader("bench_run", loader))
-    loader.exec_module(bench)
-    output = build / "bench" / f"{binary.name}-performance.json"
-    bench.run(binary, output, quick, wanted)
-    return bench.medians(output)
 
 
 class Program:
@@ -35,13 +23,18 @@ class Program:
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="kagero-performance-"))
         self.commands = []
 
-    def text(self, *arguments):
-        """Standard output of one run. The command is kept for the page."""
-        words = [str(a) for a in arguments]
-        shown = "kagero " + " ".join(words).replace(str(SOURCE) + "/", "").replace(str(self.directory) + "/", "")
+    def keep(self, words):
+        """For the page: what was run, from the root of the source and with the lists of rays there."""
+        shown = shlex.join(words).replace(str(SOURCE) + "/", "").replace(str(self.directory) + "/", "")
         if shown not in self.commands:
             self.commands.append(shown)
-        done = subprocess.run([self.build / "bin" / "kagero", *words, "--isa", self.isa], capture_output=True, text=True)
+        return shown
+
+    def text(self, *arguments):
+        """Standard output of one run."""
+        words = [*(str(a) for a in arguments), "--isa", self.isa]
+        shown = self.keep(["kagero", *words])
+        done = subprocess.run([self.build / "bin" / "kagero", *words], capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(f"{shown}: status {done.returncode}: {done.stderr.strip()}")
         return done.stdout
@@ -52,16 +45,21 @@ class Program:
     def benchmark(self, name, *arguments):
         """What a program of Google Benchmark's measures, once each."""
         words = [str(a) for a in arguments]
-        shown = " ".join([name, *words]).replace(str(self.directory) + "/", "")
-        if shown not in self.commands:
-            self.commands.append(shown)
-        binary = self.build / "bin" / name
-        if not binary.exists():
-            raise RuntimeError(f"there is no {name} in {binary.parent}: build with -DKAGERO_BENCH=ON")
-        done = subprocess.run([binary, *words, "--benchmark_format=json"], capture_output=True, text=True)
+        shown = self.keep([name, *words])
+        done = subprocess.run([self.build / "bin" / name, *words, "--benchmark_format=json"], capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(f"{shown}: status {done.returncode}: {done.stderr.strip()}")
         return json.loads(done.stdout)["benchmarks"]
+
+    def medians(self, name, wanted):
+        """The medians, by name, of the benchmarks of a program that `wanted` matches, as bench/run measures them."""
+        self.keep(["bench/run", *(["--quick"] if self.quick else []), wanted])
+        loader = importlib.machinery.SourceFileLoader("bench_run", str(SOURCE / "bench" / "run"))
+        bench = importlib.util.module_from_spec(importlib.util.spec_from_loader("bench_run", loader))
+        loader.exec_module(bench)
+        output = self.build / "bench" / f"{name}-performance.json"
+        bench.run(self.build / "bin" / name, output, self.quick, wanted)
+        return bench.medians(output)
 
     def compare(self, scene, *arguments):
         return self.json("compare", SCENES / scene, "--rounds", self.rounds, *arguments)

@@ -25,6 +25,11 @@ struct RunError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// Told to stop before there was anything to report. Becomes exit status 130.
+struct Interrupted : std::exception {
+    const char* what() const noexcept override { return "interrupted before there was anything to report"; }
+};
+
 /// Damerau–Levenshtein distance (optimal string alignment).
 std::size_t edit_distance(const std::string& a, const std::string& b);
 

@@ -191,14 +191,6 @@ TEST_F(Cli, RaysThatCannotStartHaveNoDirection) {
     }
 }
 
-TEST_F(Cli, RaysWithoutAPathAreTold) {
-    write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n0,-2,0,0,0,0\n");
-    const Outcome outcome = run("trace hole.toml --rays rays.csv --path");
-    ASSERT_EQ(outcome.status, 0);
-    EXPECT_EQ(outcome.out.find("\n1,"), std::string::npos);
-    EXPECT_NE(outcome.err.find("1 ray has no path: ray 1 fails where it starts: the direction has length zero"), std::string::npos) << outcome.err;
-}
-
 TEST_F(Cli, CheckReports) {
     const Outcome outcome = run("check hole.toml --json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;

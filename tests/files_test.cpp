@@ -112,6 +112,15 @@ TEST_F(Files, AnEndDoesNotWaitForATile) {
     EXPECT_TRUE(exists("b.exr"));
 }
 
+TEST_F(Files, AnErrorStudyWithoutAReferenceLeavesNoDirectory) {
+    write("interrupt.sh", interrupt_soon);
+    const std::string long_study = "error hole.toml --sample 512x512 -D integrator.escape_radius=1e5 -D integrator.symmetry=none -D integrator.step=1e-4 -D integrator.max_steps=4000000000 -o new/report";
+    EXPECT_EQ(run(long_study, "timeout 60 sh interrupt.sh").status, 130) << read("log");
+    EXPECT_FALSE(exists("new"));
+    EXPECT_EQ(run("error hole.toml --quick -D integrator.max_steps=1 -o new").status, 1);
+    EXPECT_FALSE(exists("new"));
+}
+
 TEST_F(Files, AProfileWithoutARoundLeavesNoDirectory) {
     write("interrupt.sh", interrupt_soon);
     const std::string endless = "profile hole.toml --size 4x4 --spp 4096 --precision double --integrator gauss16 --step 1e-6 -D integrator.max_steps=4000000000 --threads 1 ";
@@ -120,6 +129,37 @@ TEST_F(Files, AProfileWithoutARoundLeavesNoDirectory) {
     EXPECT_EQ(run("profile hole.toml --size 8x8 --repeat 1 -o old").status, 0);
     EXPECT_EQ(run(endless + "-o old", "timeout 60 sh interrupt.sh").status, 130);
     EXPECT_TRUE(exists("old/report.html"));
+}
+
+TEST_F(Files, RaysWithoutAPathAreTold) {
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n0,-2,0,0,0,0\n");
+    const Outcome outcome = run("trace hole.toml --rays rays.csv --path");
+    ASSERT_EQ(outcome.status, 0);
+    EXPECT_EQ(outcome.out.find("\n1,"), std::string::npos);
+    EXPECT_NE(outcome.err.find("1 ray has no path: ray 1 fails where it starts: the direction has length zero"), std::string::npos) << outcome.err;
+    // Within the ergosphere light can have negative energy: to an observer there it falls in, and is not followed.
+    write("kerr.toml", "space = { hamiltonian = \"kerr\", spin = 0.9 }\ncamera = { position = [1.8358, 0, 0], look_at = [1.8358, 1, 0], up = [0, 0, 1], observer = \"zamo\" }\n"
+                       "film.size = [9, 9]\n");
+    write("rays.csv", "x,y,z,dx,dy,dz\n1.8358,0,0,0,1,0\n1.8358,0,0,0,-1,0\n");
+    EXPECT_NE(run("trace kerr.toml --observer zamo --rays rays.csv --path").err.find("1 ray has no path: ray 0 is captured where it starts"), std::string::npos);
+    write("inside.toml", "space.hamiltonian = \"schwarzschild\"\ncamera = { type = \"orthographic\", position = [3, 0, 0], look_at = [3, 1, 0], up = [0, 0, 1], height = 8 }\n"
+                         "film.size = [64, 64]\n");
+    EXPECT_NE(run("render inside.toml --pixel 8,32").err.find("1 ray has no path: ray 0 fails where it starts: "), std::string::npos);
+}
+
+TEST_F(Files, PathsOfManyRaysAreThoseOfEach) {
+    std::string rays = "x,y,z,dx,dy,dz\n";
+    for (int i = 0; i < 5000; ++i) rays += "0,-2," + std::to_string(1e-4 * i) + ",0,1,0\n";
+    write("many.csv", rays), write("last.csv", "x,y,z,dx,dy,dz\n0,-2," + std::to_string(1e-4 * 4999) + ",0,1,0\n");
+    const auto path_of = [&](const char* file, const std::string& number) {
+        std::string path;
+        for (const std::string& row : lines_of(run(std::string("trace hole.toml --path --rays ") + file).out))
+            if (row.starts_with(number + ",")) path += row.substr(number.size()) + "\n";
+        return path;
+    };
+    const std::string alone = path_of("last.csv", "0");
+    EXPECT_GT(lines_of(alone).size(), 2u);
+    EXPECT_EQ(path_of("many.csv", "4999"), alone);
 }
 
 TEST_F(Files, OptionsOverruleVariables) {

@@ -117,6 +117,27 @@ TEST_P(FirstEdge, IsANumberOrTheRayFails) {
     }
 }
 
+// Beyond z = 0 H is no number, and no step ends there: rays end on it all the same, where dx/dz = p_x/p_z leads.
+TEST_P(FirstEdge, IsReachedThoughHEndsThere) {
+    const std::vector<RayInput> rays{{{0, 0, 1}, {0.3, 0, -1}}, {{0, 0, 1}, {0.5, 0, -1}}, {{0, 0, 0.7}, {1, 0, -1}}};
+    for (const char* what : {"domain", "capture"})
+        for (const char* method : {"srkn6", "gauss8", "rk4", "dp8", "gauss16"}) {
+            const auto ends = ends_of(std::string("[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 - z^1.5)\"\n") + what + " = \"z\"\n[integrator]\nstep = 0.02\n" + view,
+                                      {std::string("integrator.method=") + method}, rays);
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                SCOPED_TRACE(std::string(what) + " by " + method + ", ray " + std::to_string(i));
+                ASSERT_EQ(ends[i].status, what == std::string("domain") ? Status::escaped : Status::captured) << describe(ends[i].failure);
+                const double z = rays[i].position[2], square = 1 + std::pow(z, 1.5), slope = rays[i].direction[0];
+                const double px = slope * std::sqrt(square / (1 + slope * slope));
+                constexpr int pieces = 20000;
+                double x = 0;
+                for (int k = 0; k < pieces; ++k) x += px * z / pieces / std::sqrt(1 + std::pow(z * (k + 0.5) / pieces, 1.5) - px * px);
+                EXPECT_NEAR(ends[i].q[2], 0, 1e-8);
+                EXPECT_NEAR(ends[i].q[0], x, 1e-5);
+            }
+        }
+}
+
 // Nothing within a horizon is seen from without: rays of b < 3√3/2 r_g are captured, and no others.
 TEST_P(FirstEdge, OfAHoleIsTheHorizon) {
     std::vector<RayInput> rays;

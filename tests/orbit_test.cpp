@@ -152,6 +152,37 @@ TEST(OrbitPlane, IsTheSameFromBesideTheHorizonAndInside) {
     }
 }
 
+// The way in of light that a falling observer sees: p_t < 0, and the speed along the radius passes every value up to |p_t|.
+TEST(OrbitPlane, FallingObserversKeepHAsStaticOnesDo) {
+    std::vector<RayInput> rays;
+    for (int i = 0; i < 500; ++i) rays.push_back({{0.5 - 20, -3, 7}, {1, 0.15 + 4e-4 * i, 0}});
+    const auto greatest_loss = [&](const char* observer, const char* precision) {
+        Options options = with_strategy("packet");
+        options.precision = precision, options.energy_error = true, options.observer = observer;
+        const auto plan = plan_of_file(scene_file("hole.toml"), {"space.center=[0.5, -3, 7]"}, options, false);
+        double greatest = 0;
+        for (const RayEnd& end : ends_of(*plan, rays, observer)) {
+            EXPECT_EQ(end.status, Status::escaped);
+            greatest = std::max(greatest, end.energy_error);
+        }
+        return greatest;
+    };
+    for (const char* precision : {"double", "float"}) EXPECT_LT(greatest_loss("falling", precision), 3 * greatest_loss("static", precision)) << precision;
+}
+
+// By the angle a ray straight away goes faster than its square has room in float.
+TEST(OrbitPlane, RaysAlongTheRadiusHaveADirectionHoweverFar) {
+    for (const char* radius : {"1e3", "1e5", "1e9"}) {
+        Options options = with_strategy("packet");
+        options.precision = "float";
+        const auto plan = plan_of_file(scene_file("hole.toml"), {"space.center=[0.5, -3, 7]", std::string("integrator.escape_radius=") + radius}, options, false);
+        const RayEnd end = ends_of(*plan, {{{0.5 - 12, -3 + 16, 7}, {-0.6, 0.8, 0}}})[0];
+        ASSERT_EQ(end.status, Status::escaped) << radius;
+        const double should[] = {-0.6, 0.8, 0};
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(end.v[k], should[k], 1e-6) << radius;
+    }
+}
+
 /// From 100,000 radii off a direction rounded to float misses its aim by a hundredth of a radius: orbits start in double.
 TEST(OrbitPlane, AimsInFloatAsWellAsInDouble) {
     std::vector<RayInput> rays;

@@ -254,20 +254,48 @@ TEST(FilteredRoom, IsNearerToTheMeanOfManyRaysThanSingleRaysAre) {
     EXPECT_LT(rms(filtered), 0.5 * rms(sampled)) << rms(filtered) << " " << rms(sampled);
 }
 
-TEST(FilteredRoom, DependsOnNeitherTilesNorCrops) {
+/// The picture of a scene of 61 × 53 pixels whole, in tiles, and a part of it, in scanlines.
+void expect_same_part(const std::function<std::unique_ptr<Plan>(const Overrides&, const Options&)>& plan_with) {
     for (const char* spp : {"film.spp=1", "film.spp=3"}) {
         const Overrides overrides{"film.size=[61,53]", spp};
         Options options;
         options.threads = 1, options.strategy = "packet";
-        const auto whole_plan = plan_of_file(KAGERO_SCENES "/room.toml", overrides, options);
+        const auto whole_plan = plan_with(overrides, options);
         options.threads = 3, options.schedule = "scanline", options.crop = {3, 5, 36, 53};
-        const auto part_plan = plan_of_file(KAGERO_SCENES "/room.toml", overrides, options);
+        const auto part_plan = plan_with(overrides, options);
         Film whole(61, 53, {"color"}), part(33, 48, {"color"});
         render(*whole_plan, whole), render(*part_plan, part);
         for (std::uint32_t y = 5; y < 53; ++y)
             for (std::uint32_t x = 3; x < 36; ++x)
                 ASSERT_EQ(*whole.pixel("color", x, y), *part.pixel("color", x - 3, y - 5)) << x << "," << y;
     }
+}
+
+TEST(FilteredRoom, DependsOnNeitherTilesNorCrops) {
+    expect_same_part([](const Overrides& overrides, const Options& options) { return plan_of_file(KAGERO_SCENES "/room.toml", overrides, options); });
+}
+
+// So rough that of three rays the first and the last may meet what the middle one does, and not what each other does.
+TEST(FilteredMesh, DependsOnNeitherTilesNorCrops) {
+    const auto path = std::filesystem::temp_directory_path() / ("kagero-rough-" + std::to_string(::getpid()) + ".obj");
+    {
+        constexpr int n = 64;
+        std::mt19937 random(1);
+        std::uniform_real_distribution<double> rise(0, 1.15 / n);
+        std::ofstream file(path);
+        for (int i = 0; i < (n + 1) * (n + 1); ++i) file << "v " << double(i % (n + 1)) / n - 0.5 << ' ' << double(i / (n + 1)) / n - 0.5 << ' ' << rise(random) << '\n';
+        for (int i = 0; i < (n + 1) * (n + 1); ++i) file << "vt " << double(i % (n + 1)) / n << ' ' << double(i / (n + 1)) / n << '\n';
+        for (int i = 0; i < n * n; ++i) {
+            const int a = i / n * (n + 1) + i % n + 1, b = a + 1, c = a + n + 1, d = c + 1;
+            for (const auto& [p, q, r] : {std::array{a, b, d}, std::array{a, d, c}})
+                file << "f " << p << '/' << p << ' ' << q << '/' << q << ' ' << r << '/' << r << '\n';
+        }
+    }
+    expect_same_part([&](const Overrides& overrides, const Options& options) {
+        return plan_of_text("space.hamiltonian = \"flat\"\ncamera = { position = [0, 0, 2], look_at = [0, 0, 0], up = [0, 1, 0], fov = 30 }\n"
+                            "[[object]]\nshape = \"mesh\"\nfile = \"" + path.string() + "\"\nchecker = [30, 30]\ncolor = [1, 1, 1]\n", overrides, options);
+    });
+    std::filesystem::remove(path);
 }
 
 }  // namespace

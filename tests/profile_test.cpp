@@ -33,6 +33,7 @@ TEST_F(ProfileVerb, WritesItsReport) {
     profile();
     EXPECT_EQ(read("all.json"), read("report/profile.json"));
     for (const char* name : {"trace.json", "report.html", "hole.exr"}) EXPECT_TRUE(exists(std::string("report/") + name)) << name;
+    EXPECT_EQ(read("report/hole.exr").find("kagero/energy_error"), std::string::npos);  // nobody watched it
     const std::string page = read("report/report.html");
     EXPECT_EQ(page.find("<script src"), std::string::npos);
     EXPECT_EQ(page.find("<link"), std::string::npos) << "the page needs nothing else";

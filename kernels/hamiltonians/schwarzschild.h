@@ -102,7 +102,7 @@ struct Schwarzschild {
     /// With U = p_t + p·x/r, f = r_g u: (1 − f) U = p_t + v and (p_t − v) U = L² u². Either is 0/0 somewhere; weighed like this they are not.
     template <class V>
     static constexpr V radial_momentum(const Parameters<V>& k, const V& u, const V& v, const V& l, const V& pt) {
-        const V a = max(pt * v, V(0)), b = pt * pt, lu = l * u;
+        const V a = max(pt * v, V(0)), b = pt, lu = l * u;
         return (a * (pt + v) + b * lu * lu) / (a * (V(1) - k.rg * u) + b * (pt - v)) - pt;
     }
     static constexpr const char* orbit_method = "orbit-srkn11";

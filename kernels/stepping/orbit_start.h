@@ -19,7 +19,8 @@ struct WideLanes<V> {
 
 /// Fills `start.carry` as OrbitCarry says, from the state and what rounding has cut off q and p.
 ///
-/// L = |q × p|, and du/dφ = −u² dr/dλ dλ/dφ with dr/dλ = ∂H/∂p_r. A ray along the radius is kept from being just that, by some roundings.
+/// L = |q × p|, and du/dφ = −u² dr/dλ dλ/dφ with dr/dλ = ∂H/∂p_r. A ray along the radius is kept from being just that, by some roundings of
+/// double, or in float by a fraction of one: r²/L has to fit the packet's numbers.
 template <class System, class V>
 __attribute__((noinline)) void enter_orbit(const System& system, Waypoint<V>& start) {
     using D = typename WideLanes<V>::type;
@@ -32,7 +33,7 @@ __attribute__((noinline)) void enter_orbit(const System& system, Waypoint<V>& st
         const Vec3<D> q{number(0), number(1), number(2)}, p{number(3), number(4), number(5)};
         const D u = rsqrt(dot(q, q)), r = recip(u), zero(0.0), square = dot(p, p);
         const Vec3<D> out = u * q, spin = cross(q, p);
-        const double share = 16 * machine_epsilon<double>, least = std::numeric_limits<float>::min();
+        const double share = std::max(16 * machine_epsilon<double>, double(machine_epsilon<ScalarOf<V>>) / 64), least = std::numeric_limits<float>::min();
         const D momentum = sqrt(max(dot(spin, spin), square * max(share * share * (r * r), D(least))));
         const Vec3<D> around = recip(momentum) * cross(spin, out);
         const D speed = system.dp(State<D>{{r, zero, zero, dot(out, p), momentum * u, zero, lanes_of<D>(state[6] + i)}}).x;

@@ -82,7 +82,9 @@ private:
     MaskOf<V> is_beyond(const Vec3<V>& q) const;
     MaskOf<V> reaches_sphere(const Vec3<V>& q) const;
     MaskOf<V> leaves_space(const Vec3<V>& q, const Vec3<V>& v) const;
+    std::uint64_t end_at_edge(std::uint64_t lanes);
     void fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy);
+    void drop(std::uint64_t lanes);
     void retire_far_out(const RayStarts<W>& starts, int lane);
     void make_harmless(std::uint64_t lanes);
     void set_out(std::uint64_t lanes);

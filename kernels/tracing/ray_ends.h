@@ -188,8 +188,11 @@ void PacketTracer<V>::retire(const Flow<V>& f, std::uint64_t lanes, Status statu
 template <class V>
 void PacketTracer<V>::write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure) {
     if (!lanes) return;
-    const V square = dot(f.end.velocity, f.end.velocity), inverse = rsqrt(square);
-    const Vec3<V> along = pick(is_finite(inverse), inverse, V(S(0))) * f.end.velocity;
+    const Vec3<V>& v = f.end.velocity;
+    const V least(std::numeric_limits<S>::min()), largest = max(max(abs(v.x), abs(v.y)), max(abs(v.z), least));
+    const Vec3<V> scaled = total_recip(largest) * v;  // by the angle of an orbit v is greater than its square may be
+    const V inverse = rsqrt(dot(scaled, scaled));
+    const Vec3<V> along = pick(is_finite(inverse), inverse, V(S(0))) * scaled;
     RayEnd same{};
     same.occupancy = occupancy_so_far(), same.status = status, same.failure = failure;
     EndColumns<V> ends(same);

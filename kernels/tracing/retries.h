@@ -90,8 +90,27 @@ void PacketTracer<V>::retry(std::uint64_t bad, std::uint64_t unsolved, std::uint
     for (const int i : lanes_in(bad)) {
         if (halvings_[i]++ >= max_halvings || all_halvings_[i]++ >= most_halvings) failed |= std::uint64_t(1) << i;
     }
+    if (failed) bad &= ~end_at_edge(failed);
     restart(bad, flow_.h * V(S(0.5)));
-    if (failed) fail(failed, unsolved, lossy);
+    if (failed &= bad) fail(failed, unsolved, lossy);
+}
+
+/// Ends those of `lanes` whose steps, halved to nothing, lead along their tangent out of the medium or into what captures. Where H is no
+/// number beyond the edge no step ends there; and they are on it, to what is left of a step.
+template <class V>
+std::uint64_t PacketTracer<V>::end_at_edge(std::uint64_t lanes) {
+    if (!(task_.kernel.bounded || task_.kernel.capturing) || task_.method.info.angular) return 0;
+    Flow<V> ahead = flow_;
+    ahead.start.set(advance(flow_.start.q(), flow_.h, flow_.start.velocity), flow_.start.p());
+    task_.begin(ahead);
+    const std::uint64_t out = lanes & to_bits(ahead.start.domain <= V(S(0))), in = lanes & ~out & to_bits(ahead.start.captured <= V(S(0)));
+    if (!(out | in)) return 0;
+    Flow<V> last = flow_;
+    last.end = last.start;
+    retire(last, out, Status::escaped);
+    retire(last, in, Status::captured);
+    drop(out | in);
+    return out | in;
 }
 
 /// Ends rays as `failed` where their last good step ended.
@@ -102,6 +121,12 @@ void PacketTracer<V>::fail(std::uint64_t lanes, std::uint64_t unsolved, std::uin
     retire(last, lanes & unsolved, Status::failed, Failure::not_converged);
     retire(last, lanes & lossy & ~unsolved, Status::failed, Failure::energy_lost);
     retire(last, lanes & ~(unsolved | lossy), Status::failed, Failure::not_finite);
+    drop(lanes);
+}
+
+/// Lanes whose rays have ended where their step began.
+template <class V>
+void PacketTracer<V>::drop(std::uint64_t lanes) {
     const MaskOf<V> gone = from_bits<V>(lanes);
     flow_.h = pick(gone, V(S(0)), flow_.h);
     nominal_ = pick(gone, V(S(0)), nominal_);

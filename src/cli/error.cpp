@@ -64,10 +64,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const StudyOptions wanted = study_options(arguments, options);
     SceneDescription scene = scene_of(arguments, options);
-    const auto plan = make_plan(std::move(scene), Options{.isa = options.isa});
+    const auto plan = make_plan(std::move(scene), Options{.isa = options.isa, .threads = options.threads});
     for (const std::string& remark : plan->remarks) terminal.warning(remark);
     const std::string directory = report_directory(arguments, "error");
-    make_report_directory(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json, files_of(plan->scene));
+    const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json, files_of(plan->scene));
     const ErrorStudy study = study_watched(*plan, wanted, terminal);
     write_report(directory, *plan, study);
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << error_json(*plan, study); });

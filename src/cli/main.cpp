@@ -117,6 +117,9 @@ int main(int argc, char** argv) {
     } catch (const kagero::InputError& error) {
         Terminal(arguments).error(error.what());
         return exit_wrong_input;
+    } catch (const kagero::Interrupted& interrupted) {
+        Terminal(arguments).note(interrupted.what());
+        return exit_interrupted;
     } catch (const std::bad_alloc&) {
         Terminal(arguments).error("there is not enough memory");
         return exit_failed;

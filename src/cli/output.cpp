@@ -78,11 +78,10 @@ std::string report_directory(const Arguments& arguments, const std::string& kind
     return arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-" + kind : arguments.output;
 }
 
-void make_report_directory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
-                           const std::vector<NamedFile>& inputs) {
+ReportDirectory::ReportDirectory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
+                                 const std::vector<NamedFile>& inputs) {
     std::error_code failure, ignored;
-    std::vector<fs::path> made;  // the innermost first
-    for (fs::path path = directory; !path.empty() && !fs::exists(path, ignored); path = path.parent_path()) made.push_back(path);
+    for (fs::path path = directory; !path.empty() && !fs::exists(path, ignored); path = path.parent_path()) made_.push_back(path.string());
     fs::create_directories(directory, failure);
     if (failure || !fs::is_directory(directory))
         throw InputError("cannot make the directory '" + directory + "'" +
@@ -92,9 +91,14 @@ void make_report_directory(const std::string& directory, const std::vector<std::
     try {
         check_outputs(outputs, inputs);
     } catch (const InputError&) {
-        for (const fs::path& path : made) fs::remove(path, ignored);
+        remove_empty();
         throw;
     }
+}
+
+void ReportDirectory::remove_empty() const {
+    std::error_code ignored;
+    for (const std::string& path : made_) fs::remove(path, ignored);
 }
 
 }  // namespace kagero

@@ -52,17 +52,12 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     settle_watched(*plan, terminal);
     const InterruptGuard interrupts;
     const std::string directory = report_directory(arguments, "profile");
-    const bool was_there = fs::exists(directory);
-    make_report_directory(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));
+    const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));
 
     prepare_to_write(picture);  // what loading takes is not writing
     Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
     const Profile profile = profile_watched(*plan, film, repeats, terminal);
-    if (profile.repeats == 0) {
-        if (!was_there) fs::remove(directory);
-        terminal.note("interrupted before there was anything to report");
-        return exit_interrupted;
-    }
+    if (profile.repeats == 0) throw Interrupted();
     const double write_seconds = save_film(film, path_in(directory, picture), picture_metadata(*plan, profile.report));
     const std::string json = profile_json(*plan, profile, write_seconds);
     write_text_file(path_in(directory, "profile.json"), json);

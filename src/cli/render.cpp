@@ -3,12 +3,12 @@
 #include "render/render.h"
 
 #include "cli/interrupt.h"
+#include "cli/paths.h"
 #include "cli/settle.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/map.h"
 #include "report/numbers.h"
-#include "report/rays_csv.h"
 #include "report/run_json.h"
 
 #include <algorithm>
@@ -49,16 +49,12 @@ void check_inside(const std::string& option, const std::string& given, const Fil
 int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal& terminal) {
     const auto xy = whole_numbers("--pixel", pixel, ',', 2);
     check_inside("--pixel", pixel, plan.scene.film, xy[0], xy[1]);
-    std::vector<RayEnd> ends;
     Watch watch;
     watch.stop = InterruptGuard::requested();
-    const auto points = trace_paths(plan, {pixel_ray(plan, xy[0], xy[1])}, ends, watch);
-    if (*watch.stop) {
-        terminal.note("interrupted before the ray's end: no path is written");
-        return exit_interrupted;
-    }
-    write_output("-", [&](std::ostream& out) { write_paths(out, points); });
-    return exit_done;
+    write_paths_of(plan, {pixel_ray(plan, xy[0], xy[1])}, "-", watch, terminal);
+    if (!*watch.stop) return exit_done;
+    terminal.note("interrupted before the ray's end: it has no path");
+    return exit_interrupted;
 }
 
 Film film_of(const Plan& plan) {
@@ -97,7 +93,10 @@ RunReport render_watched(const Plan& plan, Film& film, const std::string& output
     watch.stop = InterruptGuard::requested();
     watch.time_limit = time_limit;
     watch.snapshot_wanted = SnapshotGuard::wanted();
-    watch.snapshot = [&](const Film& so_far) { write_snapshot(plan, so_far, output, terminal, line); };
+    watch.snapshot = [&](const Film* so_far) {
+        if (so_far) return write_snapshot(plan, *so_far, output, terminal, line);
+        line.aside([&] { terminal.warning("there is not enough memory for a snapshot"); });
+    };
     return render(plan, film, watch);
 }
 

@@ -8,6 +8,7 @@
 #include "report/stability_report.h"
 
 #include <algorithm>
+#include <optional>
 #include <ostream>
 
 namespace kagero {
@@ -46,8 +47,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     return_case_json_took(cases, json);
     require_cases(cases);
     const StabilityRequest request = request_of(arguments);
+    std::optional<ReportDirectory> made;
     if (arguments.output.empty()) check_outputs({{"--json", json}});
-    else make_report_directory(arguments.output, {"stability.html", "stability.json"}, json);
+    else made.emplace(arguments.output, std::vector<std::string>{"stability.html", "stability.json"}, json);
 
     const bool table = json != "-";
     InterruptGuard guard;

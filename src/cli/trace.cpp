@@ -1,5 +1,6 @@
 // kagero trace: single rays, as CSV in and out.
 #include "cli/interrupt.h"
+#include "cli/paths.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "render/render.h"
@@ -81,30 +82,15 @@ std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
     return plan;
 }
 
-/// Rays that fail where they start are no row of a table of steps.
-void warn_of_pathless(const std::vector<RayEnd>& ends, const std::vector<PathPoint>& points, const Terminal& terminal) {
-    std::vector<bool> without(ends.size(), true);
-    for (const PathPoint& point : points) without[point.ray] = false;
-    for (std::size_t i = 0; i < ends.size(); ++i)
-        if (ends[i].status != Status::failed || ends[i].failure == Failure::untraced) without[i] = false;
-    const auto count = std::count(without.begin(), without.end(), true);
-    if (count == 0) return;
-    const auto first = std::find(without.begin(), without.end(), true) - without.begin();
-    terminal.warning(std::to_string(count) + (count == 1 ? " ray has" : " rays have") + " no path: ray " + std::to_string(first) +
-                     (count == 1 ? "" : ", the first of them,") + " fails where it starts: " + describe(ends[static_cast<std::size_t>(first)].failure));
-}
-
 /// Both return whether they were interrupted.
 bool write_csv(const Request& request, const std::string& output, const Watch& watch) {
     const auto plan = plan_of(request, true);
     const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
-    std::vector<RayEnd> ends;
     if (request.arguments.path) {
-        const auto points = trace_paths(*plan, starts, ends, watch);
-        write_output(output, [&](std::ostream& out) { write_paths(out, points); });
-        warn_of_pathless(ends, points, request.terminal);
+        write_paths_of(*plan, starts, output, watch, request.terminal);
         return *watch.stop;
     }
+    std::vector<RayEnd> ends;
     const RunReport report = trace(*plan, starts, ends, watch);
     write_output(output, [&](std::ostream& out) { write_ends(out, *plan, ends); });
     return report.interrupted;

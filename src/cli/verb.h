@@ -36,9 +36,19 @@ std::vector<NamedFile> files_of(const SceneDescription& scene);
 /// Throws InputError when one of the outputs cannot be written, or is the same file as another of them, or as an input. Empty and "-" are none.
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs = {});
 /// Makes the directory of a report of these files, which stays empty until they are written, and checks them as check_outputs does, and
-/// `--json` with them.
-void make_report_directory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
-                           const std::vector<NamedFile>& inputs = {});
+/// `--json` with them. At its end what it made is taken away again, if nothing was written.
+class ReportDirectory {
+public:
+    ReportDirectory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
+                    const std::vector<NamedFile>& inputs = {});
+    ReportDirectory(const ReportDirectory&) = delete;
+    ReportDirectory& operator=(const ReportDirectory&) = delete;
+    ~ReportDirectory() { remove_empty(); }
+
+private:
+    void remove_empty() const;
+    std::vector<std::string> made_;  ///< the innermost first
+};
 /// The directory that -o names, or SCENE-kind here.
 std::string report_directory(const Arguments& arguments, const std::string& kind);
 std::string path_in(const std::string& directory, const std::string& file);

@@ -43,7 +43,7 @@ std::uint32_t enough_steps(const std::vector<RayEnd>& ends) {
 ErrorStudy Study::run() {
     study_.sample = sample_rays(plan_, study_.options.width, study_.options.height);
     bound_steps();
-    reference_ = trace_reference(plan_, study_.sample, study_.reference, study_.options.deadline);
+    reference_ = trace_reference(plan_, study_.sample, study_.reference, study_.options.deadline, stop_);
     keep_decided();
     for (std::size_t i = 0; i < reference_.ends.size(); ++i)
         study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
@@ -67,7 +67,7 @@ ErrorStudy Study::run() {
 /// what the middle one of those needs that end by themselves.
 void Study::bound_steps() {
     std::vector<RayEnd> ends;
-    trace(plan_, study_.sample.starts, ends, {.time_limit = study_.options.deadline.left()});
+    trace(plan_, study_.sample.starts, ends, watch());
     std::vector<double> steps;
     for (const RayEnd& end : ends)
         if (end.status != Status::step_limit) steps.push_back(end.steps);
@@ -238,7 +238,7 @@ std::optional<StudyPoint> Study::measure(Timed& timed) {
     {
         PlanAs as(plan_, variant);
         std::vector<RayEnd> ends;
-        const RunReport report = trace(plan_, study_.sample.starts, ends, {.time_limit = study_.options.deadline.left()});
+        const RunReport report = trace(plan_, study_.sample.starts, ends, watch());
         if (report.interrupted) return {};
         point.errors = compare_rays(plan_, reference_, ends);
         const Counters& work = report.counters;
@@ -251,10 +251,13 @@ std::optional<StudyPoint> Study::measure(Timed& timed) {
         double seconds = report.seconds;
         if (study_.options.quick) {
             as.on_threads(study_.options.threads);
-            seconds = trace(plan_, timed_rays_, ends).seconds;
+            const RunReport alone = trace(plan_, timed_rays_, ends, watch());
+            if (alone.interrupted) return {};
+            seconds = alone.seconds;
         }
         as.without_surfaces(timed.most_steps);
-        const RunReport without = trace(plan_, timed_rays_, ends);
+        const RunReport without = trace(plan_, timed_rays_, ends, watch());
+        if (without.interrupted) return {};
         const double timed_rays = double(timed_rays_.size());
         point.steps_without = double(without.counters.steps) / timed_rays;
         timed.estimate = (seconds + without.seconds) * plan_.threads / study_.options.threads;

@@ -141,19 +141,18 @@ bool find_common_patch(const Plan& plan, PixelBlock& block, std::uint32_t spp) {
 void find_patches(const Plan& plan, PixelBlock& block, std::uint32_t spp) {
     const double share = 1 / std::sqrt(static_cast<double>(spp));
     std::vector<Sighting>& rays = block.rays;
+    block.has_patch.assign(rays.size(), false);
     for (std::size_t first = 0; first < rays.size(); ++first) {
         const RayEnd& end = *rays[first].end;
-        if (end.status != Status::hit) continue;
-        const auto of_group = [&](const Sighting& ray) { return meet_same(plan, end, *ray.end); };
-        const auto begin = rays.begin() + static_cast<std::ptrdiff_t>(first);
-        if (std::any_of(rays.begin(), begin, of_group)) continue;
-        block.group_points.clear(), block.group_places.clear();
-        for (std::size_t i = first; i < rays.size(); ++i)
-            if (of_group(rays[i])) block.group_points.push_back(point_of(rays[i])), block.group_places.push_back(block.places[i]);
+        if (end.status != Status::hit || block.has_patch[first]) continue;
+        block.group.clear(), block.group_points.clear(), block.group_places.clear();
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            if (meet_same(plan, end, *rays[i].end))
+                block.group.push_back(i), block.group_points.push_back(point_of(rays[i])), block.group_places.push_back(block.places[i]);
         const Patch slope = slope_of(block.group_points, block.group_places);
         const Patch patch{scaled(slope.right, share), scaled(slope.below, share)};
-        for (std::size_t i = first; i < rays.size(); ++i)
-            if (of_group(rays[i])) rays[i].patch = patch;
+        for (const std::size_t i : block.group)
+            if (!block.has_patch[i]) rays[i].patch = patch, block.has_patch[i] = true;  // a mesh may have a ray between that meets both as one
     }
 }
 

@@ -10,7 +10,9 @@ struct PixelBlock {
     std::vector<Sighting> rays;
     std::vector<CameraRay> starts;  ///< what their `ray` points to
     std::vector<std::array<double, 2>> places;
-    std::vector<Double3> group_points;  ///< of some of the rays, as those are found whose ends belong together
+    std::vector<bool> has_patch;
+    std::vector<std::size_t> group;     ///< some of the rays, as those are found whose ends belong together
+    std::vector<Double3> group_points;
     std::vector<std::array<double, 2>> group_places;
 };
 

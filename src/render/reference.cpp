@@ -29,11 +29,18 @@ std::optional<Variant> find(const Plan& plan, const Candidate& candidate) {
     return found;
 }
 
-std::vector<RayEnd> ends_by(Plan& plan, const Variant& variant, const std::vector<RayStart>& starts, const Deadline& deadline) {
+/// What ends the search.
+struct Limits {
+    const Deadline& deadline;
+    const std::atomic<bool>* stop;
+};
+
+std::vector<RayEnd> ends_by(Plan& plan, const Variant& variant, const std::vector<RayStart>& starts, const Limits& limits) {
     const PlanAs as(plan, variant);
     std::vector<RayEnd> ends;
-    if (trace(plan, starts, ends, {.time_limit = deadline.left()}).interrupted)
-        throw RunError("the time was up before two methods had shown how rays end");
+    const RunReport report = trace(plan, starts, ends, {.stop = limits.stop, .time_limit = limits.deadline.left()});
+    if (report.out_of_time) throw RunError("the time was up before two methods had shown how rays end");
+    if (report.interrupted) throw Interrupted();
     return ends;
 }
 
@@ -46,7 +53,7 @@ struct Attempt {
     ReferenceStory story;
 };
 
-Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other, const Deadline& deadline) {
+Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other, const Limits& limits) {
     Attempt made;
     ReferenceStory& story = made.story;
     story.variant = best;
@@ -56,10 +63,10 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
     story.adaptive = info_of(plan, best).adaptive, story.confirmed_adaptive = info_of(plan, other).adaptive;
 
     ReferenceRays& rays = made.rays;
-    rays.ends = ends_by(plan, best, sample.starts, deadline);
-    const std::vector<RayEnd> confirming = ends_by(plan, other, sample.starts, deadline);
+    rays.ends = ends_by(plan, best, sample.starts, limits);
+    const std::vector<RayEnd> confirming = ends_by(plan, other, sample.starts, limits);
     rays.conditioning =
-        conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, deadline), ends_by(plan, best, sample.below, deadline));
+        conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, limits), ends_by(plan, best, sample.below, limits));
     for (std::size_t i = 0; i < rays.ends.size(); ++i) {
         const bool decided = ended(rays.ends[i]) && same_class(rays.ends[i], confirming[i]);
         rays.decided.push_back(decided);
@@ -73,7 +80,8 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
 
 }  // namespace
 
-ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline) {
+ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline,
+                              const std::atomic<bool>* stop) {
     const double size = scene_size(plan);
     // In sizes of the scene, or where all rays are ill-conditioned as an angle; not a number where no two rays ended alike.
     const auto doubt = [&](const ReferenceStory& s) {
@@ -84,7 +92,7 @@ ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceSto
         const auto best = find(plan, pair.best), other = find(plan, pair.other);
         const bool compared = least && std::isfinite(doubt(least->story));
         if (!best || !other || (compared && pair.alike)) continue;
-        Attempt made = attempt(plan, sample, *best, *other, deadline);
+        Attempt made = attempt(plan, sample, *best, *other, {deadline, stop});
         if (!compared || doubt(made.story) < doubt(least->story)) least = std::move(made);
         if (doubt(least->story) <= close_enough) break;
     }

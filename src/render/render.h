@@ -27,7 +27,7 @@ struct RunReport {
     Schedule schedule = Schedule::tiles;
     std::vector<ThreadTime> threads;
     Counters counters{};
-    Spread energy_error;  ///< only with Options::energy_error, or its layer
+    Spread energy_error = spread_of({});  ///< only with Options::energy_error, or its layer
     bool interrupted = false;  ///< some pixels were never traced
     bool out_of_time = false;  ///< … because the time was up
 };
@@ -42,7 +42,7 @@ struct Watch {
     double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of tracing and shading
     Recording* recording = nullptr;                               ///< filled in, if wanted
     std::atomic<bool>* snapshot_wanted = nullptr;    ///< set from outside; the thread that takes it back hands the film so far to
-    std::function<void(const Film&)> snapshot = {};  ///< … this, a copy, while the others go on
+    std::function<void(const Film*)> snapshot = {};  ///< … this, a copy, while the others go on; null: there was no memory for it
 };
 
 /// The pixels that are asked for: the crop, or the whole film.

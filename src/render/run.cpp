@@ -68,7 +68,7 @@ RunReport gather(std::vector<Share>& shares) {
         report.threads.push_back(share.time);
         energy_errors.add(share.energy_errors);
     }
-    if (!energy_errors.empty()) report.energy_error = energy_errors.spread();
+    report.energy_error = energy_errors.spread();
     return report;
 }
 

@@ -4,6 +4,8 @@
 #include "render/render.h"
 
 #include <mutex>
+#include <new>
+#include <optional>
 #include <shared_mutex>
 
 namespace kagero {
@@ -19,11 +21,16 @@ public:
         const std::shared_lock lock(writing_);
         pixels();
     }
-    /// Hands a copy of the film on, if one is wanted.
+    /// Hands a copy of the film on, if one is wanted; nothing where there is no memory for one.
     void take() {
         if (!watch_.snapshot_wanted || !watch_.snapshot_wanted->exchange(false)) return;
         const std::lock_guard one_at_a_time(taking_);
-        watch_.snapshot(copy());
+        std::optional<Film> film;
+        try {
+            film.emplace(copy());
+        } catch (const std::bad_alloc&) {  // no reason to end the work
+        }
+        watch_.snapshot(film ? &*film : nullptr);
     }
 
 private:

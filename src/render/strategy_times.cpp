@@ -60,9 +60,10 @@ std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<Ray
         for (TimedKernel& runner : runners) {
             if (stopped()) break;
             const PlanAs as(*runner.plan, runner.variant);
-            const double seconds = trace(*runner.plan, rays, ends).seconds;
-            runner.times.push_back(1e9 * seconds / double(rays.size()));
-            spent += seconds;
+            const RunReport report = trace(*runner.plan, rays, ends, {.stop = stop});
+            if (report.interrupted) break;
+            runner.times.push_back(1e9 * report.seconds / double(rays.size()));
+            spent += report.seconds;
         }
     }
     std::vector<StrategyTime> results;

@@ -31,6 +31,7 @@ public:
 
 private:
     bool stopped() const { return (stop_ && stop_->load(std::memory_order_relaxed)) || study_.options.deadline.passed(); }
+    Watch watch() const { return {.stop = stop_, .time_limit = study_.options.deadline.left()}; }
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
     /// The share of the time that passes before any run is repeated.
     double climbing() const { return study_.options.pixel_bound ? 1 : study_.options.quick ? 0.6 : 0.3; }

@@ -36,9 +36,11 @@ void Study::take_times() {
             PlanAs as(plan_, timed.variant);
             as.on_threads(study_.options.threads);
             std::vector<RayEnd> ends;
-            timed.with.push_back(1e9 * trace(plan_, timed_rays_, ends).seconds / rays);
+            const RunReport with = trace(plan_, timed_rays_, ends, watch());
             as.without_surfaces(timed.most_steps);
-            timed.without.push_back(1e9 * trace(plan_, timed_rays_, ends).seconds / rays);
+            const RunReport without = trace(plan_, timed_rays_, ends, watch());
+            if (with.interrupted || without.interrupted) return keep_times();
+            timed.with.push_back(1e9 * with.seconds / rays), timed.without.push_back(1e9 * without.seconds / rays);
             done += timed.estimate;
             tell(climbing() + (0.95 - climbing()) * done / total);
         }

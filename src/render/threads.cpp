@@ -1,6 +1,10 @@
 #include "render/threads.h"
 
+#include "error.h"
+
+#include <atomic>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -57,8 +61,21 @@ void on_threads(unsigned threads, const std::function<void(unsigned)>& task) {
     };
     {
         const Places places(threads);
+        enum Gate { closed, open, in_vain };
+        std::atomic<Gate> gate = closed;
         std::vector<std::jthread> team;
-        for (unsigned i = 1; i < threads; ++i) places.give(team.emplace_back(guarded, i), i);
+        const auto let = [&](Gate how) { gate = how, gate.notify_all(); };
+        const auto member = [&](unsigned i) {
+            gate.wait(closed);
+            if (gate == open) guarded(i);
+        };
+        try {
+            for (unsigned i = 1; i < threads; ++i) places.give(team.emplace_back(member, i), i);
+        } catch (const std::system_error&) {
+            let(in_vain);
+            throw RunError("the system starts " + std::to_string(team.size() + 1) + " of " + std::to_string(threads) + " threads and no more: ask for fewer by --threads");
+        }
+        let(open);
         guarded(0);
     }
     for (const std::exception_ptr& failure : failures)

@@ -15,7 +15,8 @@ std::vector<RayInput> read_rays(std::istream& in, const std::string& name);
 /// One row per ray, 17 significant digits.
 void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends);
 
-/// One row per step of every ray.
+/// The table of steps: its first line, and a row per step.
+void write_path_header(std::ostream& out);
 void write_paths(std::ostream& out, const std::vector<PathPoint>& points);
 
 }  // namespace kagero

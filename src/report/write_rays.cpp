@@ -73,8 +73,12 @@ void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& 
     flush(out, rows);
 }
 
+void write_path_header(std::ostream& out) {
+    out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy\n";
+}
+
 void write_paths(std::ostream& out, const std::vector<PathPoint>& points) {
-    std::string rows = "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy\n";
+    std::string rows;
     for (const PathPoint& point : points) {
         append_point(rows, point);
         if (rows.size() > flush_size) flush(out, rows);

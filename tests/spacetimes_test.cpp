@@ -162,12 +162,16 @@ TEST(Schwarzschild, DirectionsFromCloseToTheHorizonAreRight) {
         for (std::uint32_t i = 0; i < 40 * 30; ++i) starts.push_back(pixel_ray(*in_plane, i % 40, i / 40));
         const auto expected = ends_of(*in_plane, starts), ends = ends_of(*off_plane, starts);
         int other = 0;
+        std::vector<double> off;
         for (std::size_t i = 0; i < ends.size(); ++i) {
             other += ends[i].status != expected[i].status;
-            if (ends[i].status != Status::escaped || expected[i].status != Status::escaped || expected[i].steps > 12) continue;
-            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].v[k] / std::hypot(ends[i].v[0], ends[i].v[1], ends[i].v[2]),
-                                                            expected[i].v[k] / std::hypot(expected[i].v[0], expected[i].v[1], expected[i].v[2]), 0.02) << r;
+            if (ends[i].status != Status::escaped || expected[i].status != Status::escaped) continue;
+            off.push_back(std::hypot(ends[i].v[0] - expected[i].v[0], ends[i].v[1] - expected[i].v[1], ends[i].v[2] - expected[i].v[2]));
         }
+        ASSERT_GE(off.size(), 20u) << r;
+        std::sort(off.begin(), off.end());
+        EXPECT_LT(off[off.size() / 2], 5e-4) << r;
+        EXPECT_LT(off.back(), 0.25 * 2 / 30) << r;  // a quarter of a pixel, of which there are 30 to 90 degrees
         EXPECT_LE(other, 2) << r;
     }
 }

@@ -39,7 +39,7 @@ struct Question {
 void picture(benchmark::State& state, const Question& question) {
     const auto plan = make_plan(load_scene(KAGERO_SCENES "/room.toml", question.overrides, catalogue(question.options.isa)),
                                 question.options);
-    Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
+    Film film = film_of(*plan);
     RunReport report;
     for (auto _ : state) report = render(*plan, film);
     const Counters& c = report.counters;
@@ -73,9 +73,6 @@ void render_bare(const Plan& plan, Film& film) {
         bench::bare_embree(*plan.job.camera, *plan.job.geometry, plan.job.escape_radius, tile, ends.data());
         shade_tile(plan, tile, all, ends.data(), {}, {}, film);
     }
-}
-Film film_of(const Plan& plan) {
-    return Film(plan.scene.film.width, plan.scene.film.height, plan.scene.film.layers);
 }
 
 /// Ends the program unless both ways draw the same picture, but for a pixel in a thousand, at an edge. Once per instruction set.

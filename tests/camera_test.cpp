@@ -50,9 +50,7 @@ radius = 0.75
 )";
 
 Film picture(const Plan& plan) {
-    const auto& [x0, y0, x1, y1] = plan.options.crop;
-    const FilmDescription& film = plan.scene.film;
-    Film made(x1 ? x1 - x0 : film.width, x1 ? y1 - y0 : film.height, film.layers);
+    Film made = film_of(plan);
     render(plan, made);
     return made;
 }

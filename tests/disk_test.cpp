@@ -41,7 +41,7 @@ color = [1, 1, 1]
 )";
 
 Film picture(const Plan& plan) {
-    Film film(plan.scene.film.width, plan.scene.film.height, plan.scene.film.layers);
+    Film film = film_of(plan);
     render(plan, film);
     return film;
 }

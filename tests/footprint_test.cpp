@@ -131,8 +131,7 @@ std::unique_ptr<Plan> noisy(const Overrides& overrides, const Options& options =
 }
 
 Film picture(const Plan& plan) {
-    const auto& [x0, y0, x1, y1] = plan.options.crop;
-    Film film(x1 ? x1 - x0 : plan.scene.film.width, x1 ? y1 - y0 : plan.scene.film.height, plan.scene.film.layers);
+    Film film = film_of(plan);
     render(plan, film);
     return film;
 }

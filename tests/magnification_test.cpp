@@ -16,7 +16,7 @@ std::string scene(const std::string& space, const std::string& camera) {
 }
 
 Film rendered(const Plan& plan) {
-    Film film(plan.scene.film.width, plan.scene.film.height, plan.scene.film.layers);
+    Film film = film_of(plan);
     render(plan, film);
     return film;
 }

@@ -29,6 +29,11 @@ protected:
     json all_;
 };
 
+TEST_F(ProfileVerb, ProfilesAPartOfThePicture) {
+    profile("--crop 10,20,40,50");
+    EXPECT_EQ(all_["rays"], 30 * 30);
+}
+
 TEST_F(ProfileVerb, WritesItsReport) {
     profile();
     EXPECT_EQ(read("all.json"), read("report/profile.json"));

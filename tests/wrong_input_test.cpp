@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"render hole.toml --size 0x8", "film.size"},
         Mistake{"render hole.toml --step fast", "'fast' is not a finite number"},
         Mistake{"render hole.toml --integrator gaus8", "gauss8"}, Mistake{"render hole.toml --layers stps", "steps"},
-        Mistake{"render hole.toml --crop 1,1,1,2", "is empty"}, Mistake{"render hole.toml --crop 0,0,17,8", "film of 16x8"},
+        Mistake{"render hole.toml --crop 1,1,1,2", "is empty"}, Mistake{"render hole.toml --crop 0,0,17,8", "film of 16x8"}, Mistake{"profile hole.toml --crop 0,0,17,8", "film of 16x8"},
         Mistake{"render hole.toml --pixel 16,0", "outside the film of 16x8"}, Mistake{"render hole.toml --pixel 1", "--pixel"},
         Mistake{"render hole.toml --pixel 1,1 --json", "leave --json out"}, Mistake{"render hole.toml --pixel 1,1 -o a.exr", "leave -o out"},
         Mistake{"render hole.toml --integrator srkn6", "--integrator srkn6: "},

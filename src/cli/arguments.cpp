@@ -144,6 +144,10 @@ void add_schedule(CLI::App& verb, Arguments& arguments) {
                "How threads share the picture: scanline, tiles or predicted (costly tiles first); default: auto", "NAME");
 }
 
+void add_crop(CLI::App& verb, Arguments& arguments) {
+    add_option(verb, "--crop", arguments.crop, "This part of the picture alone, half-open", "X0,Y0,X1,Y1");
+}
+
 SceneDescription scene_of(const Arguments& arguments, const Options& options) {
     if (arguments.scene.empty())
         throw InputError("which scene? Name a TOML file; `kagero list scenes` shows those that came along");
@@ -185,6 +189,16 @@ Options options_of(const Arguments& arguments) {
         std::copy(edges.begin(), edges.end(), options.crop.begin());
     }
     return options;
+}
+
+void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x, std::uint32_t y) {
+    if (x >= film.width || y >= film.height)
+        throw InputError(option + ": " + given + " lies outside the film of " + std::to_string(film.width) + "x" +
+                         std::to_string(film.height) + "; pixels count from 0");
+}
+
+void check_crop(const Arguments& arguments, const Options& options, const FilmDescription& film) {
+    if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, film, options.crop[2] - 1, options.crop[3] - 1);
 }
 
 std::vector<std::string> split(const std::string& text, char separator) {

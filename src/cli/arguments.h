@@ -39,6 +39,7 @@ void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas = false);
 void add_lanes(CLI::App& verb, Arguments& arguments);
 void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads = "all");
 void add_schedule(CLI::App& verb, Arguments& arguments);
+void add_crop(CLI::App& verb, Arguments& arguments);
 
 /// Reads the scene, with -D and what is short for it. Throws InputError.
 SceneDescription scene_of(const Arguments& arguments, const Options& options);
@@ -46,6 +47,10 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options);
 SceneDescription general_scene_of(Arguments arguments, const Options& options);
 /// Threads, instruction set and strategy, and the crop. Throws InputError.
 Options options_of(const Arguments& arguments);
+/// --crop and --pixel name pixels that the film has. Throws InputError.
+void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x, std::uint32_t y);
+/// … and --crop, if it is given.
+void check_crop(const Arguments& arguments, const Options& options, const FilmDescription& film);
 
 /// The words between separators, empty ones included.
 std::vector<std::string> split(const std::string& text, char separator);

@@ -24,6 +24,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output, "The directory of the report; default: SCENE-profile here", "DIR");
     add_option(app, "--repeat", arguments.repeat, "Runs of each kind; default: 3 to 50, for twenty seconds", "N");
+    add_crop(app, arguments);
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
@@ -47,6 +48,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const unsigned repeats = repeats_of(arguments);
     const Options options = options_of(arguments);
     SceneDescription scene = scene_of(arguments, options);
+    check_crop(arguments, options, scene.film);
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
     const auto plan = make_plan(std::move(scene), options);
     settle_watched(*plan, terminal);
@@ -55,7 +57,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));
 
     prepare_to_write(picture);  // what loading takes is not writing
-    Film film(plan->scene.film.width, plan->scene.film.height, plan->scene.film.layers);
+    Film film = film_of(*plan);
     const Profile profile = profile_watched(*plan, film, repeats, terminal);
     if (profile.repeats == 0) throw Interrupted();
     const double write_seconds = save_film(film, path_in(directory, picture), picture_metadata(*plan, profile.report));

@@ -15,7 +15,6 @@
 #include <filesystem>
 #include <future>
 #include <limits>
-#include <new>
 #include <ostream>
 
 namespace kagero {
@@ -26,7 +25,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output,
                    "The picture: .exr with all layers, .png, .jpg, .pfm …; default: SCENE.exr here", "FILE");
-    add_option(app, "--crop", arguments.crop, "Render this part alone, half-open", "X0,Y0,X1,Y1");
+    add_crop(app, arguments);
     add_option(app, "--pixel", arguments.pixel,
                    "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing", "X,Y");
     add_option(app, "--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written. In double, unless --precision says else", "SECONDS");
@@ -38,14 +37,6 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-/// --crop and --pixel name pixels that the film has.
-void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x,
-                  std::uint32_t y) {
-    if (x >= film.width || y >= film.height)
-        throw InputError(option + ": " + given + " lies outside the film of " + std::to_string(film.width) + "x" +
-                         std::to_string(film.height) + "; pixels count from 0");
-}
-
 int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal& terminal) {
     const auto xy = whole_numbers("--pixel", pixel, ',', 2);
     check_inside("--pixel", pixel, plan.scene.film, xy[0], xy[1]);
@@ -55,16 +46,6 @@ int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal&
     if (!*watch.stop) return exit_done;
     terminal.note("interrupted before the ray's end: it has no path");
     return exit_interrupted;
-}
-
-Film film_of(const Plan& plan) {
-    const Tile part = shown_part(plan);
-    const FilmDescription& film = plan.scene.film;
-    try {
-        return Film(part.x1 - part.x0, part.y1 - part.y0, film.layers, {part.x0, part.y0, film.width, film.height});
-    } catch (const std::bad_alloc&) {
-        throw RunError("there is not enough memory for the film: 12 bytes per pixel for color, 4 for every other layer");
-    }
 }
 
 double time_limit_of(const Arguments& arguments) {
@@ -184,7 +165,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         for (const LayerInfo* layer : mapped) outputs.emplace_back("the map of " + layer->name, map_path(output, *layer));
         check_outputs(outputs, files_of(scene));
     }
-    if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, scene.film, options.crop[2] - 1, options.crop[3] - 1);
+    check_crop(arguments, options, scene.film);
     const bool whole = arguments.crop.empty();
     const std::uint32_t width = whole ? scene.film.width : options.crop[2] - options.crop[0],
                         height = whole ? scene.film.height : options.crop[3] - options.crop[1];

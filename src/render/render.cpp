@@ -31,6 +31,16 @@ Tile shown_part(const Plan& plan) {
     return {c[0], c[1], c[2], c[3]};
 }
 
+Film film_of(const Plan& plan) {
+    const Tile part = shown_part(plan);
+    const FilmDescription& film = plan.scene.film;
+    try {
+        return Film(part.x1 - part.x0, part.y1 - part.y0, film.layers, {part.x0, part.y0, film.width, film.height});
+    } catch (const std::bad_alloc&) {
+        throw RunError("there is not enough memory for the film: 12 bytes per pixel for color, 4 for every other layer");
+    }
+}
+
 RunReport render(const Plan& plan, Film& film, const Watch& watch) {
     const auto begin = std::chrono::steady_clock::now();
     Job job = plan.job;

@@ -48,6 +48,9 @@ struct Watch {
 /// The pixels that are asked for: the crop, or the whole film.
 Tile shown_part(const Plan& plan);
 
+/// A film of those, with the scene's layers. Throws RunError where there is no memory for it.
+Film film_of(const Plan& plan);
+
 /// Renders into a film of that size. Where the work is ended early the rest of the film stays as it is.
 RunReport render(const Plan& plan, Film& film, const Watch& watch = {});
 

@@ -66,6 +66,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     const auto plan = make_plan(std::move(scene), Options{.isa = options.isa, .threads = options.threads});
     for (const std::string& remark : plan->remarks) terminal.warning(remark);
+    if (plan->scene.integrator.max_pixel_error > 0) terminal.warning("integrator.max_pixel_error has no effect on a study of errors: the scene's own method is " + plan->scene.integrator.method);
     const std::string directory = report_directory(arguments, "error");
     const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json, files_of(plan->scene));
     const ErrorStudy study = study_watched(*plan, wanted, terminal);

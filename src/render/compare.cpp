@@ -185,7 +185,9 @@ void Comparer::choose_by_method(Plan& plan, const std::string& method) {
             result_.left_out.push_back({words_for(plan, *kernel) + ", " + method, why ? why : "the method is refused"});
             continue;
         }
-        variant->step = info_of(plan, *variant).adaptive ? plan.job.tolerance : plan.job.step;
+        const IntegratorDescription& scene = plan.scene.integrator;
+        variant->step = info_of(plan, *variant).adaptive ? plan.job.tolerance
+                                                         : scene.step_place ? job_step(plan, *variant, scene.step) : usual_step(plan, *variant);
         add(plan, *variant, yardstick);
     }
 }
@@ -217,7 +219,7 @@ void Comparer::add(Plan& plan, const Variant& variant, std::size_t& yardstick) {
     Runner runner{{}, &plan, variant, false, yardstick, {}};
     CompareRow& row = runner.row;
     row.isa = plan.module->isa, row.kernel = &kernel, row.method = info_of(plan, variant).name;
-    row.step = variant.step;
+    row.step = stated_step(plan, variant);
     row.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan.job.solver_tolerance;
     row.shape = shape_of(plan, kernel, false);
     runners_.push_back(runner);

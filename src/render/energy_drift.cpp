@@ -59,7 +59,7 @@ EnergyDrift energy_drift(Plan& plan, const Variant& variant, const std::vector<R
 
 EnergyTrace energy_trace(Plan& plan, const Variant& variant, const RayStart& ray) {
     const IntegratorInfo& info = info_of(plan, variant);
-    EnergyTrace trace{&info, variant.step, 0, {}};
+    EnergyTrace trace{&info, stated_step(plan, variant), 0, {}};
     const Level level = level_of(plan, ray);
     for (const PathPoint& point : paths_of(plan, variant, {ray}))
         if (std::isfinite(point.energy)) trace.points.push_back({point.parameter, (point.energy - level.value) / level.scale});

@@ -232,7 +232,7 @@ std::optional<StudyPoint> Study::measure(Timed& timed) {
     if (stopped()) return {};
     const Variant& variant = timed.variant;
     StudyPoint point;
-    point.step = variant.step;
+    point.step = variant.step, point.stated_step = stated_step(plan_, variant);
     point.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan_.job.solver_tolerance;
     const double rays = double(study_.sample.starts.size());
     {

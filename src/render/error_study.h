@@ -25,7 +25,8 @@ struct StudyOptions {
 
 /// One method at one step.
 struct StudyPoint {
-    double step = 0;              ///< of adaptive methods: the tolerance
+    double step = 0;              ///< as the plan's job counts it; of adaptive methods: the tolerance
+    double stated_step = 0;       ///< the same as a scene states it
     double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
     Timing time;                  ///< ns per ray, with the scene's surfaces
     Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene, or as long as 99 % of those with

@@ -64,7 +64,8 @@ std::string why_no_orbit(const Plan& plan, const HamiltonianInfo& space) {
         return std::string("the space does not take it unasked: integrator.method = \"") + method + "\" does";
     if (!space.orbit_method) return "the space declares no potential of it";
     if (plan.scene.integrator.symmetry == "none") return "integrator.symmetry = \"none\"";
-    return "the scene states a method or a step for the general path";
+    if (plan.pilot && plan.pilot->met) return "the pilot found the general path to be cheaper";
+    return "the scene states a method for the general path, or a step, a tolerance or a rescaling";
 }
 
 /// "x, y", of the coordinates that do not occur in what is integrated.
@@ -116,7 +117,7 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     if (const auto& pilot = plan.pilot)
         parts.add(pilot->met, "a pilot of " + std::to_string(pilot->rays) + " rays: 99 % of them within " + plain_number(pilot->estimate) +
                                   " pixels, of " + plain_number(pilot->bound) + " allowed",
-                  "no method that it tried keeps 99 % of its " + std::to_string(pilot->rays) + " rays within " + plain_number(pilot->bound) + " pixels");
+                  "99 % of its " + std::to_string(pilot->rays) + " rays are not seen within " + plain_number(pilot->bound) + " pixels: " + pilot->why_not);
     else
         parts.add(false, "a pilot that chooses method, step and precision", "the scene states them, or takes the space's (integrator.max_pixel_error)");
     if (const auto& trial = plan.float_trial) {

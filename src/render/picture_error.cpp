@@ -86,7 +86,7 @@ std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, 
         const auto is = should ? picture(*small, variant, stop, error.seconds) : nullptr;
         if (!is) break;
         const IntegratorInfo& info = info_of(plan, variant);
-        error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision, error.step = variant.step;
+        error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision, error.step = stated_step(plan, variant);
         compare(*should, *is, error);
         errors.push_back(std::move(error));
     }

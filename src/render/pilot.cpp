@@ -32,7 +32,7 @@ void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
     IntegratorDescription& text = plan.scene.integrator;
     text.method = curve.method;
     if (curve.info->adaptive) text.tolerance = point.step;
-    else text.step = step_is_length(plan) ? point.step * plan.unit : point.step;
+    else text.step = point.stated_step;
     text.solver_tolerance = plan.job.solver_tolerance;
 }
 
@@ -98,6 +98,7 @@ void take(Plan& plan, const ErrorStudy& study, const Choice& choice) {
     auto variant = find_variant(plan, curve->method, *kernel, point->step);
     if (curve->loose) variant->solver_tolerance = point->solver_tolerance;
     follow(plan, *variant);
+    plan.job.max_steps = plan.scene.integrator.max_steps;
     const IntegratorDescription stated = plan.scene.integrator;
     tell_scene(plan, *curve, *point);
     remark_on_stated(plan, stated, curve->info->adaptive);
@@ -121,11 +122,12 @@ void fit_to_error(Plan& plan, const Progress& progress, double time_limit) {
         why = error.what();
     }
     const Choice choice = cheapest_within(plan, study, bound);
-    plan.pilot = {study.sample.starts.size(), bound, 0, choice.point != nullptr};
+    Pilot& pilot = plan.pilot.emplace();
+    pilot.rays = study.sample.starts.size(), pilot.bound = bound, pilot.met = choice.point != nullptr;
     if (choice.point) return take(plan, study, choice);
-    if (why.empty()) why = why_not(study, plan.scene.integrator);
+    pilot.why_not = why.empty() ? why_not(study, plan.scene.integrator) : why;
     std::ostringstream remark;
-    remark << "integrator.max_pixel_error = " << bound << " is not seen to be met: " << why << "; " << plan.scene.integrator.method << " takes its own step";
+    remark << "integrator.max_pixel_error = " << bound << " is not seen to be met: " << pilot.why_not << "; " << plan.scene.integrator.method << " takes its own step";
     plan.remarks.push_back(remark.str());
 }
 

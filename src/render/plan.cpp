@@ -148,7 +148,7 @@ void fill_job(Plan& plan, bool with_camera) {
     Job& job = plan.job;
     const HamiltonianInfo& info = plan.module->hamiltonians[plan.hamiltonian];
     job.rescaled = choose_rescaling(plan, info);
-    job.step = step_is_length(plan) ? scene.integrator.step / plan.unit : scene.integrator.step;
+    job.step = step_kind(plan, job.integrator, job.rescaled) == StepKind::length ? scene.integrator.step / plan.unit : scene.integrator.step;
     job.tolerance = scene.integrator.tolerance;
     // Of a formula nobody knows where it is uniform: where it says nothing of lengths, they go with the distance from its centre.
     if (scene.space.formula && scene.space.formula->length_scale.empty()) job.longest_share = 0.25;
@@ -177,7 +177,7 @@ double scene_size(const Plan& plan) {
 
 Catalogue catalogue(const std::string& isa) {
     const Module& module = load_module(isa);
-    Catalogue c{module.hamiltonians, module.hamiltonian_count, module.integrators, module.integrator_count, {}};
+    Catalogue c{module.hamiltonians, module.hamiltonian_count, module.integrators, module.integrator_count, {}, module.refusal};
     for (const LayerInfo& layer : all_layers()) c.layers.push_back(layer.name);
     return c;
 }
@@ -237,9 +237,9 @@ bool needs_double(const Plan& plan, double momentum) {
     return momentum * double(std::numeric_limits<float>::epsilon()) > 1e-3;
 }
 
-bool step_is_length(const Plan& plan) {
-    const bool rescaled_by_length = plan.job.rescaled && plan.module->hamiltonians[plan.hamiltonian].spacetime;
-    return !rescaled_by_length && !plan.module->integrators[plan.job.integrator].angular;
+StepKind step_kind(const Plan& plan, std::uint32_t integrator, bool rescaled) {
+    if (plan.module->integrators[integrator].angular) return StepKind::angle;
+    return rescaled && plan.module->hamiltonians[plan.hamiltonian].spacetime ? StepKind::number : StepKind::length;
 }
 
 const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled) {

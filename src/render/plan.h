@@ -35,6 +35,7 @@ struct Pilot {
     std::uint64_t rays = 0;
     double bound = 0, estimate = 0;  ///< pixels; of the error of 99 % of the rays
     bool met = false;
+    std::string why_not;  ///< where it is not met
     double ill_conditioned = 0;  ///< share of the rays that turn their neighbours apart so much that their pixels count as larger
 };
 
@@ -95,8 +96,8 @@ bool lacks_bounds(const Plan& plan, const double (&q)[3]);
 
 /// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
 bool needs_double(const Plan& plan, double momentum);
-/// Whether the step of the plan's method is a length, and not an angle or a share of a distance.
-bool step_is_length(const Plan& plan);
+/// What the steps of a method count, with H rescaled or not.
+StepKind step_kind(const Plan& plan, std::uint32_t integrator, bool rescaled);
 /// Null where a method serves the plan's space, else why not. A formula knows itself whether it is rescaled.
 const char* refusal_of(const Plan& plan, std::uint32_t integrator, bool rescaled);
 

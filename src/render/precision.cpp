@@ -28,8 +28,10 @@ std::string plain_reason(const Plan& plan) {
     const FilmDescription& film = plan.scene.film;
     if (plan.options.precision != "auto") return "--precision " + plan.options.precision;
     if (plan.kernel->strategy != Strategy::packet) return "one ray at a time is hardly quicker in float";
-    for (const std::string& layer : film.layers)
+    for (const std::string& layer : film.layers) {
         if (needs_of(layer) & need_any_error) return "float would be most of what layer " + layer + " shows";
+        if (needs_of(layer) & need_footprint) return "layer " + layer + " shows differences of neighbours, and of their roundings in float";
+    }
     if (plan.module->integrators[plan.job.integrator].adaptive && !plan.straight && plan.job.tolerance < least_float_tolerance)
         return "integrator.tolerance is below what float can hold";
     if (double(film.width) * film.height * film.spp < worthwhile) return "so small a picture gains nothing";
@@ -71,6 +73,7 @@ std::string measured_reason(const Plan& plan, const std::vector<RayEnd>& in_doub
 }  // namespace
 
 void choose_precision(Plan& plan) {
+    if (plan.options.precision == "float") return;
     FloatTrial& trial = plan.float_trial.emplace();
     trial.why_not = plain_reason(plan);
     if (!trial.why_not.empty()) return;

@@ -103,7 +103,8 @@ std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, 
             // A neighbour that ends otherwise may be beside an edge only; that alone does not make a ray ill-conditioned.
             if (!has_end(ends[i]) || !same_class(ends[i], *aside)) continue;
             const double seen = pixels_apart(plan, in_space(plan, ends[i]), in_space(plan, *aside)) * sample.pixel_angle;
-            const double apart = std::max(angle(ends[i].v, aside->v), seen);
+            // Parallel rays are set aside by a length, which says nothing of how an angle compares with it.
+            const double turned = plan.scene.camera.type == "orthographic" ? 0 : angle(ends[i].v, aside->v), apart = std::max(turned, seen);
             all[i] = std::max(all[i], apart / sample.turn);
         }
     return all;

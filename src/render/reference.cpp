@@ -25,7 +25,7 @@ constexpr double close_enough = 1e-12;
 
 std::optional<Variant> find(const Plan& plan, const Candidate& candidate) {
     auto found = find_variant(plan, candidate.method, Strategy::packet, Precision::float64, candidate.step);
-    if (found && !info_of(plan, *found).adaptive) found->step *= plan.job.step;
+    if (found && !info_of(plan, *found).adaptive) found->step *= usual_step(plan, *found);
     return found;
 }
 
@@ -59,7 +59,7 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
     story.variant = best;
     story.method = info_of(plan, best).name, story.confirmed_by = info_of(plan, other).name;
     if (plan.straight) story.method = story.confirmed_by = "straight lines in closed form";
-    story.step = best.step, story.confirmed_step = other.step;
+    story.step = stated_step(plan, best), story.confirmed_step = stated_step(plan, other);
     story.adaptive = info_of(plan, best).adaptive, story.confirmed_adaptive = info_of(plan, other).adaptive;
 
     ReferenceRays& rays = made.rays;

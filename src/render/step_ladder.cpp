@@ -12,14 +12,15 @@ constexpr std::uint32_t highest_float_order = 4;
 constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}, float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 constexpr std::size_t most_halvings = 9, quick_scalar_steps = 3, quick_loose_steps = 3;
 
-/// Higher orders take longer steps, and so do methods that cannot have the plan's rescaled H: far out their steps are many.
-double coarsest_step(const Plan& plan, const Variant& variant) {
+/// Higher orders take longer steps, and so do methods that cannot have the plan's rescaled H: far out their steps are many. A step that the
+/// scene states is no place to begin a search for another.
+double coarsest_step(const Plan& plan, const Variant& variant, bool seeks_cheapest) {
     const std::uint32_t order = info_of(plan, variant).order;
     const double doublings = (order >= 8 ? 2 : order >= 4 ? 1 : 0) + (plan.job.rescaled && !variant.rescaled ? 1 : 0);
-    return plan.job.step * std::exp2(doublings);
+    return (seeks_cheapest ? default_step(plan, variant) : usual_step(plan, variant)) * std::exp2(doublings);
 }
 
-std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
+std::vector<double> steps_of(const Plan& plan, const Variant& variant, bool seeks_cheapest) {
     const IntegratorInfo& info = info_of(plan, variant);
     if (plan.straight) return {plan.job.step};
     if (info.adaptive && variant.kernel->precision == Precision::float32)
@@ -30,7 +31,7 @@ std::vector<double> steps_of(const Plan& plan, const Variant& variant) {
         std::sort(all.begin(), all.end(), std::greater<>());
         return all;
     }
-    std::vector<double> steps{coarsest_step(plan, variant)};
+    std::vector<double> steps{coarsest_step(plan, variant, seeks_cheapest)};
     for (std::size_t i = 0; i < most_halvings; ++i) steps.push_back(0.5 * steps.back());
     return steps;
 }
@@ -78,7 +79,7 @@ std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice,
             }
             Ladder& ladder = ladders.emplace_back();
             ladder.variant = *variant, ladder.own = info.name == own, ladder.loose = kind.loose;
-            ladder.steps = steps_of(plan, *variant);
+            ladder.steps = steps_of(plan, *variant, choice.seeks_cheapest);
             if (choice.quick && kind.loose) ladder.least = quick_loose_steps;
             // One ray at a time nothing but the time is new, and there is much of it.
             if (choice.quick && kind.strategy == Strategy::scalar && ladder.steps.size() > quick_scalar_steps) ladder.steps.resize(quick_scalar_steps);

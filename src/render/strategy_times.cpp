@@ -48,8 +48,10 @@ std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<Ray
     for (const std::string& isa : isas_for(plan.options.isa == "auto" ? "all" : plan.options.isa)) {
         Options options = plan.options;
         options.isa = isa, options.threads = threads;
-        Plan& one = *plans.emplace_back(make_plan(plan.scene, options));
-        one.job.max_steps = plan.job.max_steps;
+        SceneDescription scene = plan.scene;
+        scene.integrator.lanes = 0;  // not every instruction set has packets of them
+        Plan& one = *plans.emplace_back(make_plan(std::move(scene), options));
+        one.job.max_steps = plan.job.max_steps, one.job.step = plan.job.step;  // the scene's is in units that lengths no longer have
         add_runners(runners, one, plan);
     }
     const auto stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };

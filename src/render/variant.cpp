@@ -18,7 +18,7 @@ const KernelInfo* kernel_of(const Module& module, Strategy strategy, Precision p
 constexpr double adaptive_allowance = 10;
 
 std::uint32_t allowed_steps(const Plan& plan, const Variant& variant) {
-    const double share = info_of(plan, variant).adaptive ? adaptive_allowance : std::max(1.0, plan.job.step / variant.step);
+    const double share = info_of(plan, variant).adaptive ? adaptive_allowance : std::max(1.0, usual_step(plan, variant) / variant.step);
     return static_cast<std::uint32_t>(std::min(1e9, std::ceil(plan.job.max_steps * share)));
 }
 
@@ -48,6 +48,26 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
         if (serves(i, false)) return Variant{i, false, &kernel, step, -1};
     }
     return {};
+}
+
+StepKind step_kind(const Plan& plan, const Variant& variant) {
+    return step_kind(plan, variant.integrator, variant.rescaled);
+}
+
+double usual_step(const Plan& plan, const Variant& variant) {
+    return step_kind(plan, variant) == step_kind(plan, plan.job.integrator, plan.job.rescaled) ? plan.job.step : default_step(plan, variant);
+}
+
+double default_step(const Plan& plan, const Variant& variant) {
+    return job_step(plan, variant, plan.scene.integrator.default_step[static_cast<std::size_t>(step_kind(plan, variant))]);
+}
+
+double stated_step(const Plan& plan, const Variant& variant) {
+    return info_of(plan, variant).adaptive || step_kind(plan, variant) != StepKind::length ? variant.step : variant.step * plan.unit;
+}
+
+double job_step(const Plan& plan, const Variant& variant, double stated) {
+    return step_kind(plan, variant) == StepKind::length ? stated / plan.unit : stated;
 }
 
 Job job_as(const Plan& plan, const Variant& variant) {

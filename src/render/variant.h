@@ -27,6 +27,16 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
 /// The same by one of the module's kernels, which may refuse it too.
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel, double step);
 
+/// What the steps of a variant count.
+StepKind step_kind(const Plan& plan, const Variant& variant);
+/// The plan's step, for a variant whose steps count what the plan's do; else the space's default for it.
+double usual_step(const Plan& plan, const Variant& variant);
+/// The space's default, where the scene's own step does not count.
+double default_step(const Plan& plan, const Variant& variant);
+/// The variant's step, or tolerance, as a scene states it; and such a step as the job counts it.
+double stated_step(const Plan& plan, const Variant& variant);
+double job_step(const Plan& plan, const Variant& variant, double stated);
+
 /// The plan's job by a variant. A ray may take as many steps as cover the path that the scene allows.
 Job job_as(const Plan& plan, const Variant& variant);
 

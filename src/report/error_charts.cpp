@@ -19,7 +19,7 @@ std::string short_number(double value) {
 std::string tip_of(const StudyCurve& curve, const StudyPoint& point) {
     const std::string time = std::isfinite(point.time.median) ? rounded(point.time.median) + " ns" : "not timed";
     return curve.method + " " + name_of(curve.precision) + (curve.info->adaptive ? ", tolerance " : ", step ") +
-           short_number(point.step) + ": " + time + ", " + rounded(point.gradients) +
+           short_number(point.stated_step) + ": " + time + ", " + rounded(point.gradients) +
            " gradients per ray; 90 % of the rays within " + short_number(point.errors.pixels.p90) + " pixel";
 }
 

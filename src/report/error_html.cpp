@@ -70,7 +70,7 @@ std::string cheapest_section(const ErrorStudy& study) {
         rows.push_back(
             {bound_text(best),
              "<b>" + html_text(curve.method) + "</b>" + (curve.loose ? ", solved to " + html_number(point.solver_tolerance) : ""),
-             name_of(curve.precision), step_text(curve.info->adaptive, point.step), nanoseconds_text(point.time.median), html_number(point.gradients)});
+             name_of(curve.precision), step_text(curve.info->adaptive, point.stated_step), nanoseconds_text(point.time.median), html_number(point.gradients)});
     }
     return "<section class=\"keep\"><h2>Cheapest method for an error</h2>\n" +
            html_table({"99 % of the rays within", "method", "precision", "step", "per ray", "gradients"}, rows, 4) +
@@ -136,7 +136,7 @@ std::string pictures_section(const ErrorStudy& study) {
 
 Cells point_cells(const StudyPoint& point) {
     const RayErrors& e = point.errors;
-    return {html_number(point.step),
+    return {html_number(point.stated_step),
             html_number(point.time.median),
             html_number(point.time_without.median),
             html_number(point.gradients),

@@ -36,7 +36,7 @@ Json json_of(const ReferenceStory& story) {
 
 Json json_of(const StudyPoint& point) {
     const RayErrors& errors = point.errors;
-    return {{"step", point.step},
+    return {{"step", point.stated_step},
             {"ns_per_ray", json_of(point.time)},
             {"gradients_per_ray", point.gradients},
             {"steps_per_ray", point.steps},
@@ -80,7 +80,7 @@ Json cheapest_json(const ErrorStudy& study) {
         if (best.found) {
             const StudyCurve& curve = study.curves[best.curve];
             const StudyPoint& point = curve.points[best.point];
-            row["method"] = curve.method, row["step"] = point.step, row["precision"] = name_of(curve.precision);
+            row["method"] = curve.method, row["step"] = point.stated_step, row["precision"] = name_of(curve.precision);
             row["ns_per_ray"] = point.time.median;
         }
         row["measure"] = best.measure;

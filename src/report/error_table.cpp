@@ -22,7 +22,7 @@ void append(std::string& row, const Timing& time) {
 
 std::string row_of(const StudyCurve& curve, const StudyPoint& point) {
     std::string row = curve.method + ',' + name_of(curve.strategy) + ',' + name_of(curve.precision);
-    append(row, point.step);
+    append(row, point.stated_step);
     append(row, point.time);
     append(row, point.gradients);
     append(row, point.steps);
@@ -60,7 +60,7 @@ std::string error_text(const ErrorStudy& study) {
         }
         const StudyCurve& curve = study.curves[best.curve];
         const StudyPoint& point = curve.points[best.point];
-        text += curve.method + (curve.info->adaptive ? ", tolerance " : ", step ") + shortest(point.step) + ", " + name_of(curve.precision) +
+        text += curve.method + (curve.info->adaptive ? ", tolerance " : ", step ") + shortest(point.stated_step) + ", " + name_of(curve.precision) +
                 (curve.loose ? ", solver_tolerance " + rounded(point.solver_tolerance) : "") + ", " + rounded(1e-3 * point.time.median) +
                 " \u00b5s per ray\n";
     }

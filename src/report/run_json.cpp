@@ -86,6 +86,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["integrator"] = plan.scene.integrator.method;
     json["step"] = plan.scene.integrator.step;
     if (adaptive(plan)) json["tolerance"] = plan.scene.integrator.tolerance;
+    if (plan.job.solver_tolerance > 0) json["solver_tolerance"] = plan.job.solver_tolerance;
     json["registers"] = plan.kernel->registers;
     json["compiler"] = plan.module->compiler;
     json["straight"] = plan.straight;
@@ -141,6 +142,7 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
         {"credits", space.source},
     };
     if (adaptive(plan)) metadata.emplace_back("tolerance", shortest(scene.integrator.tolerance));
+    if (plan.job.solver_tolerance > 0) metadata.emplace_back("solver_tolerance", shortest(plan.job.solver_tolerance));
     if (report.rays) metadata.emplace_back("status", ends);  // a snapshot has not counted
     if (report.energy_error.p50 >= 0)  // of what is known of no ray, nothing
         metadata.emplace_back("energy_error", "median " + shortest(report.energy_error.p50) + ", 99 % " +

@@ -44,10 +44,14 @@ struct RescalingDescription {
     std::int32_t node = -1;
 };
 
+/// What the steps of a method count: the parameter of H, a length; that of a spacetime's rescaled H, a number; radians of an orbit.
+enum class StepKind { length, number, angle };
+
 struct IntegratorDescription {
     std::string method;                ///< resolved: never empty after loading
     std::optional<Place> method_place, step_place, tolerance_place, lanes_place, rescale_place;  ///< where the scene states them, for what is said later
     double step = 0;                   ///< resolved; adaptive methods start with it
+    std::array<double, 3> default_step{};  ///< by StepKind: where none is stated
     double tolerance = 1e-6;           ///< local error of adaptive methods, relative to 1 + |value|
     double solver_tolerance = 0;       ///< 0: to rounding
     std::uint32_t max_steps = 20000;
@@ -142,6 +146,8 @@ struct Catalogue {
     const IntegratorInfo* integrators = nullptr;
     std::uint32_t integrator_count = 0;
     std::vector<std::string> layers;
+    /// Null where a method serves a space, whose H is rescaled or not; else why not.
+    const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) = nullptr;
 };
 
 /// A key set from outside the scene.

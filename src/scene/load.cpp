@@ -134,9 +134,12 @@ double value_of(const char* formula, const HamiltonianInfo& info, const std::fun
     return evaluate(scope, parse_formula(scope, {formula, "step_goes_with", {}}), values);
 }
 
-/// The default step, in proportion to the length that it is for, and to the inverse of the medium's index, as what counts is the way of a
-/// step. What hardly bends light is crossed in steps as long as the escape sphere is wide, no longer.
-double default_step(const HamiltonianInfo& info, const SpaceDescription& space, double escape_radius) {
+/// The default steps, by kind.
+///
+/// Lengths are in proportion to that which the space names, and to the inverse of the medium's index, as what counts is the way of a step.
+/// What hardly bends light is crossed in steps as long as the escape sphere is wide, no longer. Of a spacetime the default is that of the
+/// rescaled H; without rescaling it goes with the first of its lengths.
+std::array<double, 3> default_steps(const HamiltonianInfo& info, const SpaceDescription& space, double escape_radius) {
     const auto stated = [&](std::size_t i) { return space.parameters[i].second; };
     const auto fallback = [&](std::size_t i) { return info.parameters[i].fallback; };
     const auto over_default = [&](const char* formula) {
@@ -144,7 +147,21 @@ double default_step(const HamiltonianInfo& info, const SpaceDescription& space, 
         return formula ? value_of(formula, info, stated, escape_radius) / standard : 1;
     };
     const double way = info.step * over_default(info.step_goes_with);
-    return (info.step_goes_with ? std::min(way, escape_radius) : way) / over_default(info.index_parameter);
+    const double length = (info.step_goes_with ? std::min(way, escape_radius) : way) / over_default(info.index_parameter);
+    const double angle = info.orbit_method ? info.orbit_step : 0.3;
+    if (!info.spacetime || !info.rescales) return {length, length, angle};
+    const ParameterInfo* const end = info.parameters + info.parameter_count;
+    const ParameterInfo* const size = std::find_if(info.parameters, end, [](const ParameterInfo& one) { return one.unit == std::string_view("scene lengths"); });
+    return {size == end || stated(std::size_t(size - info.parameters)) == 0 ? length : length * over_default(size->name), length, angle};
+}
+
+/// Of a method about a space, whose H is rescaled unless the scene says otherwise.
+StepKind kind_of_step(const Section& section, const HamiltonianInfo& info, std::size_t method, const Catalogue& catalogue) {
+    if (catalogue.integrators[method].angular) return StepKind::angle;
+    const Value* rescale = find(section, "rescale");
+    const bool rescaled = info.spacetime && info.rescales && !(rescale && rescale->string == "none") &&
+                          !(catalogue.refusal && catalogue.refusal(std::uint32_t(&info - catalogue.hamiltonians), std::uint32_t(method), true));
+    return rescaled ? StepKind::number : StepKind::length;
 }
 
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
@@ -155,21 +172,22 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     const HamiltonianInfo& info = *hamiltonian_named(space.hamiltonian, catalogue);
     integrator.method = default_method(section, info, catalogue);
     read(section, "escape_radius", integrator.escape_radius, positive_length);
-    integrator.step = default_step(info, space, integrator.escape_radius);
+    integrator.default_step = default_steps(info, space, integrator.escape_radius);
     if (const Value* symmetry = find(section, "symmetry")) {
         static const std::vector<std::string> known{"auto", "none"};
         integrator.symmetry = known[to_choice(*symmetry, "integrator.symmetry", known)];
     }
-    if (follows_orbits(section, integrator, info)) integrator.method = info.orbit_method, integrator.step = info.orbit_step;
+    if (follows_orbits(section, integrator, info)) integrator.method = info.orbit_method;
+    const auto methods = names(catalogue.integrators, catalogue.integrator_count);
     if (const Value* method = find(section, "method")) {
-        const auto known = names(catalogue.integrators, catalogue.integrator_count);
-        const std::size_t chosen = to_choice(*method, "integrator.method", known);
-        integrator.method = known[chosen], integrator.method_place = method->place;
-        if (catalogue.integrators[chosen].angular && info.orbit_method) integrator.step = info.orbit_step;
+        const std::size_t chosen = to_choice(*method, "integrator.method", methods);
+        integrator.method = methods[chosen], integrator.method_place = method->place;
         if (integrator.symmetry == "none" && catalogue.integrators[chosen].angular)
-            throw InputError(method->place, "integrator.method = \"" + known[chosen] +
+            throw InputError(method->place, "integrator.method = \"" + methods[chosen] +
                              "\" follows rays in the plane of their orbit, which integrator.symmetry = \"none\" forbids");
     }
+    const auto method = std::size_t(std::find(methods.begin(), methods.end(), integrator.method) - methods.begin());
+    integrator.step = integrator.default_step[std::size_t(kind_of_step(section, info, method, catalogue))];
     read(section, "step", integrator.step, {0, 1e12, true});
     if (const Value* step = find(section, "step")) integrator.step_place = step->place;
     read(section, "tolerance", integrator.tolerance, {0, 1, true, true});

@@ -48,6 +48,23 @@ TEST(DefaultStep, GrowsWithTheScene) {
     EXPECT_GE(media, 8);
 }
 
+// About holes and throats the default is that of the rescaled H, which has no length; without the rescaling it has.
+TEST(DefaultStep, OfSpacetimesIsALengthWhereHIsNotRescaled) {
+    const struct {
+        const char *space, *size, *method;
+    } spacetimes[] = {{"schwarzschild", "space.rg=7", "satoh4-nine"}, {"schwarzschild", "space.rg=7", "ks-s10"}, {"kerr", "space.mass=7", "gauss8"}, {"wormhole", "space.throat=7", "gauss8"}};
+    for (const auto& [space, size, method] : spacetimes) {
+        const Override by = std::string("integrator.method=") + method, none = "integrator.rescale=none";
+        const double standard = default_step(space, {"integrator.symmetry=none"});
+        EXPECT_EQ(default_step(space, {by, none}), standard) << space;
+        EXPECT_EQ(default_step(space, {size, by, none}), 7 * standard) << space;
+        const bool takes_rescaling = method == std::string("gauss8");
+        EXPECT_EQ(default_step(space, {size, by}), takes_rescaling ? standard : 7 * standard) << space << ' ' << method;
+        EXPECT_EQ(default_step(space, {size, by, none, "integrator.step=0.125"}), 0.125) << space;
+    }
+    EXPECT_EQ(default_step("fisheye", {"space.radius=7", "integrator.method=orbit-srkn11"}), 0.2);
+}
+
 // What changes over the shortest length counts: without a ripple, or with a wide one, how the index changes with height.
 TEST(DefaultStep, IsThatOfTheShortestLength) {
     for (const char* space : {"duct", "mirage"}) {

@@ -93,6 +93,20 @@ TEST(SkyTexture, ProbesAreAsManyAsAFootprintIsLong) {
 }
 
 // A linear map of places to directions, sampled in a block: its singular values are the axes.
+// A cap of two degrees, white on black: a pixel of a fifth of a degree sees nothing else, however long the way around it is in longitude.
+TEST(SphereTexture, IsAsSharpAtThePolesAsElsewhere) {
+    Image image{2048, 1024, std::vector<float>(3 * 2048 * 1024, 0.0f)};
+    std::fill_n(image.rgb.begin(), 3 * 2048 * 12, 1.0f);
+    const auto coarser = coarser_images(image);
+    const double pixel = 0.2 * std::numbers::pi / 180, radius = 3;
+    for (const double polar : {0.0, 0.003, 0.01, 0.02, 0.033}) {
+        const Double3 point{radius * std::sin(polar), 0, radius * std::cos(polar)};
+        EXPECT_GT(sphere_texture_color(image, coarser, point, {radius * pixel, 0, 0}, {0, radius * pixel, 0})[0], 0.95) << polar;
+    }
+    const double beyond = 0.042;
+    EXPECT_LT(sphere_texture_color(image, coarser, {std::sin(beyond), 0, std::cos(beyond)}, {pixel, 0, 0}, {0, pixel, 0})[0], 0.05);
+}
+
 TEST(Spread, IsThatOfALinearMap) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;

@@ -90,6 +90,17 @@ TEST(Checker, MeansOverRectanglesAlongTheSquaresAreExact) {
     EXPECT_NEAR(checker_color(white_checker(1, 1), 17.3, 0.5, {{2, 0}, {0, 0.5}})[0], 0.625, 1e-7);
 }
 
+// Of five squares around a sphere the last and the first have one colour, and beside the edge of a wall there is no square.
+TEST(Checker, IsAveragedOverSquaresThatAreThere) {
+    for (const double u : {-0.001, 0.0, 0.001, 0.999, 1.0}) {
+        EXPECT_NEAR(checker_color(white_checker(5, 3), u, 0.1, {{0.01, 0}, {0, 0.01}}, around)[0], 1, 1e-7) << u;
+        EXPECT_NEAR(checker_color(white_checker(5, 3), 0.1, u, {{0.01, 0}, {0, 0.01}}, framed)[0], 1, 1e-7) << u;
+    }
+    EXPECT_NEAR(checker_color(white_checker(4, 3), 0, 0.1, {{0.01, 0}, {0, 0.01}}, around)[0], 0.625, 1e-7);
+    EXPECT_NEAR(checker_color(white_checker(5, 3), 0.3, 0.1, {{7, 0}, {0, 0.01}}, around)[0], 0.6 * 1 + 0.4 * 0.25, 1e-7);
+    EXPECT_NEAR(checker_color(white_checker(3, 3), 0.5, 0.1, {{7, 0}, {0, 0.01}}, framed)[0], 0.75, 1e-7);
+}
+
 // Askew: the rectangle with the same variances is not the parallelogram.
 TEST(Checker, MeansOverAnyParallelogramAreNear) {
     std::mt19937 random(9);

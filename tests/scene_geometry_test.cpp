@@ -158,6 +158,17 @@ bool holds_cube(const ClearBox<double>& box, const Double3& q, double half) {
 }
 
 /// No box has a surface in it, and most have nearly all the room around a place that there is.
+TEST_F(SceneSurfaces, SaysWhatIsTooSmallBesideTheOthers) {
+    const auto remarks_with = [&](const char* distance) -> std::vector<std::string> {
+        return SceneGeometry(load(head + "[[object]]\nname = \"sun\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 100\n"
+                                   "[[object]]\nname = \"planet\"\nshape = \"sphere\"\ncenter = [" + std::string(distance) + ", 0, 0]\nradius = 1\n")).remarks();
+    };
+    EXPECT_TRUE(remarks_with("10000").empty());
+    const auto remarks = remarks_with("1000000");
+    ASSERT_EQ(remarks.size(), 1u);
+    EXPECT_EQ(remarks[0].find("object planet: it is so small"), 0u) << remarks[0];
+}
+
 TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
     const SceneGeometry geometry(
         load(head + "space.center = [0.5, 0, 0]\n[[object]]\nshape = \"room\"\nmin = [-0.5, -1, -1]\n"

@@ -83,6 +83,17 @@ inline constexpr S machine_epsilon = std::numeric_limits<S>::epsilon();
 
 // ---- packets -----------------------------------------------------------------------------------------------------------------
 
+namespace detail {
+
+/// xsimd's divides, and has no number where both are 0.
+template <class Batch>
+KAGERO_INLINE Batch angle_of(const Batch& y, const Batch& x) {
+    const Batch zero(0), one(1);
+    return xsimd::atan2(y, xsimd::select((y == zero) & (x == zero), one | xsimd::bitofsign(x), x));
+}
+
+}  // namespace detail
+
 #define KAGERO_LANES_BINARY(NAME, EXPRESSION)                                                  \
     template <class T, int R>                                                            \
     KAGERO_INLINE Lanes<T, R> NAME(const Lanes<T, R>& a, const Lanes<T, R>& b) {         \
@@ -105,7 +116,7 @@ KAGERO_LANES_BINARY(operator*, a.v[i] * b.v[i])
 KAGERO_LANES_BINARY(operator/, a.v[i] / b.v[i])
 KAGERO_LANES_BINARY(min, xsimd::min(Batch(a.v[i]), Batch(b.v[i])))
 KAGERO_LANES_BINARY(max, xsimd::max(Batch(a.v[i]), Batch(b.v[i])))
-KAGERO_LANES_BINARY(atan2, xsimd::atan2(Batch(a.v[i]), Batch(b.v[i])))
+KAGERO_LANES_BINARY(atan2, detail::angle_of(Batch(a.v[i]), Batch(b.v[i])))
 #undef KAGERO_LANES_BINARY
 
 #define KAGERO_LANES_UNARY(NAME, EXPRESSION)                           \

@@ -44,11 +44,13 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);
 }
 
-/// The same where a number may be 0 or infinite that is divided by: of parameters, and in formulas, whose exponentials overflow.
+/// The same where a number may be 0 or infinite that is divided by: of parameters, and in formulas, whose exponentials overflow. The lesser or
+/// greater of two, of which the first is no number, is none either.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
     if constexpr (op == Op::recip) return total_recip(a);
     else if constexpr (op == Op::rsqrt) return total_rsqrt(a);
+    else if constexpr ((op == Op::min || op == Op::max) && requires { a <= a; }) return pick(a <= a, apply<op, call, V>(a, b, c), a);
     else return apply<op, call, V>(a, b, c);
 }
 

@@ -2,6 +2,7 @@
 
 #include "error.h"
 
+#include <limits>
 
 namespace kagero {
 
@@ -58,7 +59,9 @@ Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::str
         if (has(name)) continue;
         const LayerInfo& layer = find_layer(name);
         layers_.push_back(&layer);
-        planes_.emplace_back(std::size_t{width} * height * layer.channels.size(), 0.0f);
+        // What was never traced is black, and has no number.
+        const float nothing = layer.scale == LayerInfo::Scale::colors ? 0.0f : std::numeric_limits<float>::quiet_NaN();
+        planes_.emplace_back(std::size_t{width} * height * layer.channels.size(), nothing);
     }
 }
 

@@ -139,14 +139,14 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     else if (plan.programs.empty()) parts.add(false, "an interpreter of H", "H and its rescaling are compiled");
     else parts.always("an interpreter: H times " + plan.scene.integrator.rescale + " is compiled for no space");
     const bool implicit = bent && method.implicit && (method.collocates || !is_separable(plan));
-    parts.add(implicit, "implicit equations: fixed-point iteration, lane by lane", !bent ? straight
+    parts.add(implicit, std::string("implicit equations: ") + (method.family == Family::recipe ? "Newton's method" : "fixed-point iteration") + ", lane by lane", !bent ? straight
               : method.implicit ? "what is integrated is |p|\u00b2/2 + V(q): its steps are explicit" : "the method is explicit");
     parts.add(bent && method.adaptive, "step control, lane by lane", bent ? "steps have a fixed length" : straight);
     const bool leaps = bent && method.adaptive && std::isfinite(plan.job.longest_share);
     if (leaps) parts.always("bound on the step: a quarter of |q|, for the space states no length_scale, and long steps miss what is small");
     else parts.add(bent && space.scaled && !method.angular, "bound on the step from the space's length scale",
                    !bent ? straight : method.angular ? "in the plane of the orbit steps have no length" : "the space declares none");
-    parts.add(bent && space.creased, "steps split where H is not smooth", bent ? "H is smooth" : straight);
+    parts.add(bent && space.creased, "steps split where H is not smooth", !bent ? straight : plan.scene.space.formula ? "a formula states no surface where its slope jumps" : "H is smooth");
     parts.add(bent && std::isfinite(plan.job.bends_within), "where rays are straight, one step goes all the way",
               bent ? "the space knows of no such part" : straight);
     parts.add(bent, "energy test: a step that loses H is halved", straight);
@@ -156,11 +156,12 @@ void explain_ends(const Plan& plan, const HamiltonianInfo& space, Parts& parts) 
     const Geometry* geometry = plan.job.geometry;
     const std::string nothing = "the scene has no objects";
     parts.add(space.bounded, "test for the edge of the medium", "the medium has no edge");
-    parts.add(space.captures, "test for capture", "nothing captures rays");
+    parts.add(space.captures && !plan.straight, "test for capture", space.captures ? "rays are straight" : "nothing captures rays");
     parts.add(geometry, "Embree scene of " + std::to_string(geometry ? geometry->surface_count : 0) + (geometry && geometry->surface_count == 1 ? " surface" : " surfaces"), nothing + ": no Embree device");
     parts.add(geometry && geometry->clearance, "clearance grid: steps far from every surface ask Embree nothing",
               !geometry ? nothing : plan.straight ? "rays are straight: each asks once" : "integrator.cull = \"none\"");
-    parts.add(plan.job.hit == HitModel::hermite, "ends delivered by partial steps, in the order of the method", "integrator.hit = \"chord\"");
+    parts.add(plan.job.hit == HitModel::hermite && !plan.straight, "ends delivered by partial steps, in the order of the method",
+              plan.straight ? "rays are straight: they end in closed form" : "integrator.hit = \"chord\"");
     parts.add(plan.job.refill, "new rays into lanes whose own have ended",
               plan.scene.integrator.refill == "off" ? "integrator.refill = \"off\""
                                                     : "rays of neighbouring pixels end together; `trace` does it where a few packets of its rays say that it pays");
@@ -180,7 +181,8 @@ void explain_picture(const Plan& plan, Parts& parts) {
         parts.add(wanted, std::string("layer ") + layer.name, "not in film.layers");
     }
     parts.add(false, "the parameter along rays", "no layer asks for it");
-    parts.add(plan.unit != 1, "lengths in units of " + plain_number(plan.unit), "the scene is of ordinary size");
+    parts.add(plan.unit != 1, "lengths in units of " + plain_number(plan.unit),
+              plan.scene.space.formula || !plan.programs.empty() ? "a formula has the unit it was written in" : "the scene is of ordinary size");
 }
 
 }  // namespace

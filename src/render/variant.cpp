@@ -55,7 +55,8 @@ StepKind step_kind(const Plan& plan, const Variant& variant) {
 }
 
 double usual_step(const Plan& plan, const Variant& variant) {
-    return step_kind(plan, variant) == step_kind(plan, plan.job.integrator, plan.job.rescaled) ? plan.job.step : default_step(plan, variant);
+    const Variant own{plan.job.integrator, plan.job.rescaled};
+    return step_kind(plan, variant) == step_kind(plan, own) ? plan.job.step : default_step(plan, variant) * (plan.job.step / default_step(plan, own));
 }
 
 double default_step(const Plan& plan, const Variant& variant) {

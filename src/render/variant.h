@@ -29,7 +29,7 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
 
 /// What the steps of a variant count.
 StepKind step_kind(const Plan& plan, const Variant& variant);
-/// The plan's step, for a variant whose steps count what the plan's do; else the space's default for it.
+/// The plan's step, for a variant whose steps count what the plan's do; else in the same proportion to the space's default for it.
 double usual_step(const Plan& plan, const Variant& variant);
 /// The space's default, where the scene's own step does not count.
 double default_step(const Plan& plan, const Variant& variant);

@@ -142,6 +142,23 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
     }
 }
 
+/// Embree's numbers are of single precision and of all objects together: of what is small and lies far off they are too few.
+void remark_on_small(const ObjectDescription& description, const ShadedObject& object, const Surface& surface, const Geometry& geometry,
+                     std::vector<std::string>& remarks) {
+    constexpr double visible = 1e-3;
+    Bounds own;
+    include(object, surface, own);
+    double size = 0, farthest = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        size = std::max(size, own.upper[i] - own.lower[i]);
+        farthest = std::max({farthest, std::abs(own.lower[i] - geometry.shift[i]), std::abs(own.upper[i] - geometry.shift[i])});
+    }
+    const double rounded = 0.5 * double(std::numeric_limits<float>::epsilon()) * farthest / size;
+    if (rounded > visible)
+        remarks.push_back("object " + description.name + ": it is so small beside all objects together that it is met up to " + written(rounded) +
+                          " of its size off, as Embree has single precision");
+}
+
 }  // namespace
 
 SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted) : content_(std::make_unique<Content>()) {
@@ -164,6 +181,7 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted)
 
     Geometry& geometry = content.geometry;
     choose_coordinates(scene, bounds, geometry);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) remark_on_small(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
     content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, rings_of(content.objects),
                                                    geometry.shift, Double3{geometry.scale, geometry.scale, geometry.scale});
     geometry.embree_scene = content.embree->scene();

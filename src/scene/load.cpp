@@ -148,7 +148,7 @@ std::array<double, 3> default_steps(const HamiltonianInfo& info, const SpaceDesc
     };
     const double way = info.step * over_default(info.step_goes_with);
     const double length = (info.step_goes_with ? std::min(way, escape_radius) : way) / over_default(info.index_parameter);
-    const double angle = info.orbit_method ? info.orbit_step : 0.3;
+    const double angle = info.orbit_method ? info.orbit_step : 0.2;
     if (!info.spacetime || !info.rescales) return {length, length, angle};
     const ParameterInfo* const end = info.parameters + info.parameter_count;
     const ParameterInfo* const size = std::find_if(info.parameters, end, [](const ParameterInfo& one) { return one.unit == std::string_view("scene lengths"); });

@@ -82,10 +82,14 @@ struct Stripe {
     int probes() const { return std::max(1, static_cast<int>(std::ceil(along / across - 1e-9))); }
 };
 
-/// In the shorter of a texel's sides on the equator. Towards the poles an image of a sky holds nothing finer along its rows than across.
-Stripe stripe_of(const Image& image, const Footprint& footprint) {
+/// Of radians, in the shorter of a texel's sides on the equator. Towards the poles an image of a sphere holds nothing finer along its rows than
+/// across.
+Stripe stripe_on_sphere(const Image& image, double along, double across) {
     const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
-    return {length(footprint.major) / texel, length(footprint.minor) / texel};
+    return {along / texel, across / texel};
+}
+Stripe stripe_of(const Image& image, const Footprint& footprint) {
+    return stripe_on_sphere(image, length(footprint.major), length(footprint.minor));
 }
 
 /// place(t) is where the line is at t in −½…½.
@@ -118,6 +122,18 @@ Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, 
     return mean_along(
         image, coarser, stripe_of(image, footprint), around,
         [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes); });
+}
+
+Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center, const Double3& right, const Double3& below) {
+    const double inverse = 1 / length(from_center);
+    const Double3 out = scaled(from_center, inverse);
+    const auto [e1, e2] = meridians(out);
+    const PrincipalAxes axes = principal_axes({{dot(right, e1) * inverse, dot(right, e2) * inverse}, {dot(below, e1) * inverse, dot(below, e2) * inverse}});
+    const Double3 major = add(scaled(e1, axes.major[0]), scaled(e2, axes.major[1]));
+    return mean_along(image, coarser, stripe_on_sphere(image, axes.along, axes.across), around, [&](double t) {
+        const ChartPoint at = on_sphere(t == 0 ? out : add(out, scaled(major, t)));
+        return std::array{at.u, at.v};
+    });
 }
 
 int sky_probes(const Image& image, const Footprint& footprint) {

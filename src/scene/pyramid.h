@@ -19,7 +19,10 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping = Mapping:
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const SkyAxes& axes,
                          const Footprint& footprint);
 
-/// How many probes that takes.
+/// The same around a place on a sphere, relative to its centre, over a patch of it.
+Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center, const Double3& right, const Double3& below);
+
+/// How many probes the first takes.
 int sky_probes(const Image& image, const Footprint& footprint);
 
 /// The same around a place on a surface, over the patch of u and v.

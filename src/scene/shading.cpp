@@ -42,8 +42,10 @@ Edges edges_on(Shape shape) {
 Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::uint32_t primitive, const Double3& point,
                    const Patch& patch) {
     if (!has_pattern(loaded)) return plain_color(loaded.paint);
+    if (loaded.image && object.shape == Shape::sphere)
+        return sphere_texture_color(*loaded.image, *loaded.coarser, subtract(point, object.center), patch.right, patch.below);
     const PaintedPatch at = painted(object, primitive, point, patch);
-    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides);
+    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides, edges_on(object.shape));
     return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides, edges_on(object.shape));
 }
 
@@ -110,7 +112,7 @@ Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& d
     if (!has_pattern(paint)) return plain_color(paint.paint);
     if (paint.image) return sky_texture_color(*paint.image, *paint.coarser, direction, axes, footprint);
     const ChartPoint at = on_sky(direction, axes);
-    return checker_color(paint.paint, at.u, at.v, in_chart(at, {footprint.major, footprint.minor}));
+    return checker_color(paint.paint, at.u, at.v, in_chart(at, {footprint.major, footprint.minor}), around);
 }
 
 }  // namespace kagero

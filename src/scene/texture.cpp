@@ -66,17 +66,31 @@ struct Square {
     }
 };
 
+/// The squares along one axis of a checker, and what follows the last of them: the first (around), nothing (framed), or more of them.
+struct Row {
+    enum class Beyond { first, nothing, more } beyond;
+    double count;
+};
+
 /// The mean over an interval of the wave that is 1 from even numbers on and −1 from odd ones on. Its integral is the distance to
 /// the nearest even number.
-double mean_wave(double middle, double width) {
-    if (width < 1e-6) return 1 - 2 * (floor_of(middle) - 2 * floor_of(0.5 * floor_of(middle)));
+double mean_wave(double middle, double width, const Row& row) {
     const auto integral = [](double t) { return std::abs(t - 2 * floor_of(0.5 * t + 0.5)); };
-    return (integral(middle + 0.5 * width) - integral(middle - 0.5 * width)) / width;
+    const auto over = [&](double from, double to) { return integral(to) - integral(from); };
+    double lower = middle - 0.5 * width, upper = middle + 0.5 * width;
+    if (row.beyond == Row::Beyond::nothing) lower = std::max(lower, 0.0), upper = std::min(upper, row.count);
+    if (!(upper - lower >= 1e-6)) return 1 - 2 * (floor_of(middle) - 2 * floor_of(0.5 * floor_of(middle)));
+    if (row.beyond == Row::Beyond::first) {
+        if (width >= row.count) return over(0, row.count) / row.count;
+        if (lower < 0) return (over(0, upper) + over(row.count + lower, row.count)) / width;
+        if (upper > row.count) return (over(lower, row.count) + over(0, upper - row.count)) / width;
+    }
+    return over(lower, upper) / (upper - lower);
 }
 
 /// The mean over a parallelogram of a checker's sign, 1 and −1: over rectangles along the axes, the product of the means of two
 /// waves; as many of them in a row along the longer axis, up to 64, as it takes to lie askew. Few places need it.
-[[gnu::noinline]] double mean_sign(double x, double y, const UvPatch& sides) {
+[[gnu::noinline]] double mean_sign(double x, double y, const UvPatch& sides, const Row& columns, const Row& rows) {
     constexpr double most_pieces = 64;
     const PrincipalAxes axes = principal_axes(sides);
     const double askew = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
@@ -90,7 +104,7 @@ double mean_wave(double middle, double width) {
     double sum = 0;
     for (double piece = 0.5; piece < pieces; ++piece) {
         const double t = piece / pieces - 0.5;
-        sum += mean_wave(x + t * axes.major[0], width) * mean_wave(y + t * axes.major[1], height);
+        sum += mean_wave(x + t * axes.major[0], width, columns) * mean_wave(y + t * axes.major[1], height, rows);
     }
     return sum / pieces;
 }
@@ -114,7 +128,7 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges) {
     return color;
 }
 
-Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch) {
+Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch, Edges edges) {
     // From here on in squares.
     const std::array<double, 2> place{u * paint.checker[0], v * paint.checker[1]};
     std::array<double, 2> reach;
@@ -126,7 +140,11 @@ Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patc
     } else {
         UvPatch sides;
         for (std::size_t k = 0; k < 2; ++k) sides.a[k] = patch.a[k] * paint.checker[k], sides.b[k] = patch.b[k] * paint.checker[k];
-        brightness = 0.625 + 0.375 * mean_sign(place[0], place[1], sides);
+        // A mesh goes on with more squares where an image would begin again.
+        const auto row = [&](BeyondEdge beyond, double count) {
+            return Row{beyond == BeyondEdge::clamp ? Row::Beyond::nothing : edges.ends == BeyondEdge::repeat ? Row::Beyond::more : Row::Beyond::first, count};
+        };
+        brightness = 0.625 + 0.375 * mean_sign(place[0], place[1], sides, row(edges.sides, paint.checker[0]), row(edges.ends, paint.checker[1]));
     }
     Float3 color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(brightness * paint.color[c]);

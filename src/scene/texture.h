@@ -19,8 +19,8 @@ inline constexpr Edges tiled{BeyondEdge::repeat, BeyondEdge::repeat}, around{Bey
 Float3 texture_color(const Image& image, double u, double v, Edges edges);
 
 /// `paint.checker` squares along u and v in 0…1; the square at (0,0) has the paint's colour, its neighbours a quarter of it. The
-/// mean over the patch around (u, v): exact where its longer side lies along u or v, or it touches one square alone.
-Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {});
+/// mean over the patch around (u, v), as far as there are squares: exact where its longer side lies along u or v, or it touches one square alone.
+Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {}, Edges edges = tiled);
 
 /// The principal axes of the ellipse that has the variances of a parallelogram; the axes' full lengths are those of the sides of
 /// a rectangle with the same variances.

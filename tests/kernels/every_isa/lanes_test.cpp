@@ -138,7 +138,12 @@ TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
         check("cos", cos(x), x, [](double a) { return std::cos(a); });
         check("tan", tan(x), x, [](double a) { return std::tan(a); });
         check("tanh", tanh(x), x, [](double a) { return std::tanh(a); });
-        check("atan2", atan2(x, V(S(0.7))), x, [](double a) { return std::atan2(a, static_cast<double>(S(0.7))); });
+        for (const double other : {0.7, -0.7, 0.0})
+            check("atan2", atan2(x, V(S(other))), x, [other](double a) { return std::atan2(a, static_cast<double>(S(other))); });
+    }
+    for (const double other : {0.7, -0.7, 0.0, -0.0}) {
+        const V angle = atan2(V(S(0)), V(S(other)));
+        for (int i = 0; i < lane_count<V>; ++i) EXPECT_NEAR(get_lane(angle, i), std::atan2(0.0, other), 1e-6) << other;
     }
 }
 

@@ -12,7 +12,7 @@ PAPER = {(0.00, 50, 1): 38, (0.00, 50, 2): 33, (0.01, 50, 1): 128, (0.01, 50, 2)
 
 
 def doubles_in_a_register(tables):
-    rows = (r for t in tables.values() for r in t["rows"] if (r["strategy"], r["precision"], r["form"]) == ("packet", "double", ""))
+    rows = (r for t in tables.values() for r in t["rows"] if (r["strategy"], r["precision"]) == ("packet", "double") and not r["form"])
     return next((r["lanes"] // r["registers"] for r in rows), None)
 
 

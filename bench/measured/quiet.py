@@ -17,6 +17,7 @@ class Quiet:
         self.left = 60 * minutes
         self.least = float("inf")
         self.quiet = self.all = 0
+        self.steps = []  # seconds, of the step below, after each measurement
         end = time.monotonic() + (CALIBRATION if minutes else 0)
         while time.monotonic() < end:
             self.now()
@@ -25,8 +26,9 @@ class Quiet:
         """A step of `verlet` on packets of doubles fills a core."""
         row, = self.program.benchmark(f"bench_kernels_{self.program.isa}", "--benchmark_filter=^step/schwarzschild_rescaled/verlet/packet_double$",
                                       "--benchmark_min_time=0.1")
-        self.least = min(self.least, row["s/step"])
-        return row["s/step"] <= SLOWER * self.least
+        self.last = row["s/step"]
+        self.least = min(self.least, self.last)
+        return self.last <= SLOWER * self.least
 
     def wait(self):
         begin = time.monotonic()
@@ -41,16 +43,17 @@ class Quiet:
         for _ in range(TRIES if self.minutes else 1):
             self.wait()
             found = measure()
-            if self.minutes and self.now():
-                self.quiet += 1
+            quiet = self.now()
+            if quiet or self.left == 0:
                 break
-            if self.left == 0:
-                break
+        self.quiet += quiet
         self.all += 1
+        self.steps.append(self.last)
         return found
 
     def story(self):
-        if not self.minutes:
+        if not self.steps:
             return []
-        return [f"- others on the host: {self.quiet} of {self.all} measurements ended with the processor within {100 * SLOWER - 100:.0f} % of the quickest that it was in this run "
-                "(a step of `verlet`; where it had not, they waited, and took up to three tries)"]
+        waited = "; where it was not they waited, and took up to three tries" if self.minutes else ""
+        return [f"- others on the host: after the measurements a step of `verlet` on a packet of doubles took {1e9 * min(self.steps):.1f} to {1e9 * max(self.steps):.1f} ns a ray, "
+                f"and {self.quiet} of {self.all} times no more than {100 * SLOWER - 100:.0f} % above the least of the run{waited}"]

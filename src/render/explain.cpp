@@ -6,6 +6,7 @@
 #include "render/camera.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 namespace kagero {

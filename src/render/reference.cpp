@@ -1,5 +1,7 @@
 #include "render/reference.h"
 
+#include <cmath>
+
 namespace kagero {
 namespace {
 

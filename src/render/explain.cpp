@@ -116,9 +116,9 @@ void explain_motion(const Plan& plan, const HamiltonianInfo& space, Parts& parts
     const bool bent = !plan.straight;
     const std::string straight = "these parameters leave every ray straight";
     if (const auto& pilot = plan.pilot)
-        parts.add(pilot->met, "a pilot of " + std::to_string(pilot->rays) + " rays: 99 % of them within " + plain_number(pilot->estimate) +
-                                  " pixels, of " + plain_number(pilot->bound) + " allowed",
-                  "99 % of its " + std::to_string(pilot->rays) + " rays are not seen within " + plain_number(pilot->bound) + " pixels: " + pilot->why_not);
+        parts.add(pilot->met, pilot->met ? "a pilot of " + std::to_string(pilot->rays) + " rays: 99 % of them within " + plain_number(pilot->estimate) +
+                                               " pixels, of " + plain_number(pilot->bound) + " allowed"
+                                         : std::string("what a pilot chose"), "no way to keep within " + plain_number(pilot->bound) + " pixels was seen: " + pilot->why_not);
     else
         parts.add(false, "a pilot that chooses method, step and precision", "the scene states them, or takes the space's (integrator.max_pixel_error)");
     if (const auto& trial = plan.float_trial) {

@@ -1,7 +1,7 @@
 #include "bench/bare_embree.h"
 
-#include "kernels/tracing/ray_source.h"
-#include "kernels/tracing/segment_query.h"
+#include "kernels/trace/ray_source.h"
+#include "kernels/intersection/segment_query.h"
 
 #include <algorithm>
 #include <cmath>

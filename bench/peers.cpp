@@ -5,7 +5,7 @@
 #include "bench/odeint.h"
 #include "error.h"
 #include "modules/modules.h"
-#include "render/plan.h"
+#include "plan/plan.h"
 #include "report/rays_csv.h"
 
 #include <benchmark/benchmark.h>

@@ -2,10 +2,10 @@
 // against a loop that knows nothing but Embree, with the same rays and shading.
 #include "bench/bare_embree.h"
 #include "modules/modules.h"
-#include "render/pilot.h"
+#include "tuning/autotune.h"
 #include "render/render.h"
 #include "render/schedule.h"
-#include "render/shade_tile.h"
+#include "pixels/shade_tile.h"
 
 #include <benchmark/benchmark.h>
 

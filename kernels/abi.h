@@ -11,7 +11,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 25;
+inline constexpr std::uint32_t abi_version = 26;
 
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -46,13 +46,29 @@ enum class Failure : std::uint8_t {
 enum class ObserverKind : std::uint8_t { static_, zamo, falling, coordinate };
 enum class HitModel : std::uint8_t { chord, hermite };
 
+/// The unit of a parameter: a power of length, by which the parameter scales when a scene is measured in another unit of length.
+enum class Unit : std::uint8_t { number, whole_number, length, per_length, per_length_squared, per_length_cubed };
+
+/// The exponent of length in a unit.
+constexpr int power_of_length(Unit unit) {
+    switch (unit) {
+        case Unit::length: return 1;
+        case Unit::per_length: return -1;
+        case Unit::per_length_squared: return -2;
+        case Unit::per_length_cubed: return -3;
+        case Unit::number:
+        case Unit::whole_number: break;
+    }
+    return 0;
+}
+
 /// One parameter that a Hamiltonian declares; `least <= value <= greatest` is the legal range (`least_open`: `least < value`).
 struct ParameterInfo {
     const char* name;
     double fallback;
     double least, greatest;
     bool least_open;
-    const char* unit;
+    Unit unit;
     const char* meaning;
     bool odd = false;  ///< of the other sign where time runs the other way
 };
@@ -274,7 +290,7 @@ struct Counters {
     std::uint64_t query_ticks, landing_ticks;  ///< of the processor's clock (rdtsc), in queries and in refining hits; only with Job::timed
 };
 
-/// Floating-point operations of a method, counted in what it runs: see kernels/stepping/costs.h.
+/// Floating-point operations of a method, counted in what it runs: see kernels/integrators/costs.h.
 struct Operations {
     double per_gradient, per_step;
     double per_step_alone;  ///< where rays meet nothing, and the method need not come back to points of space

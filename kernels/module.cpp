@@ -1,11 +1,11 @@
 /// What a kernel module exports: the tables of Hamiltonians, integrators and kernels, behind one function.
 #include "kernels/formula/operations.h"
 #include "kernels/formula/programs.h"
-#include "kernels/numeric/peak.h"
-#include "kernels/tracing/compared.h"
-#include "kernels/tracing/observers.h"
-#include "kernels/tracing/paths.h"
-#include "kernels/tracing/trace_entry.h"
+#include "kernels/simd/peak.h"
+#include "kernels/comparison/compared.h"
+#include "kernels/observers/observers.h"
+#include "kernels/adjoint/paths.h"
+#include "kernels/trace/trace_entry.h"
 #include "all_hamiltonians.inc"
 
 namespace kagero {

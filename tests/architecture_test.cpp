@@ -49,7 +49,7 @@ std::vector<Source> sources_below(const std::string& room) {
     return all;
 }
 
-/// "kernels/stepping/gauss.h" → "stepping"; "" for files that lie in no room.
+/// "kernels/integrators/gauss.h" → "stepping"; "" for files that lie in no room.
 std::string room_of(const std::string& path) {
     const std::size_t first = path.find('/'), second = path.find('/', first + 1);
     return second == std::string::npos ? "" : path.substr(first + 1, second - first - 1);
@@ -97,9 +97,9 @@ TEST(Kernels, NeitherThrowNorAllocate) {
 TEST(Kernels, NameEachLibraryInOnePlace) {
     for (const Source& source : sources_below("kernels"))
         for (const std::string& name : source.includes) {
-            EXPECT_TRUE(!starts_with(name, "xsimd") || source.path == "kernels/numeric/lanes.h") << source.path;
-            EXPECT_TRUE(name != "immintrin.h" || source.path == "kernels/numeric/registers.h") << source.path;
-            EXPECT_TRUE(!starts_with(name, "rtcore") || source.path == "kernels/tracing/segment_query.h") << source.path;
+            EXPECT_TRUE(!starts_with(name, "xsimd") || source.path == "kernels/simd/lanes.h") << source.path;
+            EXPECT_TRUE(name != "immintrin.h" || source.path == "kernels/simd/registers.h") << source.path;
+            EXPECT_TRUE(!starts_with(name, "rtcore") || source.path == "kernels/intersection/segment_query.h") << source.path;
         }
 }
 
@@ -145,8 +145,8 @@ TEST(Program, SeesOfTheKernelsTheirAbiAlone) {
 
 TEST(Program, KeepsEachLibraryInItsRoom) {
     const std::vector<std::pair<const char*, const char*>> homes{
-        {"OpenImageIO/", "src/film/openimageio/"}, {"toml++/", "src/scene/toml.cpp"}, {"assimp/", "src/scene/mesh.cpp"},
-        {"CLI/", "src/cli/"}, {"rtcore.h", "src/scene/"}, {"nlohmann/", "src/report/"}, {"nlohmann/", "src/scene/gltf_check.cpp"},
+        {"OpenImageIO/", "src/film/openimageio/"}, {"toml++/", "src/scene/toml.cpp"}, {"assimp/", "src/geometry/mesh.cpp"},
+        {"CLI/", "src/cli/"}, {"rtcore.h", "src/scene/"}, {"nlohmann/", "src/report/"}, {"nlohmann/", "src/geometry/gltf_check.cpp"},
     };
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes) {

@@ -1,5 +1,5 @@
 // Colours of black bodies: chromaticities of tables, Planck's law, and what sRGB does not hold.
-#include "scene/blackbody.h"
+#include "appearance/blackbody.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Cameras against what can be worked out without a ray: where each pixel looks, and from where.
-#include "render/camera.h"
+#include "rays/camera.h"
 #include "plan_fixture.h"
 
 #include <gtest/gtest.h>

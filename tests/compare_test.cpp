@@ -2,8 +2,8 @@
 #include "hole_scene.h"
 #include "plan_fixture.h"
 
-#include "render/compare.h"
-#include "render/kernels.h"
+#include "study/compare.h"
+#include "plan/kernels.h"
 #include "report/compare_report.h"
 
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // Accretion disks: their edges, their colours, and the redshift of their orbiting matter against closed forms.
 #include "plan_fixture.h"
-#include "render/redshift.h"
-#include "scene/blackbody.h"
+#include "appearance/redshift.h"
+#include "appearance/blackbody.h"
 #include "scene/vector3.h"
 
 #include <gtest/gtest.h>

@@ -4,8 +4,8 @@
 #include "plan_fixture.h"
 #include "schwarzschild_orbit.h"
 
-#include "render/camera.h"
-#include "render/ray_errors.h"
+#include "rays/camera.h"
+#include "accuracy/ray_errors.h"
 #include "scene/vector3.h"
 
 #include <cmath>

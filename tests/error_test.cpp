@@ -1,8 +1,8 @@
 // Error against run time: what the report says, and that it is right where mathematics tells what it must say.
 #include "hole_scene.h"
 #include "modules/modules.h"
-#include "render/ray_errors.h"
-#include "render/step_ladder.h"
+#include "accuracy/ray_errors.h"
+#include "accuracy/step_ladder.h"
 #include "report/numbers.h"
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 // Through a wormhole: which universe's sky an escaped ray sees, and in which direction.
-#include "render/far_sky.h"
+#include "appearance/sky_view.h"
 
 #include "scene/vector3.h"
 

@@ -1,8 +1,8 @@
 // Averages over pieces of the sky: the pyramid of images, the piece a ray stands for, and what they do to a picture.
-#include "render/footprint.h"
+#include "appearance/footprint.h"
 #include "plan_fixture.h"
-#include "scene/pyramid.h"
-#include "scene/texture.h"
+#include "appearance/pyramid.h"
+#include "appearance/texture.h"
 #include "scene/vector3.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include "plan_fixture.h"
 
 #include "error.h"
-#include "render/redshift.h"
+#include "appearance/redshift.h"
 
 #include <gtest/gtest.h>
 

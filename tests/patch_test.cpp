@@ -1,8 +1,8 @@
 // Averages over pieces of surfaces: coordinates and their gradients, the mean of a checker, the piece that a ray stands for, and
 // what they do to pictures.
 #include "plan_fixture.h"
-#include "render/footprint.h"
-#include "scene/pyramid.h"
+#include "appearance/footprint.h"
+#include "appearance/pyramid.h"
 #include "scene/vector3.h"
 
 #include <gtest/gtest.h>

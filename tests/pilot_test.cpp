@@ -3,8 +3,8 @@
 #include "plan_fixture.h"
 #include "sample_error.h"
 
-#include "render/error_study.h"
-#include "render/pilot.h"
+#include "study/error_study.h"
+#include "tuning/autotune.h"
 
 #include <nlohmann/json.hpp>
 

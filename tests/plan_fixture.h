@@ -2,7 +2,7 @@
 #pragma once
 
 #include "modules/modules.h"
-#include "render/plan.h"
+#include "plan/plan.h"
 #include "render/render.h"
 
 #include <unistd.h>

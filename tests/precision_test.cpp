@@ -2,7 +2,7 @@
 #include "plan_fixture.h"
 #include "sample_error.h"
 
-#include "render/precision.h"
+#include "tuning/precision.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include "plan_fixture.h"
 
 #include "render/operation_count.h"
-#include "render/profile.h"
+#include "study/profile.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,7 @@
 /// How far a plan's rays end from where they should.
 #pragma once
 
-#include "render/reference.h"
+#include "accuracy/reference.h"
 
 namespace kagero::test {
 

@@ -1,5 +1,5 @@
 // Where a pixel's samples lie: what makes the sequence good, checked on its points.
-#include "render/sampler.h"
+#include "rays/sampler.h"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,8 @@
 namespace kagero::test {
 
 inline const Catalogue& small_catalogue() {
-    static const ParameterInfo radius{"rg", 0.1, 0, 1000, false, "length", "radius of the horizon"};
-    static const ParameterInfo throat{"throat", 1, 0, 1000, true, "length", "radius of the throat"};
+    static const ParameterInfo radius{"rg", 0.1, 0, 1000, false, Unit::length, "radius of the horizon"};
+    static const ParameterInfo throat{"throat", 1, 0, 1000, true, Unit::length, "radius of the throat"};
     static const HamiltonianInfo hamiltonians[] = {
         {"flat", "straight rays", "", "", "", nullptr, 0, false, false, 0, "verlet", 0.5},
         {"schwarzschild", "a black hole", "", "", "", &radius, 1, true, true, 0, "gauss8", 0.05},

@@ -1,8 +1,8 @@
 // Surfaces: colours, orientation of textures, the clearance grid.
-#include "kernels/tracing/clearance.h"
-#include "scene/clearance.h"
-#include "scene/geometry.h"
-#include "scene/texture.h"
+#include "kernels/intersection/clearance.h"
+#include "geometry/clearance.h"
+#include "geometry/geometry.h"
+#include "appearance/texture.h"
 #include "scene_fixture.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Meshes: what the importer lets through must be caught here.
-#include "scene/mesh.h"
+#include "geometry/mesh.h"
 #include "scene_fixture.h"
 
 #include <cmath>

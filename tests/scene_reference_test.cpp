@@ -1,6 +1,6 @@
 // docs/scene.md is the reference of scene files: it tells every key that the loader knows and no other, with the loader's own ranges, words
 // and defaults.
-#include "render/plan.h"
+#include "plan/plan.h"
 #include "scene/value.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Gradients of (16) on packets: as many registers per variable as kagero uses, and one, and four.
 #include "bench/kernels/gradient.h"
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 namespace {
 

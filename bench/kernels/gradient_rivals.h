@@ -3,8 +3,8 @@
 
 #include "bench/kernels/sparse_dual.h"
 #include "kernels/hamiltonians/schwarzschild.h"
-#include "kernels/numeric/dual.h"
-#include "kernels/stepping/system.h"
+#include "kernels/autodiff/dual.h"
+#include "kernels/equations/system.h"
 
 namespace kagero::bench {
 

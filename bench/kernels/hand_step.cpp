@@ -4,7 +4,7 @@
 #include "bench/kernels/gradient_rivals.h"
 #include "bench/kernels/printed_schwarzschild.h"
 #include "bench/kernels/steps.h"
-#include "kernels/stepping/steppers.h"
+#include "kernels/methods/steppers.h"
 
 namespace kagero {
 

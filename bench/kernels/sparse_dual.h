@@ -1,7 +1,7 @@
 /// Forward derivatives whose type says which variables a number depends on: zeros are neither stored nor multiplied.
 #pragma once
 
-#include "kernels/numeric/lanes.h"
+#include "kernels/simd/lanes.h"
 
 #include <bit>
 #include <utility>

@@ -4,10 +4,10 @@
 /// orders above 5, as in the pictures that they are compared with. Lanes have slightly different rays, so implicit solves wait for the slowest of a packet as they do in a picture.
 #pragma once
 
-#include "kernels/numeric/peak.h"
-#include "kernels/stepping/methods.h"
-#include "kernels/stepping/space_kernel.h"
-#include "kernels/tracing/packets.h"
+#include "kernels/simd/peak.h"
+#include "kernels/methods/methods.h"
+#include "kernels/methods/space_kernel.h"
+#include "kernels/trace/packets.h"
 
 #include <benchmark/benchmark.h>
 

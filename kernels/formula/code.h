@@ -5,7 +5,7 @@
 /// there is no such run, an operation on the last result follows: it finds it in registers, and does not wait for memory.
 #pragma once
 
-#include "kernels/stepping/system.h"
+#include "kernels/equations/system.h"
 
 #include <cstdint>
 

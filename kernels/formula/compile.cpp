@@ -1,6 +1,6 @@
 // From the list of nodes that a scene's formulas are parsed to, over the tape that all Hamiltonians use, to code.
 #include "kernels/formula/programs.h"
-#include "kernels/numeric/squares.h"
+#include "kernels/autodiff/squares.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/formula/code.h"
-#include "kernels/numeric/dual.h"
+#include "kernels/autodiff/dual.h"
 
 namespace kagero::formula {
 

@@ -1,8 +1,8 @@
-/// How many floating-point operations a formula's program costs: kernels/stepping/costs.h, for programs that are data.
+/// How many floating-point operations a formula's program costs: kernels/integrators/costs.h, for programs that are data.
 #pragma once
 
 #include "kernels/formula/code.h"
-#include "kernels/numeric/operations.h"
+#include "kernels/autodiff/operations.h"
 
 namespace kagero::formula {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "kernels/formula/code.h"
-#include "kernels/numeric/rest_frame.h"
-#include "kernels/stepping/space_kernel.h"
+#include "kernels/observers/rest_frame.h"
+#include "kernels/methods/space_kernel.h"
 
 namespace kagero::formula {
 

@@ -20,10 +20,10 @@ struct Duct {
     static constexpr const char* source = "after Satoh (2003), eqs. (17), (18)";
     static constexpr const char* conserved = "py";
     static constexpr std::array parameters{
-        ParameterInfo{"n0", 0.85, 0, unlimited, true, "1", "n on the axis, without the ripple"},
-        ParameterInfo{"n3", 0.3, 0, unlimited, false, "1/length^3", "how n changes with height"},
-        ParameterInfo{"ripple", 0.03, -unlimited, unlimited, false, "1", "amplitude of the ripple along x"},
-        ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, "1/length", "of the ripple; 3 pi in the paper"},
+        ParameterInfo{"n0", 0.85, 0, unlimited, true, Unit::number, "n on the axis, without the ripple"},
+        ParameterInfo{"n3", 0.3, 0, unlimited, false, Unit::per_length_cubed, "how n changes with height"},
+        ParameterInfo{"ripple", 0.03, -unlimited, unlimited, false, Unit::number, "amplitude of the ripple along x"},
+        ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, Unit::per_length, "of the ripple; 3 pi in the paper"},
     };
     static constexpr bool spacetime = false;
     static constexpr double level = 0.5;

@@ -17,8 +17,8 @@ struct Fiber : IndexMedium<Fiber> {
     static constexpr const char* source = "Born & Wolf, Principles of Optics; Snyder & Love (1983), sec. 1-8";
     static constexpr const char* conserved = "pz, x py - y px";
     static constexpr std::array parameters{
-        ParameterInfo{"n0", 1.5, 0, unlimited, true, "1", "index on the axis"},
-        ParameterInfo{"alpha", 0.3, 0, unlimited, true, "1/length", "fall of the index across the fibre"},
+        ParameterInfo{"n0", 1.5, 0, unlimited, true, Unit::number, "index on the axis"},
+        ParameterInfo{"alpha", 0.3, 0, unlimited, true, Unit::per_length, "fall of the index across the fibre"},
     };
     static constexpr double step = 0.1;
     static constexpr const char* step_goes_with = "1/alpha";

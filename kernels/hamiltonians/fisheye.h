@@ -17,8 +17,8 @@ struct Fisheye : IndexMedium<Fisheye> {
     static constexpr const char* source = "Maxwell (1854); Born & Wolf, Principles of Optics, sec. 4.2.2";
     static constexpr const char* conserved = "x cross p";
     static constexpr std::array parameters{
-        ParameterInfo{"n0", 2.0, 0, unlimited, true, "1", "index at the centre"},
-        ParameterInfo{"radius", 1.0, 0, unlimited, true, "scene lengths", "R, where N = n0/2"},
+        ParameterInfo{"n0", 2.0, 0, unlimited, true, Unit::number, "index at the centre"},
+        ParameterInfo{"radius", 1.0, 0, unlimited, true, Unit::length, "R, where N = n0/2"},
     };
     static constexpr double step = 0.05;
     static constexpr const char* step_goes_with = "radius";

@@ -17,8 +17,8 @@ struct Gradient : IndexMedium<Gradient> {
     static constexpr const char* source = "Born & Wolf, Principles of Optics, sec. 3.2";
     static constexpr const char* conserved = "px, py";
     static constexpr std::array parameters{
-        ParameterInfo{"n0", 1.0, 0, unlimited, true, "1", "index at z = 0"},
-        ParameterInfo{"g", 0.1, -unlimited, unlimited, false, "1/length", "fall of N^2 with height"},
+        ParameterInfo{"n0", 1.0, 0, unlimited, true, Unit::number, "index at z = 0"},
+        ParameterInfo{"g", 0.1, -unlimited, unlimited, false, Unit::per_length, "fall of N^2 with height"},
     };
     static constexpr double step = 0.2;
     static constexpr const char* step_goes_with = "1/abs(g)";

@@ -4,8 +4,8 @@
 /// A Hamiltonian provides
 ///   name, what, formula, source, conserved   texts for `kagero list`
 ///   parameters                               what a scene may set, with legal ranges
-///   Parameters<V>                            the same, as members, in the same order. Units: "1", "whole number", and powers of length,
-///                                            "scene lengths", "1/length", "1/length^2", "1/length^3", by which large scenes are scaled
+///   Parameters<V>                            the same, as members, in the same order. The unit of each is a `Unit`: a number, or a power of
+///                                            length, by which parameters are scaled when a scene is measured in another unit of length
 ///   spacetime, level                         null rays with p_t (level 0), or an index medium started on H = level
 ///   method, step                             what a scene gets that asks for nothing
 ///   energy(k, q, p, pt)                      H

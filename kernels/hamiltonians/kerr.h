@@ -23,8 +23,8 @@ struct Kerr {
     static constexpr const char* source = "Kerr & Schild (1965); Visser (2007), eq. (32)";
     static constexpr const char* conserved = "pt, x py - y px, Carter's constant";
     static constexpr std::array parameters{
-        ParameterInfo{"mass", 1.0, 0, unlimited, true, "scene lengths", "GM/c^2, half the Schwarzschild radius"},
-        ParameterInfo{"spin", 0.9, -1, 1, false, "1", "a/M, along +z", true},
+        ParameterInfo{"mass", 1.0, 0, unlimited, true, Unit::length, "GM/c^2, half the Schwarzschild radius"},
+        ParameterInfo{"spin", 0.9, -1, 1, false, Unit::number, "a/M, along +z", true},
     };
     static constexpr bool spacetime = true;
     static constexpr double level = 0;

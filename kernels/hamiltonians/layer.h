@@ -17,9 +17,9 @@ struct Layer : IndexMedium<Layer> {
     static constexpr const char* source = "Epstein (1930), the transition layer";
     static constexpr const char* conserved = "px, py";
     static constexpr std::array parameters{
-        ParameterInfo{"n_below", 1.5, 0, unlimited, true, "1", "index far below"},
-        ParameterInfo{"n_above", 1.0, 0, unlimited, true, "1", "index far above"},
-        ParameterInfo{"thickness", 0.1, 0, unlimited, true, "scene lengths", "of the transition"},
+        ParameterInfo{"n_below", 1.5, 0, unlimited, true, Unit::number, "index far below"},
+        ParameterInfo{"n_above", 1.0, 0, unlimited, true, Unit::number, "index far above"},
+        ParameterInfo{"thickness", 0.1, 0, unlimited, true, Unit::length, "of the transition"},
     };
     static constexpr double step = 50;  // length_scale bounds it
     static constexpr const char* step_goes_with = "escape_radius";

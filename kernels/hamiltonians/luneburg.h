@@ -17,7 +17,7 @@ struct Luneburg : IndexMedium<Luneburg> {
     static constexpr const char* source = "Luneburg (1944); Born & Wolf, Principles of Optics, sec. 4.2";
     static constexpr const char* conserved = "x cross p";
     static constexpr std::array parameters{
-        ParameterInfo{"radius", 1.0, 0, unlimited, true, "scene lengths", "R, of the ball"},
+        ParameterInfo{"radius", 1.0, 0, unlimited, true, Unit::length, "R, of the ball"},
     };
     static constexpr const char* method = "gauss8";  // its stages never leave the step, hence never cross the surface
     static constexpr double step = 0.25;

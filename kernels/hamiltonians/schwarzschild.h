@@ -21,7 +21,7 @@ struct Schwarzschild {
     static constexpr const char* source = "Satoh (2003), eq. (16)";
     static constexpr const char* conserved = "pt, x cross p";
     static constexpr std::array parameters{
-        ParameterInfo{"rg", 1.0, 0.0, unlimited, false, "scene lengths", "Schwarzschild radius 2GM/c^2"},
+        ParameterInfo{"rg", 1.0, 0.0, unlimited, false, Unit::length, "Schwarzschild radius 2GM/c^2"},
     };
     static constexpr bool spacetime = true;
     static constexpr double level = 0;

@@ -18,10 +18,10 @@ struct Shimmer : IndexMedium<Shimmer> {
     static constexpr const char* source = "after Satoh (2003), sec. 4.1; Kraichnan (1970), eq. (2.10)";
     static constexpr const char* conserved = "none";
     static constexpr std::array parameters{
-        ParameterInfo{"n0", 1.0, 0, unlimited, true, "1", "mean index"},
-        ParameterInfo{"amplitude", 0.01, 0, 0.15, false, "1", "relative fluctuation, root mean square"},
-        ParameterInfo{"correlation_length", 1.0, 0, unlimited, true, "scene lengths", "L, over which the index changes"},
-        ParameterInfo{"seed", 1, 0, 1e6, false, "whole number", "chooses the medium"},
+        ParameterInfo{"n0", 1.0, 0, unlimited, true, Unit::number, "mean index"},
+        ParameterInfo{"amplitude", 0.01, 0, 0.15, false, Unit::number, "relative fluctuation, root mean square"},
+        ParameterInfo{"correlation_length", 1.0, 0, unlimited, true, Unit::length, "L, over which the index changes"},
+        ParameterInfo{"seed", 1, 0, 1e6, false, Unit::whole_number, "chooses the medium"},
     };
     static constexpr double step = 0.5;
     static constexpr const char* step_goes_with = "correlation_length";

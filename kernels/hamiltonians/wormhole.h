@@ -20,7 +20,7 @@ struct Wormhole {
     static constexpr const char* source = "Ellis (1973); Mueller (2004)";
     static constexpr const char* conserved = "pt, x cross p";
     static constexpr std::array parameters{
-        ParameterInfo{"throat", 1.0, 0, unlimited, true, "scene lengths", "radius of the throat, a"},
+        ParameterInfo{"throat", 1.0, 0, unlimited, true, Unit::length, "radius of the throat, a"},
     };
     static constexpr bool spacetime = true;
     static constexpr double level = 0;

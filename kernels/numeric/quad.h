@@ -2,7 +2,7 @@
 /// (sin, cos, tan absolutely, for moderate arguments); slow, and without care for overflow.
 #pragma once
 
-#include "kernels/numeric/circular.h"
+#include "kernels/simd/circular.h"
 
 namespace kagero {
 

@@ -1,7 +1,7 @@
 /// Everything the command line can say, and the options that several verbs share.
 #pragma once
 
-#include "render/plan.h"
+#include "plan/plan.h"
 
 #include <cstdint>
 #include <string>

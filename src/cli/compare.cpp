@@ -1,5 +1,5 @@
 // kagero compare: the vectorization strategies side by side.
-#include "render/compare.h"
+#include "study/compare.h"
 
 #include "cli/interrupt.h"
 #include "cli/verb.h"

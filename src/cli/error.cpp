@@ -1,5 +1,5 @@
 // kagero error: error against run time, for the scene's own rays.
-#include "render/error_study.h"
+#include "study/error_study.h"
 
 #include "cli/interrupt.h"
 #include "cli/verb.h"

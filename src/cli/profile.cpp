@@ -1,5 +1,5 @@
 // kagero profile: where the time of a render goes.
-#include "render/profile.h"
+#include "study/profile.h"
 
 #include "cli/interrupt.h"
 #include "cli/settle.h"

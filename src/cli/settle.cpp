@@ -1,6 +1,6 @@
 #include "cli/settle.h"
 
-#include "render/pilot.h"
+#include "tuning/autotune.h"
 
 namespace kagero {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cli/terminal.h"
-#include "render/plan.h"
+#include "plan/plan.h"
 
 #include <limits>
 

@@ -50,7 +50,7 @@ double apply(FormulaOp op, double a, double b) {
         case FormulaOp::tanh: return std::tanh(a);
         case FormulaOp::abs: return std::abs(a);
         case FormulaOp::atan2: return std::atan2(a, b);
-        case FormulaOp::min: return std::isnan(a) || a < b ? a : b;  // as kernels/numeric/program.h has it
+        case FormulaOp::min: return std::isnan(a) || a < b ? a : b;  // as kernels/autodiff/program.h has it
         case FormulaOp::max: return std::isnan(a) || a > b ? a : b;
         case FormulaOp::number:
         case FormulaOp::variable: break;

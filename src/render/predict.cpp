@@ -1,9 +1,9 @@
 #include "render/predict.h"
 
-#include "render/camera.h"
-#include "render/footprint.h"
+#include "rays/camera.h"
+#include "appearance/footprint.h"
 #include "render/operation_count.h"
-#include "render/shade_tile.h"
+#include "pixels/shade_tile.h"
 
 #include <algorithm>
 

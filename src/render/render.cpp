@@ -1,11 +1,11 @@
 #include "render/render.h"
 
-#include "render/camera.h"
-#include "render/end_errors.h"
-#include "render/list_rays.h"
+#include "rays/camera.h"
+#include "accuracy/end_errors.h"
+#include "rays/list_rays.h"
 #include "render/predict.h"
 #include "render/run.h"
-#include "render/shade_tile.h"
+#include "pixels/shade_tile.h"
 #include "render/snapshot.h"
 
 #include <chrono>

@@ -1,7 +1,7 @@
 /// In which pieces, and in which order, a picture is worked on. No pixel depends on it.
 #pragma once
 
-#include "render/plan.h"
+#include "plan/plan.h"
 
 #include <string>
 #include <vector>

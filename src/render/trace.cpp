@@ -1,6 +1,6 @@
-#include "render/camera.h"
-#include "render/coherence.h"
-#include "render/formula_space.h"
+#include "rays/camera.h"
+#include "rays/coherence.h"
+#include "plan/formula_space.h"
 #include "render/run.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 /// Strategies side by side, for programs and for people.
 #pragma once
 
-#include "render/compare.h"
+#include "study/compare.h"
 
 #include <string>
 

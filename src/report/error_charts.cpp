@@ -1,6 +1,6 @@
 #include "report/error_charts.h"
 
-#include "render/kernels.h"
+#include "plan/kernels.h"
 #include "report/method_style.h"
 #include "report/numbers.h"
 

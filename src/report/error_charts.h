@@ -1,7 +1,7 @@
 /// Charts of a study of error.
 #pragma once
 
-#include "render/error_study.h"
+#include "study/error_study.h"
 
 #include <string>
 

@@ -1,4 +1,4 @@
-#include "render/kernels.h"
+#include "plan/kernels.h"
 #include "report/error_report.h"
 #include "report/json.h"
 #include "report/machine.h"

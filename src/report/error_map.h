@@ -1,7 +1,7 @@
 /// The error map of a report.
 #pragma once
 
-#include "render/picture_error.h"
+#include "study/picture_error.h"
 
 #include <string>
 

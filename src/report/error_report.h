@@ -1,7 +1,7 @@
 /// What `error` writes: JSON, a table, a gnuplot script and a page.
 #pragma once
 
-#include "render/error_study.h"
+#include "study/error_study.h"
 
 #include <string>
 

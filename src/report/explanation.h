@@ -1,7 +1,7 @@
 /// The plan of a run, and that a scene is valid, as text and JSON.
 #pragma once
 
-#include "render/explain.h"
+#include "plan/decisions.h"
 
 namespace kagero {
 

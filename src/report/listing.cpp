@@ -3,7 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "modules/modules.h"
-#include "render/kernels.h"
+#include "plan/kernels.h"
 #include "report/json.h"
 #include "report/numbers.h"
 

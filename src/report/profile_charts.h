@@ -1,7 +1,7 @@
 /// The pictures of a profile, as SVG.
 #pragma once
 
-#include "render/profile.h"
+#include "study/profile.h"
 
 #include <string>
 

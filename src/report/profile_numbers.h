@@ -1,7 +1,7 @@
 /// What the reports of a profile have in common: ratios of what was measured.
 #pragma once
 
-#include "render/profile.h"
+#include "study/profile.h"
 
 #include <string>
 #include <utility>

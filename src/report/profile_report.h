@@ -1,7 +1,7 @@
 /// A profile as JSON, as a trace for viewers, and as a page.
 #pragma once
 
-#include "render/profile.h"
+#include "study/profile.h"
 
 #include <string>
 

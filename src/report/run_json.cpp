@@ -1,9 +1,9 @@
 #include "report/run_json.h"
 
 #include "error.h"
-#include "render/kernels.h"
+#include "plan/kernels.h"
 #include "render/operation_count.h"
-#include "render/timing.h"
+#include "accuracy/timing.h"
 #include "report/json.h"
 #include "report/numbers.h"
 

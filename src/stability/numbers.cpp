@@ -1,5 +1,5 @@
 // Numbers at the edges of their range, and the number of digits.
-#include "render/units.h"
+#include "plan/units.h"
 #include "stability/cases.h"
 #include "stability/orbits.h"
 

@@ -1,6 +1,6 @@
 // Formulas: any text parses, compiles to a kernel's programs and starts a ray, or is refused by an InputError.
 #include "modules/modules.h"
-#include "render/formula_space.h"
+#include "plan/formula_space.h"
 #include "target.h"
 
 #include <string>

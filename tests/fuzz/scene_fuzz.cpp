@@ -1,6 +1,6 @@
 // The reader of scenes: any text gives a scene, which is itself again when printed and read, or an InputError. Files that a scene names
 // are not opened.
-#include "render/plan.h"
+#include "plan/plan.h"
 #include "scene/description.h"
 #include "target.h"
 

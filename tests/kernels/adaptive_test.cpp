@@ -2,7 +2,7 @@
 #include "../greatest.h"
 #include "steps.h"
 
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // real root, or only one beyond a fold, which no ray that starts with τ = 0 can reach, the step must say that it is unsolved.
 #include "steps.h"
 
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // Programs of formulas: whatever the formula, code that is interpreted has the values and the gradient of the formula itself.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 #include <gtest/gtest.h>
 

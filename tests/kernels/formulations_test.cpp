@@ -2,7 +2,7 @@
 // geodesic equation with Christoffel symbols (eq. 6), and the ray equation of a refracting medium (eq. 5): they accelerate a ray alike.
 #include "spaces.h"
 
-#include "kernels/tracing/observers.h"
+#include "kernels/observers/observers.h"
 
 #include <algorithm>
 

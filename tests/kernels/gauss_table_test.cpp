@@ -1,7 +1,7 @@
 // The table that the compiler computes for Gauss–Legendre collocation against closed forms and against what defines it.
 #include "spaces.h"
 
-#include "kernels/stepping/gauss.h"
+#include "kernels/integrators/gauss.h"
 
 namespace kagero::test {
 namespace {

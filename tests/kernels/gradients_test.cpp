@@ -3,7 +3,7 @@
 
 #include "spaces.h"
 
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 #include <algorithm>
 #include <complex>

@@ -4,7 +4,7 @@
 
 #include "kernels/hamiltonians/fiber.h"
 #include "kernels/hamiltonians/fisheye.h"
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 #include <complex>
 

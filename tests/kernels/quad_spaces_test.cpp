@@ -2,8 +2,8 @@
 
 #include "steps.h"
 
-#include "kernels/stepping/shared_steps.h"
-#include "kernels/stepping/steppers.h"
+#include "kernels/integrators/shared_steps.h"
+#include "kernels/methods/steppers.h"
 
 namespace kagero {
 

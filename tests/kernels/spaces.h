@@ -8,7 +8,7 @@
 
 #include "all_hamiltonians.inc"
 #include "kernels/abi.h"
-#include "kernels/stepping/system.h"
+#include "kernels/equations/system.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // The parts that Hamiltonians are split into: that they sum to H, and that flows given in closed form are flows.
 #include "steps.h"
 
-#include "kernels/stepping/gauss.h"
+#include "kernels/integrators/gauss.h"
 
 namespace kagero::test {
 namespace {

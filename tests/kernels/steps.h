@@ -3,7 +3,7 @@
 
 #include "spaces.h"
 
-#include "kernels/stepping/space_kernel.h"
+#include "kernels/methods/space_kernel.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,9 +1,9 @@
 // The reverse sweep: its adjoints against differences of rays, its sums against operations counted by hand.
 #include "steps.h"
 
-#include "kernels/numeric/rounding.h"
-#include "kernels/stepping/sweep.h"
-#include "kernels/tracing/packets.h"
+#include "kernels/adjoint/rounding.h"
+#include "kernels/adjoint/sweep.h"
+#include "kernels/trace/packets.h"
 
 #include <numbers>
 #include <string_view>

@@ -2,7 +2,7 @@
 // ones keep the volume element dq ∧ dp.
 #include "steps.h"
 
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 #include <algorithm>
 

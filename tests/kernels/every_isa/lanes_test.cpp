@@ -1,7 +1,7 @@
 // Every function on packets does in each lane what the scalar function of the same name does, and means what it says.
 #include "../spaces.h"
 
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 #include <cstring>
 

@@ -4,7 +4,7 @@
 #include "../../greatest.h"
 #include "../steps.h"
 
-#include "kernels/tracing/compared.h"
+#include "kernels/comparison/compared.h"
 
 namespace kagero::test {
 namespace {

@@ -2,7 +2,7 @@
 // and exponentials, as good as the standard library's but not the same: where H uses one, the steps agree to rounding.
 #include "../steps.h"
 
-#include "kernels/tracing/packets.h"
+#include "kernels/trace/packets.h"
 
 namespace kagero::test {
 namespace {

@@ -1,0 +1,79 @@
+/// Paths of rays on their way back: the entry behind `Module::bound_roundings`.
+#pragma once
+
+#include "kernels/adjoint/sweep.h"
+#include "kernels/methods/task.h"
+#include "kernels/trace/trace_entry.h"
+
+#include <algorithm>
+
+namespace kagero {
+
+/// As many paths as a packet has lanes, side by side; lanes without one have the first.
+template <class V>
+class PathPacket {
+    static constexpr std::uint32_t W = lane_count<V>;
+
+public:
+    PathPacket(const RayPath* paths, std::uint32_t count) : count_(std::min(count, W)) {
+        for (std::uint32_t i = 0; i < W; ++i) {
+            paths_[i] = i < count_ ? &paths[i] : paths;
+            longest_ = std::max(longest_, paths_[i]->count);
+        }
+    }
+    std::uint32_t count() const { return count_; }
+    /// Points of the longest path.
+    std::uint32_t longest() const { return longest_; }
+
+    Sight<V> view() const {
+        Sight<V> v;
+        for (std::uint32_t i = 0; i < W; ++i) {
+            set(v.normal, i, paths_[i]->normal);
+            for (int r = 0; r < 2; ++r) set(v.by_position[r], i, paths_[i]->by_position[r]), set(v.by_direction[r], i, paths_[i]->by_direction[r]);
+        }
+        return v;
+    }
+    /// The states k points before the ends, or at the start, and λ there.
+    State<V> from_end(std::uint32_t k, V& parameter) const {
+        State<V> state;
+        for (std::uint32_t i = 0; i < W; ++i) {
+            const PathPoint& point = paths_[i]->points[paths_[i]->count - 1 - std::min(k, paths_[i]->count - 1)];
+            for (int c = 0; c < 3; ++c) set_lane(state.y[c], int(i), point.q[c]), set_lane(state.y[3 + c], int(i), point.p[c]);
+            set_lane(state.y[6], int(i), point.pt);
+            set_lane(parameter, int(i), point.parameter);
+        }
+        return state;
+    }
+
+private:
+    static void set(Vec3<V>& v, std::uint32_t lane, const double (&x)[3]) {
+        set_lane(v.x, int(lane), x[0]), set_lane(v.y, int(lane), x[1]), set_lane(v.z, int(lane), x[2]);
+    }
+
+    std::uint32_t count_, longest_ = 0;
+    const RayPath* paths_[W];
+};
+
+template <class V>
+void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, double half_place, double* pixels) {
+    const SpaceKernel<V>& kernel = space_of<V>(*job);
+    const RoundingCounts counts = rounding_counts_of(methods[job->integrator]);
+    SystemStorage system;
+    kernel.construct(system, job->parameters);
+    const SweptSystem<V> swept{kernel, system};
+    for (std::uint32_t first = 0; first < count; first += lane_count<V>) {
+        const PathPacket<V> packet(paths + first, count - first);
+        V late, early;
+        Sweep<V> sweep;
+        sweep.state = packet.from_end(0, late);
+        begin_sweep(swept, packet.view(), sweep);
+        for (std::uint32_t k = 1; k < packet.longest(); ++k) {
+            const State<V> from = packet.from_end(k, early);
+            sweep_step(swept, from, late - early, counts, sweep);
+            late = early;
+        }
+        for (std::uint32_t i = 0; i < packet.count(); ++i) pixels[first + i] = half_place * get_lane(sweep.bound, int(i));
+    }
+}
+
+}  // namespace kagero

@@ -1,0 +1,124 @@
+/// Running straight-line programs: `run` unrolls one over a value type V by an index sequence. Every operand is a compile-time index, so
+/// the compiler sees plain expressions.
+#pragma once
+
+#include "kernels/autodiff/arrange.h"
+#include "kernels/simd/circular.h"
+
+#include <utility>
+
+namespace kagero {
+
+namespace detail {
+
+template <Op op, class V>
+KAGERO_INLINE V function_of(const V& a, const V& b) {
+    if constexpr (op == Op::exp) return exp(a);
+    else if constexpr (op == Op::log) return log(a);
+    else if constexpr (op == Op::sin) return sin(a);
+    else if constexpr (op == Op::cos) return cos(a);
+    else if constexpr (op == Op::tan) return tan(a);
+    else if constexpr (op == Op::tanh) return tanh(a);
+    else return atan2(a, b);
+}
+template <Op op, class V>
+__attribute__((noinline)) V called(const V& a, const V& b) { return function_of<op, V>(a, b); }
+
+/// One operation on any number type; functions are called, or unrolled where they are used.
+template <Op op, bool call, class V>
+KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
+    if constexpr (op == Op::add) return a + b;
+    else if constexpr (op == Op::sub) return a - b;
+    else if constexpr (op == Op::mul) return a * b;
+    else if constexpr (op == Op::neg) return -a;
+    else if constexpr (op == Op::recip) return recip(a);
+    else if constexpr (op == Op::sqrt) return sqrt(a);
+    else if constexpr (op == Op::rsqrt) return rsqrt(a);
+    else if constexpr (is_function(op) && call) return called<op, V>(a, b);
+    else if constexpr (is_function(op)) return function_of<op, V>(a, b);
+    else if constexpr (op == Op::min) return min(a, b);
+    else if constexpr (op == Op::max) return max(a, b);
+    else if constexpr (op == Op::at_least) return pick(a >= b, V(1.0), V(0.0));
+    else if constexpr (op == Op::mul_add) return mul_add(a, b, c);
+    else if constexpr (op == Op::mul_sub) return mul_sub(a, b, c);
+    else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);
+}
+
+/// The same where a number may be 0 or infinite that is divided by: of parameters, and in formulas, whose exponentials overflow. The lesser or
+/// greater of two, of which the first is no number, is none either.
+template <Op op, bool call, class V>
+KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
+    if constexpr (op == Op::recip) return total_recip(a);
+    else if constexpr (op == Op::rsqrt) return total_rsqrt(a);
+    else if constexpr ((op == Op::min || op == Op::max) && requires { a <= a; }) return pick(a <= a, apply<op, call, V>(a, b, c), a);
+    else return apply<op, call, V>(a, b, c);
+}
+
+/// op(a, b, c), of an operation that is no leaf.
+template <class V>
+V applied(Op op, const V& a, const V& b, const V& c) {
+    switch (op) {
+#define KAGERO_OPERATION(OP) \
+    case Op::OP: return apply_total<Op::OP, false, V>(a, b, c);
+        KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+        default: return a;
+    }
+}
+
+/// Whether an operation of a program is called.
+template <const auto& P>
+constexpr bool calls(Op op) {
+    constexpr bool calls_circular = P.calls_circular();
+    return calls_circular && (op == Op::sin || op == Op::cos);
+}
+
+/// Node i of a program on the numbers of those before it. What differs between nodes of one operation is a plain argument, constant wherever
+/// this is inlined: with a function for every node long programs take a third longer to compile.
+template <Op op, bool uniform, bool call, class V, class S>
+KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* uniforms, const V* inputs) {
+    if constexpr (op == Op::input) s[i] = inputs[n.a];
+    else if constexpr (op == Op::constant) s[i] = V(S(n.value));
+    else if constexpr (uniform) s[i] = V(uniforms[slot]);
+    else s[i] = apply<op, call, V>(s[n.a], s[n.b < 0 ? n.a : n.b], s[n.c < 0 ? n.a : n.c]);
+}
+
+template <const auto& P, class V, class S, int... I, int... O>
+KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::integer_sequence<int, I...>,
+                       std::integer_sequence<int, O...>) {
+    V s[sizeof...(I) + 1];
+    ((evaluate<P.nodes[I].op, P.nodes[I].uniform, calls<P>(P.nodes[I].op), V>(s, I, P.nodes[I], P.slot[I], uniforms, inputs)), ...);
+    ((outputs[O] = s[P.outputs[O]]), ...);
+}
+
+}  // namespace detail
+
+/// Evaluates program P: inputs → outputs, with the uniforms that `fill_uniforms` made.
+template <const auto& P, class V, class S>
+KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
+    detail::run<P>(uniforms, inputs, outputs, std::make_integer_sequence<int, P.size>{},
+                   std::make_integer_sequence<int, static_cast<int>(P.outputs.size())>{});
+}
+
+inline double value_of(Op op, double a, double b) { return detail::applied(op, a, b, b); }
+
+/// Evaluates the nodes of a program that depend on parameters alone into its table of uniforms.
+template <class S>
+void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parameters, S* uniforms) {
+    S value[Tape::capacity];
+    for (int i = 0; i < size; ++i) {
+        const Node& n = nodes[i];
+        if (!n.uniform) continue;
+        const S a = n.a >= 0 && n.op != Op::parameter ? value[n.a] : S(0), b = n.b >= 0 ? value[n.b] : S(0);
+        switch (n.op) {
+            case Op::constant: value[i] = S(n.value); break;
+            case Op::parameter: value[i] = parameters[n.a]; break;
+            default: value[i] = detail::applied(n.op, a, b, b); break;
+        }
+        if (slot[i] >= 0) uniforms[slot[i]] = value[i];
+    }
+}
+
+extern template void fill_uniforms<double>(const Node*, const int*, int, const double*, double*);  // in module.cpp
+
+}  // namespace kagero

@@ -1,0 +1,81 @@
+/// Hamilton's equations of one ray by forward-mode differentiation, the components of the gradient in the lanes: the form `gradient`
+/// of the strategy `per-ray`. What is not a derivative is that of `System`.
+#pragma once
+
+#include "kernels/comparison/forward.h"
+#include "kernels/equations/system.h"
+
+namespace kagero {
+
+/// H − H0, or K, and nothing else: what forward duals run over.
+template <class H, bool Rescaled>
+struct Primal {
+    Tape tape{};
+    std::array<int, 1> value{};
+    constexpr Primal() {
+        const Recording<H> r(tape);
+        value = {r.hamiltonian(tape, Rescaled)};
+    }
+};
+template <class H, bool Rescaled>
+inline constexpr Primal<H, Rescaled> primal_of{};
+template <class H, bool Rescaled>
+inline constexpr auto primal_program = extract<primal_of<H, Rescaled>, primal_of<H, Rescaled>.value>();
+
+template <class H, bool Rescaled, class S>
+class ForwardSystem;
+
+template <class H, class S>
+struct ForwardParts {
+    ForwardSystem<Part<H, false>, false, S> a;
+    ForwardSystem<Part<H, true>, false, S> b;
+    explicit ForwardParts(const double* parameters) : a(parameters), b(parameters) {}
+};
+
+template <class H, bool Rescaled, class S>
+class ForwardSystem : public System<H, Rescaled, S> {
+    static constexpr const auto& primal_ = primal_program<H, Rescaled>;
+    static constexpr const auto& force_ = force_program<H, Rescaled>;
+
+public:
+    explicit ForwardSystem(const double* parameters)
+        : System<H, Rescaled, S>(parameters), parts_(parameters), primal_u_(parameters), force_u_(parameters) {}
+    const auto& part_a() const requires Parted<H> { return parts_.a; }
+    const auto& part_b() const requires Parted<H> { return parts_.b; }
+
+    KAGERO_INLINE void derivatives(const State<S>& s, S* out) const { gradient<0, 6>(s, out); }
+    KAGERO_INLINE Vec3<S> dq(const State<S>& s) const { return side<0>(s); }
+    KAGERO_INLINE Vec3<S> dp(const State<S>& s) const { return side<3>(s); }
+    /// ∂²K/∂q_i∂p_j: forward over the reverse program, the components of each row in the lanes.
+    KAGERO_INLINE void mixed(const State<S>& s, S* out) const {
+        Packed<S, 3> row[3];
+        run_forward<force_, 3, 6>(force_u_.values, s.y, row);
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) out[3 * i + k] = get_lane(row[i], k);
+    }
+
+private:
+    template <int first, int last>
+    KAGERO_INLINE void gradient(const State<S>& s, S* out) const {
+        Packed<S, last - first> g;
+        run_forward<primal_, first, last>(primal_u_.values, s.y, &g);
+        for (int k = 0; k < last - first; ++k) out[k] = get_lane(g, k);
+    }
+    template <int first>
+    KAGERO_INLINE Vec3<S> side(const State<S>& s) const {
+        S g[3];
+        gradient<first, first + 3>(s, g);
+        return {g[0], g[1], g[2]};
+    }
+    template <class Self>
+    static constexpr auto parts() {
+        if constexpr (Parted<Self> && !Rescaled) return std::type_identity<ForwardParts<Self, S>>{};
+        else return std::type_identity<NoParts>{};
+    }
+
+    [[no_unique_address]] typename decltype(parts<H>())::type parts_;
+    Uniforms<primal_program<H, Rescaled>, S> primal_u_;
+    Uniforms<force_program<H, Rescaled>, S> force_u_;
+};
+
+}  // namespace kagero

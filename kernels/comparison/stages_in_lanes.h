@@ -1,0 +1,194 @@
+/// Gauss–Legendre collocation of one ray with its stages in the lanes: the form `stages` of the strategy `per-ray` (as in
+/// IRKGL16-SIMD, arXiv 2511.03655). The stages of a step are as many evaluations of one program, and need nothing of each other.
+///
+/// The same iteration as `Gauss`, in the same order of operations, so that it ends at the same state to the last bit.
+#pragma once
+
+#include "kernels/integrators/gauss.h"
+
+namespace kagero {
+
+/// Columns of a and `ahead` of the method with s stages: lane i belongs to stage i. Lanes without a stage repeat the last one.
+template <class S>
+struct StageColumns {
+    alignas(64) S a[max_stages][max_stages], ahead[max_stages][max_stages];
+};
+
+namespace detail {
+
+template <class S, int s>
+constexpr StageColumns<S> make_stage_columns() {
+    StageColumns<S> columns{};
+    const GaussNumbers<S>& rows = gauss_tableau<s>.template numbers<S>();
+    for (int j = 0; j < s; ++j)
+        for (int i = 0; i < max_stages; ++i) {
+            const int stage = i < s ? i : s - 1;
+            columns.a[j][i] = rows.a[stage][j], columns.ahead[j][i] = rows.ahead[stage][j];
+        }
+    return columns;
+}
+/// Not constexpr: g++ 12 may take 64 bytes of a constant table for zeros.
+template <class S>
+inline constinit StageColumns<S> stage_columns[] = {make_stage_columns<S, 1>(), make_stage_columns<S, 2>(), make_stage_columns<S, 3>(),
+                                                    make_stage_columns<S, 4>(), make_stage_columns<S, 5>(), make_stage_columns<S, 6>(),
+                                                    make_stage_columns<S, 7>(), make_stage_columns<S, 8>()};
+
+/// The first lanes of a row, to and from aligned memory; register by register, because g++ copies blocks in smaller pieces, and what was
+/// stored in pieces is not there yet when it is loaded whole.
+template <class L, class S>
+KAGERO_INLINE L loaded(const S* from) {
+    L l;
+    for (int r = 0; r < ValueTraits<L>::registers; ++r) l.v[r] = *reinterpret_cast<const typename L::Register*>(from + r * L::width);
+    return l;
+}
+template <class L, class S>
+KAGERO_INLINE void store(const L& l, S* to) {
+    for (int r = 0; r < ValueTraits<L>::registers; ++r) *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
+}
+
+/// Calls f(k) for the six components of a gradient, written out: g++ leaves a loop of such length a loop, and its values in memory.
+template <class Function>
+KAGERO_INLINE void each_component(const Function& f) {
+    f(0), f(1), f(2), f(3), f(4), f(5);
+}
+
+template <class L>
+KAGERO_INLINE ScalarOf<L> greatest_lane(const L& l) {
+    constexpr int lanes = lane_count<L>;
+    alignas(64) ScalarOf<L> x[lanes];
+    store(l, x);
+    for (int half = lanes / 2; half > 0; half /= 2)
+        for (int i = 0; i < half; ++i) x[i] = max(x[i], x[i + half]);
+    return x[0];
+}
+
+}  // namespace detail
+
+/// `fixed` stages, known to the compiler, or with 0 as many as the coefficients say.
+template <int fixed>
+struct StagesInLanes {
+    static constexpr bool stages_inside = true;
+    template <class System>
+    static constexpr const char* refusal() { return nullptr; }
+
+    template <class System, class S>
+    static void begin(const System& system, Flow<S>& f, const Coefficients&) {
+        S g[6];
+        system.derivatives(f.start, g);
+        for (int k = 0; k < 6; ++k)
+            for (int i = 0; i < max_stages; ++i) memory(f)[k * max_stages + i] = g[k];
+    }
+
+    template <class System, class S>
+    static void step(const System& system, Flow<S>& f, const Coefficients& coefficients) {
+        constexpr int width = Lanes<S, 1>::width;
+        if constexpr (fixed > 0 || width >= max_stages) {
+            step_in<detail::registers_for<S, fixed ? fixed : max_stages>>(system, f, coefficients);
+        } else {
+            const int s = stages(coefficients);
+            if (s <= width) return step_in<1>(system, f, coefficients);
+            if (s <= 2 * width) return step_in<2>(system, f, coefficients);
+            if constexpr (2 * width < max_stages) step_in<4>(system, f, coefficients);
+        }
+    }
+
+    /// Dense output of the step in `f`.
+    template <class S>
+    static Curve<S> curve(const Flow<S>& f, const Coefficients& coefficients) {
+        const S* g = memory(f);
+        const auto velocity = [g](int j) { return Vec3<S>{g[3 * max_stages + j], g[4 * max_stages + j], g[5 * max_stages + j]}; };
+        return Curve<S>::collocation(f, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
+    }
+
+private:
+    static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
+    /// Flow::stage by components: the derivative of component k at stage i is number 8 k + i.
+    template <class AnyFlow>
+    KAGERO_INLINE static auto* memory(AnyFlow& f) {
+        static_assert(sizeof f.stage == sizeof f.h * 6 * max_stages);
+        return &f.stage[0][0];
+    }
+
+    /// Σ_j column_j g[j], for all stages at once; g lies in memory, so that each of its numbers is broadcast as it is loaded.
+    template <class L, class S>
+    KAGERO_INLINE static L sum(const S* g, const S (&columns)[max_stages][max_stages], int s) {
+        L total = detail::loaded<L>(columns[0]) * L(g[0]);
+        for (int j = 1; j < s; ++j) total = mul_add(detail::loaded<L>(columns[j]), L(g[j]), total);
+        return total;
+    }
+    template <class L, class S>
+    KAGERO_INLINE static void move(const Flow<S>& f, const S* g, const StageColumns<S>& columns, int s, State<L>& y) {
+        detail::each_component([&](int k) __attribute__((always_inline)) {
+            if (k < 3) y.y[k] = mul_add(L(f.h), sum<L>(g + (3 + k) * max_stages, columns.a, s), L(f.start.y[k]));
+            else y.y[k] = neg_mul_add(L(f.h), sum<L>(g + (k - 3) * max_stages, columns.a, s), L(f.start.y[k]));
+        });
+        y.y[6] = L(f.start.y[6]);
+    }
+
+    template <int R, class System, class S>
+    static void step_in(const System& system, Flow<S>& f, const Coefficients& coefficients) {
+        using L = Lanes<S, R>;
+        const int s = stages(coefficients);
+        static_assert(lane_count<L> <= max_stages, "a row of stages would end before its register");
+        const StageColumns<S>& columns = detail::stage_columns<S>[s - 1];
+        alignas(64) S g[6 * max_stages] = {};
+        L now[6];
+        detail::each_component([&](int k) __attribute__((always_inline)) { now[k] = sum<L>(memory(f) + k * max_stages, columns.ahead, s); });
+        keep(now, g);
+        Convergence<S> convergence(f);
+        S iterations(0);
+        for (int iteration = 0; iteration < Convergence<S>::max_iterations && any(convergence.open()); ++iteration) {
+            iterations += S(1);
+            ++f.issued_iterations;
+            State<L> y;
+            move(f, g, columns, s, y);
+            L fresh[6], change_q(S(0)), change_p(S(0));
+            system.derivatives(y, fresh);
+            detail::each_component([&](int k) __attribute__((always_inline)) {
+                L& change = k < 3 ? change_p : change_q;
+                change = max(change, abs(fresh[k] - now[k]));
+                now[k] = fresh[k];
+            });
+            keep(now, g);
+            convergence.update(convergence.relative(abs(f.h) * detail::greatest_lane(change_q), abs(f.h) * detail::greatest_lane(change_p)));
+        }
+        f.solved = !convergence.open();
+        f.gradients = mul_add(iterations, S(s), f.gradients);
+        f.open_iterations += iterations;
+        if (!f.solved) Shared<S>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1, max_stages);
+        finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
+    }
+    template <class L, class S>
+    KAGERO_INLINE static void keep(const L (&now)[6], S* g) {
+        detail::each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], g + k * max_stages); });
+    }
+
+    /// The end of the step, as in `Gauss::finish`.
+    template <class L, class System, class S>
+    KAGERO_INLINE static void finish(const System& system, Flow<S>& f, const GaussNumbers<S>& w, const StageColumns<S>& columns, int s,
+                                     const S* g) {
+        f.end.y[6] = f.start.y[6];
+        for (int k = 0; k < 6; ++k) {
+            const S* from = g + (k < 3 ? k + 3 : k - 3) * max_stages;
+            S total = w.b[0] * from[0];
+            for (int j = 1; j < s; ++j) total = mul_add(w.b[j], from[j], total);
+            const S change = k < 3 ? mul_add(f.h, total, f.start.carry[k]) : neg_mul_add(f.h, total, f.start.carry[k]);
+            f.end.y[k] = f.start.y[k] + change;
+            f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
+        }
+        f.end.parameter = f.start.parameter + f.h;
+        if (system.rescaled && f.want_parameter) {
+            State<L> y;
+            move(f, g, columns, s, y);
+            const L paces = system.pace(y);
+            S pace(0);
+            for (int i = 0; i < s; ++i) pace = mul_add(w.b[i], get_lane(paces, i), pace);
+            f.end.parameter = mul_add(f.h, pace, f.start.parameter);
+        }
+        detail::each_component([&](int k) __attribute__((always_inline)) {
+            std::memcpy(memory(f) + k * max_stages, g + k * max_stages, max_stages * sizeof(S));
+        });
+    }
+};
+
+}  // namespace kagero

@@ -1,0 +1,119 @@
+/// A system behind pointers. What few rays need, and steps in long programs, see systems so: they are compiled once per value type
+/// (shared.h), not once per Hamiltonian, and beside their length a call is nothing.
+#pragma once
+
+#include "kernels/equations/system.h"
+
+namespace kagero {
+
+/// What a called system computes at a state, by the system's address.
+template <class V>
+using Call = void (*)(const void* system, const State<V>& s, V* out);
+
+/// The calls of one value type; null where nobody asks. The first three are for half steps that are implicit, the others for steps.
+template <class V>
+struct Calls {
+    Call<V> force, velocity;  ///< ∂K/∂q and ∂K/∂p alone (3)
+    Call<V> mixed;            ///< ∂²K/∂q_i∂p_j (9, row by row)
+    Call<V> derivatives;      ///< ∂K/∂q, ∂K/∂p (6)
+    Call<V> pace;             ///< dλ/dτ (1)
+};
+/// The calls for a ray by itself.
+template <class S>
+struct RayCalls {
+    Call<S> derivatives;  ///< ∂K/∂q, ∂K/∂p (6)
+    Call<S> hessian;      ///< ∂²K/∂(q, p)² (36, row by row)
+};
+
+/// Whether the steps in a system are those in a called one: in that of a Hamiltonian long to compute, and in one that no scene takes unasked.
+template <class System>
+constexpr bool is_called() {
+    if constexpr (requires { System::called; }) return System::called;
+    else return false;
+}
+
+template <class V>
+class CalledSystem {
+    using S = ScalarOf<V>;
+
+public:
+    static constexpr bool force_needs_p = true, velocity_needs_q = true;
+    bool rescaled;
+
+    CalledSystem(const void* system, const Calls<V>& calls, const RayCalls<S>& ray, bool is_rescaled)
+        : rescaled(is_rescaled), system_(system), calls_(calls), ray_(ray) {}
+
+    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return side(calls_.force, s); }
+    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side(calls_.velocity, s); }
+    KAGERO_INLINE void mixed(const State<V>& s, V* out) const { calls_.mixed(system_, s, out); }
+    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const { calls_.derivatives(system_, s, out); }
+    KAGERO_INLINE V pace(const State<V>& s) const {
+        V out;
+        calls_.pace(system_, s, &out);
+        return out;
+    }
+    void ray_derivatives(const State<S>& s, S* out) const { ray_.derivatives(system_, s, out); }
+    void ray_hessian(const State<S>& s, S* out) const { ray_.hessian(system_, s, out); }
+
+private:
+    KAGERO_INLINE Vec3<V> side(Call<V> call, const State<V>& s) const {
+        V out[3];
+        call(system_, s, out);
+        return {out[0], out[1], out[2]};
+    }
+
+    const void* system_;
+    const Calls<V>& calls_;
+    const RayCalls<S>& ray_;
+};
+
+namespace detail {
+
+template <class System, class V>
+void call_force(const void* system, const State<V>& s, V* out) {
+    const Vec3<V> force = static_cast<const System*>(system)->dq(s);
+    out[0] = force.x, out[1] = force.y, out[2] = force.z;
+}
+template <class System, class V>
+void call_velocity(const void* system, const State<V>& s, V* out) {
+    const Vec3<V> velocity = static_cast<const System*>(system)->dp(s);
+    out[0] = velocity.x, out[1] = velocity.y, out[2] = velocity.z;
+}
+template <class System, class V>
+void call_mixed(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->mixed(s, out); }
+template <class System, class V>
+void call_derivatives(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->derivatives(s, out); }
+template <class System, class V>
+void call_pace(const void* system, const State<V>& s, V* out) { *out = static_cast<const System*>(system)->pace(s); }
+template <class System, class S>
+void call_hessian(const void* system, const State<S>& s, S* out) { static_cast<const System*>(system)->hessian(s, out); }
+
+template <class System, class V>
+inline constexpr Calls<V> calls_of = [] {
+    Calls<V> calls{};
+    if constexpr (System::force_needs_p || System::velocity_needs_q)
+        calls.force = call_force<System, V>, calls.velocity = call_velocity<System, V>, calls.mixed = call_mixed<System, V>;
+    if constexpr (is_called<System>())
+        calls.derivatives = call_derivatives<System, V>, calls.pace = call_pace<System, V>;
+    return calls;
+}();
+template <class System, class S>
+inline constexpr RayCalls<S> ray_calls_of = [] {
+    if constexpr (requires(const System& system, const State<S>& s, S* out) { system.hessian(s, out); })
+        return RayCalls<S>{call_derivatives<System, S>, call_hessian<System, S>};
+    else return RayCalls<S>{};
+}();
+
+}  // namespace detail
+
+/// A system as a called one.
+template <class V, class System>
+CalledSystem<V> as_called(const System& system) {
+    bool rescaled = false;
+    if constexpr (requires { system.rescaled; }) rescaled = system.rescaled;
+    return {&system, detail::calls_of<System, V>, detail::ray_calls_of<System, ScalarOf<V>>, rescaled};
+}
+template <class V>
+const CalledSystem<V>& as_called(const CalledSystem<V>& system) { return system; }
+
+}  // namespace kagero

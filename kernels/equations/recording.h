@@ -1,0 +1,186 @@
+/// What the compiler records of a Hamiltonian: one tape with K, its gradient and what the tracing loop asks of every step's end, and the
+/// straight-line programs that are cut from it.
+#pragma once
+
+#include "kernels/autodiff/program.h"
+#include "kernels/autodiff/squares.h"
+#include "kernels/numeric/vec.h"
+
+namespace kagero {
+
+template <class H>
+concept Rescalable = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::rescale(k, q); };
+template <class H>
+concept Bounded = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::domain(k, q); };
+template <class H>
+concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q, q, 1.0); };
+/// H is not smooth where `surface` is zero.
+template <class H>
+concept Creased = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::surface(k, q); };
+/// Bounds the length of steps.
+template <class H>
+concept Scaled = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::length_scale(k, q); };
+/// States H as a sum of two parts, the paper's H_A and H_B (eq. 10).
+template <class H>
+concept Parted = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::part_a(k, q, q, 1.0); };
+/// States the exact flow of H − ½(|p|² − p_t²).
+template <class H>
+concept ExactlySplit =
+    requires(const typename H::template Parameters<double>& k, Vec3<double>& q) { H::flow_of_rest(k, q, q, 1.0, 1.0); };
+/// States V(u) of the motion in the plane of an orbit, ½ (du/dφ)² + V(u) with u = 1/r.
+template <class H>
+concept Orbiting =
+    requires(const typename H::template Parameters<double>& k) { H::orbit_potential(k, 1.0, 1.0); };
+template <class H>
+concept Delaying = requires(const typename H::template Parameters<double>& k) { H::orbit_delay(k, 1.0); };
+/// Joins a second universe to this one.
+template <class H>
+concept FarSided = requires(const typename H::template Parameters<double>& k) { H::far_side(k); };
+template <class H>
+concept SometimesStraight = requires(const typename H::template Parameters<double>& k) { H::straight(k); };
+
+/// Parameters<S> filled from an array in declared order.
+template <class H, class S>
+constexpr auto make_parameters(const S* values) {
+    return [&]<std::size_t... I>(std::index_sequence<I...>) {
+        return typename H::template Parameters<S>{values[I]...};
+    }(std::make_index_sequence<H::parameters.size()>{});
+}
+
+/// The leaves of a tape: x y z px py pz pt, and the parameters, which are numbers where they are given.
+template <class H>
+struct Leaves {
+    std::array<int, 7> input{};
+    Recorded k[H::parameters.size() + 1];
+    Vec3<Recorded> q, p;
+
+    constexpr explicit Leaves(Tape& t, const double* numbers = nullptr) {
+        for (int i = 0; i < 7; ++i) input[i] = t.input(i);
+        for (int i = 0; i < static_cast<int>(H::parameters.size()); ++i)
+            k[i] = Recorded(&t, numbers ? t.constant(numbers[i]) : t.parameter(i));
+        q = {{&t, input[0]}, {&t, input[1]}, {&t, input[2]}};
+        p = {{&t, input[3]}, {&t, input[4]}, {&t, input[5]}};
+    }
+    constexpr auto parameters() const { return make_parameters<H>(k); }
+};
+
+/// H − H0.
+template <class H>
+constexpr int record_energy(Tape& t, const Leaves<H>& x) {
+    return t.sub(H::energy(x.parameters(), x.q, x.p, Recorded(&t, x.input[6])).on(t), t.constant(H::level));
+}
+
+/// The leaves and the Hamiltonian of a tape.
+template <class H>
+struct Recording : Leaves<H> {
+    int energy = -1;   ///< H − H0
+    int rescale = -1;  ///< Ω, or the constant 1
+
+    constexpr explicit Recording(Tape& t) : Leaves<H>(t) {
+        energy = take_squares_together(t, record_energy<H>(t, *this));
+        if constexpr (Rescalable<H>) rescale = H::rescale(this->parameters(), this->q).on(t);
+        else rescale = t.constant(1);
+    }
+    /// H − H0, or K.
+    constexpr int hamiltonian(Tape& t, bool rescaled) const { return rescaled ? multiply_through(t, rescale, energy) : energy; }
+};
+
+/// p·∂H/∂p from the leaves and the gradient of a tape.
+constexpr int momentum_times_velocity(Tape& t, const std::array<int, 7>& input, const std::array<int, 6>& gradient) {
+    return t.add(t.add(t.mul(input[3], gradient[3]), t.mul(input[4], gradient[4])), t.mul(input[5], gradient[5]));
+}
+
+/// Where the numbers of a `Survey` stand in what its program returns.
+enum SurveyPlace { survey_velocity = 0, survey_excess = 3, survey_size, survey_terms, survey_domain, survey_captured, survey_side, survey_scale, surveyed };
+
+/// The nodes of a survey on a tape; of what a Hamiltonian does not state, the number 1.
+constexpr std::array<int, surveyed> record_survey(Tape& t, const std::array<int, 7>& input, int hamiltonian, int pace, double level,
+                                                  const std::array<int, 6>& gradient) {
+    const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
+    const auto size = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
+    const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(pace, t.constant(level)), one = t.constant(1);
+    const int squares = t.mul(square(input[3], input[4], input[5]), square(gradient[3], gradient[4], gradient[5]));
+    return {gradient[3], gradient[4], gradient[5], hamiltonian, t.add(size(moving), size(resting)),
+            t.add(squares, t.mul(resting, resting)), one, one, one, one};
+}
+
+/// … and what a Hamiltonian states of the ends of steps.
+template <class H>
+constexpr void record_ends(Tape& t, const Leaves<H>& x, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
+    const Vec3<Recorded> velocity{{&t, gradient[3]}, {&t, gradient[4]}, {&t, gradient[5]}};
+    if constexpr (Bounded<H>) survey[survey_domain] = H::domain(x.parameters(), x.q).on(t);
+    if constexpr (Capturing<H>) survey[survey_captured] = H::captured(x.parameters(), x.q, x.p, velocity, Recorded(&t, x.input[6])).on(t);
+    if constexpr (Creased<H>) survey[survey_side] = H::surface(x.parameters(), x.q).on(t);
+    if constexpr (Scaled<H>) survey[survey_scale] = H::length_scale(x.parameters(), x.q).on(t);
+}
+
+/// The gradient by x y z px py pz.
+constexpr std::array<int, 6> record_derivatives(Tape& t, int hamiltonian, const std::array<int, 7>& input) {
+    std::array<int, 6> wanted{}, gradient{};
+    for (int i = 0; i < 6; ++i) wanted[i] = input[i];
+    record_gradient<6>(t, hamiltonian, wanted, gradient);
+    return gradient;
+}
+
+/// What stays and what varies while the implicit halves of eq. (9) are solved.
+inline constexpr Varying kick_varies{3, 6}, drift_varies{0, 3};
+
+/// Everything the programs of a Hamiltonian are cut from: one tape, recorded once by the compiler.
+template <class H, bool Rescaled>
+struct Master {
+    Tape tape{};
+    std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
+    std::array<int, 1> energy{};    ///< H − H0; filled in only where not Rescaled
+    std::array<int, 1> pace{};      ///< Ω
+    std::array<int, surveyed> survey{};
+
+    constexpr Master() {
+        Tape& t = tape;
+        const Recording<H> r(t);
+        const int k = r.hamiltonian(t, Rescaled);
+        gradient = record_derivatives(t, k, r.input);
+        pace = {r.rescale};
+        survey = record_survey(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
+        if constexpr (!Rescaled) energy = {r.energy};
+        record_ends<H>(t, r, gradient, survey);
+    }
+    constexpr std::array<int, 3> side(int from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
+};
+template <class H, bool Rescaled>
+inline constexpr Master<H, Rescaled> master{};
+
+/// The programs.
+template <class H, bool Rescaled>
+inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
+template <class H, bool Rescaled>
+inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), kick_varies>();
+template <class H, bool Rescaled>
+inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), drift_varies>();
+template <class H>
+inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
+template <class H>
+inline constexpr auto rescale_program = extract<master<H, false>, master<H, false>.pace>();
+template <class H, bool Rescaled>
+inline constexpr auto survey_program = extract<master<H, Rescaled>, master<H, Rescaled>.survey>();
+
+/// One part of a Hamiltonian as a Hamiltonian of its own.
+template <class H, bool second>
+struct Part {
+    static constexpr const auto& parameters = H::parameters;
+    static constexpr double level = 0;
+    template <class V>
+    using Parameters = typename H::template Parameters<V>;
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        if constexpr (second) return H::part_b(k, q, p, pt);
+        else return H::part_a(k, q, p, pt);
+    }
+};
+
+/// Whether Newton's method takes every step, as in the printed recipe, and not only those that iteration leaves.
+template <class H>
+inline constexpr bool stepped_by_newton = false;
+template <class H, bool second>
+inline constexpr bool stepped_by_newton<Part<H, second>> = true;
+
+}  // namespace kagero

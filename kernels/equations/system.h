@@ -1,0 +1,302 @@
+/// From a scalar H to Hamilton's equations: dq/dλ = ∂H/∂p, dp/dλ = −∂H/∂q (Satoh 2003, eq. 7), by the tape.
+///
+/// `System<H, Rescaled, S>` holds a Hamiltonian's parameters as numbers of type S and runs its derivative programs on any value type
+/// whose lanes are S. With `Rescaled` it is K = Ω(q)·(H − H0) multiplied through, which has the same rays on H = H0 in another
+/// parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006, §VIII.2).
+#pragma once
+
+#include "kernels/autodiff/dual.h"
+#include "kernels/autodiff/listing.h"
+#include "kernels/autodiff/operations.h"
+#include "kernels/equations/recording.h"
+
+namespace kagero {
+
+/// Canonical state of rays: x y z px py pz, and the constant p_t behind them, as the programs read them.
+template <class V>
+struct State {
+    V y[7];
+    Vec3<V> q() const { return {y[0], y[1], y[2]}; }
+    Vec3<V> p() const { return {y[3], y[4], y[5]}; }
+    void set(const Vec3<V>& q, const Vec3<V>& p) { y[0] = q.x, y[1] = q.y, y[2] = q.z, y[3] = p.x, y[4] = p.y, y[5] = p.z; }
+};
+
+/// What the tracing loop looks at wherever a step ends.
+template <class V>
+struct Survey {
+    Vec3<V> velocity;  ///< ∂K/∂p
+    V excess, size;    ///< K, and |p·∂K/∂p| + |Ω H0|
+    V terms;           ///< |p|²|∂K/∂p|² + (Ω H0)², which vanishes for no ray
+    V domain;          ///< ≤ 0 beyond the edge of the medium
+    V captured;        ///< ≤ 0 where a ray is captured
+    V side;            ///< changes sign where H is not smooth
+    V scale;           ///< no step from here may be longer
+};
+
+/// … from what its program returns.
+template <class V>
+KAGERO_INLINE Survey<V> survey_of(const V* out) {
+    return {{out[survey_velocity], out[survey_velocity + 1], out[survey_velocity + 2]}, out[survey_excess], out[survey_size],
+            out[survey_terms], out[survey_domain], out[survey_captured], out[survey_side], out[survey_scale]};
+}
+
+/// Some of the three axes.
+struct Axes {
+    bool x = false, y = false, z = false;
+    constexpr bool any() const { return x || y || z; }
+};
+
+/// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
+template <class Force, class Velocity>
+constexpr bool is_separable(const Force& force, const Velocity& velocity) {
+    return !force.uses_any_input(3, 6) && velocity.returns_input(0, 3) && velocity.returns_input(1, 4) && velocity.returns_input(2, 5);
+}
+
+/// A program's uniforms, as numbers of type S, computed in double at least.
+template <const auto& P, class S>
+struct Uniforms {
+    S values[P.uniforms + 1];
+    explicit Uniforms(const double* parameters) {
+        using Wide = decltype(S() + 1.0);
+        Wide wide[P.uniforms + 1] = {}, k[parameter_limit] = {};
+        for (int i = 0; i < P.parameters(); ++i) k[i] = Wide(parameters[i]);
+        fill_uniforms(P.nodes, P.slot, P.size, k, wide);
+        for (int i = 0; i < P.uniforms; ++i) values[i] = S(wide[i]);
+    }
+
+private:
+    static constexpr int parameter_limit = P.parameters() + 1;
+};
+
+/// The two sides of Hamilton's equations, all that semi-implicit steps need.
+template <class H, bool Rescaled, class S>
+class Sides {
+    static constexpr const auto& force_ = force_program<H, Rescaled>;
+    static constexpr const auto& velocity_ = velocity_program<H, Rescaled>;
+
+public:
+    /// Whether ∂K/∂q depends on p, ∂K/∂p on q: where not, the half steps of eq. (9) are explicit.
+    static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
+    static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
+    static constexpr bool separable = is_separable(force_, velocity_);
+    /// Coordinates that do not occur in K, as along the layers of a stratified medium: their momenta are constants of the motion.
+    static constexpr Axes cyclic = [] {
+        const auto is_cyclic = [](int k) { return force_.returns_zero(k) && !rescale_program<H>.uses_any_input(k, k + 1); };
+        return Axes{is_cyclic(0), is_cyclic(1), is_cyclic(2)};
+    }();
+
+    explicit Sides(const double* parameters) : force_u_(parameters), velocity_u_(parameters) {}
+
+    /// ∂K/∂q alone.
+    template <class V>
+    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return side<force_>(force_u_.values, s); }
+    /// ∂K/∂p alone: dq/dτ.
+    template <class V>
+    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side<velocity_>(velocity_u_.values, s); }
+    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program, all momenta at once where that is short and every step asks.
+    template <class V>
+    __attribute__((noinline)) void mixed(const State<V>& s, V* out) const {
+        constexpr int together = stepped_by_newton<H> && force_.length() <= longest_unrolled ? 3 : 1;
+        using Forward = Dual<V, together>;
+        for (int from = 0; from < 3; from += together) {
+            Forward in[7], force[3];
+            for (int k = 0; k < 7; ++k) in[k] = Forward(s.y[k]);
+            for (int k = 0; k < together; ++k) in[3 + from + k] = Forward::variable(s.y[3 + from + k], k);
+            run<force_>(force_u_.values, in, force);
+            for (int i = 0; i < 3; ++i)
+                for (int k = 0; k < together; ++k) out[3 * i + from + k] = force[i].derivative[k];
+        }
+    }
+
+protected:
+    static constexpr int longest_unrolled = 100;
+    /// Programs are unrolled where they are used. Long ones that steps of several kinds use are called instead; all others that are long, or
+    /// not taken unasked, are used by the calls of called_system.h alone.
+    template <const auto& P, class V>
+    KAGERO_INLINE static void evaluate(const S* uniforms, const V* inputs, V* outputs) {
+        if constexpr (separable && P.length() > longest_unrolled) run_called<P>(uniforms, inputs, outputs);
+        else run<P>(uniforms, inputs, outputs);
+    }
+    /// ∂K/∂q to three places.
+    template <class V>
+    KAGERO_INLINE void put_dq(const State<V>& s, V* out) const { evaluate<force_>(force_u_.values, s.y, out); }
+
+private:
+    template <const auto& P, class V>
+    __attribute__((noinline)) static void run_called(const S* uniforms, const V* inputs, V* outputs) { run<P>(uniforms, inputs, outputs); }
+    template <const auto& P, class V>
+    KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
+        V out[3];
+        evaluate<P>(uniforms, s.y, out);
+        return {out[0], out[1], out[2]};
+    }
+
+    Uniforms<force_program<H, Rescaled>, S> force_u_;
+    Uniforms<velocity_program<H, Rescaled>, S> velocity_u_;
+};
+
+/// The parts H_A and H_B of the printed recipe, each as a system of its own.
+template <class H, class S>
+struct PartSystems {
+    Sides<Part<H, false>, false, S> a;
+    Sides<Part<H, true>, false, S> b;
+    explicit PartSystems(const double* parameters) : a(parameters), b(parameters) {}
+};
+struct NoParts {
+    explicit NoParts(const double*) {}
+};
+
+/// V(u) in the plane of an orbit in the guise of a Hamiltonian of u = q.x, du/dφ = p.x and 1/b² = p.y, so that the tape differentiates it.
+template <class H>
+struct OrbitPlane {
+    static constexpr const auto& parameters = H::parameters;
+    static constexpr double level = 0;
+    template <class V>
+    using Parameters = typename H::template Parameters<V>;
+    template <class V>
+    static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
+        return 0.5 * p.x * p.x + H::orbit_potential(k, q.x, p.y);
+    }
+};
+template <class H, class S>
+class OrbitSystem : public Sides<OrbitPlane<H>, false, S> {
+public:
+    explicit OrbitSystem(const double* parameters) : Sides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
+    /// ∂V/∂u.
+    template <class V>
+    KAGERO_INLINE V slope(const V& u, const V& g) const { return this->dq(at_rest(u, g)).x; }
+    /// V.
+    template <class V>
+    KAGERO_INLINE V potential(const V& u, const V& g) const {
+        V out[1];
+        run<energy_program<OrbitPlane<H>>>(energy_u_.values, at_rest(u, g).y, out);
+        return out[0];
+    }
+
+private:
+    template <class V>
+    KAGERO_INLINE static State<V> at_rest(const V& u, const V& g) {
+        const V zero(S(0));
+        return {{u, zero, zero, zero, g, zero, zero}};
+    }
+    Uniforms<energy_program<OrbitPlane<H>>, S> energy_u_;
+};
+struct NoOrbit {
+    explicit NoOrbit(const double*) {}
+};
+
+template <class H, bool Rescaled, class S>
+class System : public Sides<H, Rescaled, S> {
+    static_assert(!Rescaled || Rescalable<H>);
+    using Base = Sides<H, Rescaled, S>;
+    static constexpr const auto& derivatives_ = derivatives_program<H, Rescaled>;
+    static constexpr const auto& survey_ = survey_program<H, Rescaled>;
+
+public:
+    using Hamiltonian = H;
+    static constexpr bool rescaled = Rescaled;
+    /// Steps in it are compiled for all such systems together (called_system.h).
+    static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::longest_unrolled;
+    /// What of a survey is more than the number 1.
+    static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, creased = Creased<H>, scaled = Scaled<H>;
+
+    static constexpr ProgramOperations operations = [] {
+        ProgramOperations o{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
+                            operations_of(velocity_program<H, Rescaled>), operations_of(survey_)};
+        if constexpr (Orbiting<H>) o.slope = operations_of(force_program<OrbitPlane<H>, false>);
+        return o;
+    }();
+
+    explicit System(const double* parameters)
+        : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters), energy_u_(parameters),
+          rescale_u_(parameters), survey_u_(parameters) {}
+    /// H0.
+    static constexpr S level() { return S(H::level); }
+    const auto& part_a() const requires Parted<H> { return parts_.a; }
+    const auto& part_b() const requires Parted<H> { return parts_.b; }
+    const auto& orbit() const requires Orbiting<H> { return orbit_; }
+
+    /// out = ∂K/∂q (3), ∂K/∂p (3).
+    template <class V>
+    KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
+        if constexpr (Base::separable) {
+            out[3] = s.y[3], out[4] = s.y[4], out[5] = s.y[5];
+            Base::put_dq(s, out);
+        } else {
+            Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);
+        }
+    }
+    /// ∂²K/∂(q, p)² (36, row by row): forward duals over the reverse program, one variable at a time.
+    template <class V>
+    __attribute__((noinline)) void hessian(const State<V>& s, V* out) const {
+        using Forward = Dual<V, 1>;
+        for (int variable = 0; variable < 6; ++variable) {
+            Forward in[7], g[6];
+            for (int k = 0; k < 7; ++k) in[k] = Forward(s.y[k]);
+            in[variable] = Forward::variable(s.y[variable], 0);
+            run<derivatives_>(derivatives_u_.values, in, g);
+            for (int k = 0; k < 6; ++k) out[6 * k + variable] = g[k].derivative[0];
+        }
+    }
+    /// The program of `derivatives` as data.
+    Listed<S> listed() const {
+        return {{derivatives_.nodes, derivatives_.slot, derivatives_.outputs.data(), derivatives_.size}, derivatives_u_.values};
+    }
+    /// The parameters, for flows that a Hamiltonian states in closed form.
+    template <class V>
+    KAGERO_INLINE auto parameters() const {
+        V k[H::parameters.size() + 1];
+        for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(numbers_.k[i]);
+        return make_parameters<H>(k);
+    }
+    /// H − H0, of the Hamiltonian itself.
+    template <class V>
+    KAGERO_INLINE V energy(const State<V>& s) const {
+        V out[1];
+        run<energy_program<H>>(energy_u_.values, s.y, out);
+        return out[0];
+    }
+    template <class V>
+    KAGERO_INLINE Survey<V> survey(const State<V>& s) const {
+        V out[surveyed];
+        run<survey_>(survey_u_.values, s.y, out);
+        return survey_of(out);
+    }
+    /// dλ/dτ at the position in s.
+    template <class V>
+    KAGERO_INLINE V pace(const State<V>& s) const {
+        V out[1] = {V(S(1))};
+        if constexpr (Rescaled) run<rescale_program<H>>(rescale_u_.values, s.y, out);
+        return out[0];
+    }
+
+private:
+    /// The parameters as S; room for one more, because a Hamiltonian may have none.
+    struct Numbers {
+        S k[H::parameters.size() + 1] = {};
+        explicit Numbers(const double* parameters) {
+            for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = S(parameters[i]);
+        }
+    };
+    template <class Self>
+    static constexpr auto parts() {
+        if constexpr (Parted<Self> && !Rescaled) return std::type_identity<PartSystems<Self, S>>{};
+        else return std::type_identity<NoParts>{};
+    }
+
+    template <class Self>
+    static constexpr auto orbit_plane() {
+        if constexpr (Orbiting<Self> && !Rescaled) return std::type_identity<OrbitSystem<Self, S>>{};
+        else return std::type_identity<NoOrbit>{};
+    }
+
+    Numbers numbers_;
+    [[no_unique_address]] typename decltype(parts<H>())::type parts_;
+    [[no_unique_address]] typename decltype(orbit_plane<H>())::type orbit_;
+    Uniforms<derivatives_program<H, Rescaled>, S> derivatives_u_;
+    Uniforms<energy_program<H>, S> energy_u_;
+    Uniforms<rescale_program<H>, S> rescale_u_;
+    Uniforms<survey_program<H, Rescaled>, S> survey_u_;
+};
+
+}  // namespace kagero

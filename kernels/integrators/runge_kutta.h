@@ -1,0 +1,103 @@
+/// Explicit Runge–Kutta methods, with fixed step or with step control lane by lane: not symplectic, for comparison and where a ray
+/// passes only once.
+#pragma once
+
+#include "kernels/integrators/costs.h"
+#include "kernels/integrators/implicit.h"
+#include "kernels/integrators/shared.h"
+
+namespace kagero {
+
+/// Any table: coefficients are data, so that one copy of the derivative program serves them all.
+struct RungeKutta {
+    static constexpr Family family = Family::runge_kutta;
+    template <class System>
+    static constexpr const char* refusal() { return nullptr; }
+    template <class System>
+    static constexpr bool shareable() { return true; }
+    static Operations operations(const Coefficients& c, const ProgramOperations& program) {
+        double products = 0;
+        for (int i = 0; i < c.table->stages; ++i) {
+            products += (c.table->b[i] != 0) + (c.table->error[i] != 0);
+            for (int j = 0; j < i; ++j) products += c.table->a[i][j] != 0;
+        }
+        return operations_in_space(program.derivatives, program.survey + 12 * products);
+    }
+    static constexpr RoundingCounts roundings(const Coefficients& c) {
+        double weight = 0;
+        for (int i = 0; i < c.table->stages; ++i) weight += c.table->b[i] < 0 ? -c.table->b[i] : c.table->b[i];
+        return {1, double(c.table->stages), weight};
+    }
+    static constexpr bool resumes = true;
+    template <class System, class V>
+    static void begin(const System&, Flow<V>&, const Coefficients&) {}
+
+    template <class System, class V>
+    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+        const ButcherTable& table = *coefficients.table;
+        using S = ScalarOf<V>;
+        V g[max_rk_stages][6];
+        V pace(S(0));
+        for (int i = 0; i < table.stages; ++i) {
+            State<V> y;
+            if (i == 0) y = f.start;
+            else move(f, g, table.a[i], i, y);
+            system.derivatives(y, g[i]);
+            if (system.rescaled && f.want_parameter) pace = mul_add(V(S(table.b[i])), system.pace(y), pace);
+        }
+        move(f, g, table.b, table.stages, f.end);
+        f.end.parameter = system.rescaled ? mul_add(f.h, pace, f.start.parameter) : f.start.parameter + f.h;
+        f.gradients += V(S(table.stages));
+        f.solved = always<V>();
+        if (table.estimate_order) control(f, g, table);
+    }
+
+private:
+    /// Σ_j weight_j g_j over the stages with a weight; g as it comes, ∂K/∂q then ∂K/∂p.
+    template <class V>
+    KAGERO_INLINE static void sum(const V (&g)[max_rk_stages][6], const double* weight, int stages, V (&total)[6]) {
+        using S = ScalarOf<V>;
+        for (V& t : total) t = V(S(0));
+        for (int j = 0; j < stages; ++j) {
+            if (weight[j] == 0) continue;
+            const V w{S(weight[j])};
+            for (int k = 0; k < 6; ++k) total[k] = mul_add(w, g[j][k], total[k]);
+        }
+    }
+    /// y = start + h Σ weight_j f_j.
+    template <class V>
+    KAGERO_INLINE static void move(const Flow<V>& f, const V (&g)[max_rk_stages][6], const double* weight, int stages, State<V>& y) {
+        V total[6];
+        sum(g, weight, stages, total);
+        for (int k = 0; k < 3; ++k) {
+            y.y[k] = mul_add(f.h, total[3 + k], f.start.y[k]);
+            y.y[3 + k] = neg_mul_add(f.h, total[k], f.start.y[3 + k]);
+        }
+        y.y[6] = f.start.y[6];
+    }
+
+    /// x^(−1/n); of the eighth, which the costliest method asks for, in fewer operations.
+    template <class V>
+    KAGERO_INLINE static V inverse_root(const V& x, int n) {
+        return n == 8 ? recip(sqrt(sqrt(sqrt(x)))) : exp(log(x) * V(ScalarOf<V>(-1.0 / n)));
+    }
+
+    /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated local error exceeds
+    /// the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a safety factor.
+    template <class V>
+    KAGERO_INLINE static void control(Flow<V>& f, const V (&g)[max_rk_stages][6], const ButcherTable& table) {
+        using S = ScalarOf<V>;
+        V total[6], error(S(0));
+        sum(g, table.error, table.stages, total);
+        for (int k = 0; k < 3; ++k) {
+            error = max(error, abs(f.h * total[3 + k]) / (V(S(1)) + abs(f.end.y[k])));
+            error = max(error, abs(f.h * total[k]) / (V(S(1)) + abs(f.end.y[3 + k])));
+        }
+        const V relative = max(error * V(S(1) / f.tolerance), V(S(1e-6)));
+        const V factor = inverse_root(relative, table.estimate_order + 1);
+        f.accepted = relative <= V(S(1));
+        f.suggested = f.h * max(min(V(S(0.9)) * factor, V(S(4))), V(S(0.2)));
+    }
+};
+
+}  // namespace kagero

@@ -1,0 +1,194 @@
+/// Straight segments against the scene: the only file that names Embree's packets, and with cmake/dependencies.cmake the only one
+/// that knows whether it is Embree 3 or 4.
+#pragma once
+
+#include "kernels/assertion.h"
+#include "kernels/simd/bits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include <rtcore.h>
+
+namespace kagero {
+
+/// Rays per Embree packet: its native width for the instruction set.
+#if defined(__AVX512F__)
+inline constexpr int embree_width = 16;
+using EmbreePacket = RTCRayHit16;
+#elif defined(__AVX2__)
+inline constexpr int embree_width = 8;
+using EmbreePacket = RTCRayHit8;
+#else
+inline constexpr int embree_width = 4;
+using EmbreePacket = RTCRayHit4;
+#endif
+
+/// A bit for each ray of a packet.
+inline constexpr std::uint64_t all_in_packet = (std::uint64_t(1) << embree_width) - 1;
+
+/// W segments org + t·dir, t in [near, 1], in Embree's coordinates, and what they hit first.
+template <int W>
+struct Segments {
+    float org[3][W], dir[3][W], near[W];
+    float t[W];  ///< results, valid where `hits` says so
+    std::uint32_t surface[W] = {}, primitive[W] = {};
+};
+
+namespace detail {
+
+/// What a query takes along to a filter.
+#if RTC_VERSION_MAJOR >= 4
+struct Companion : RTCRayQueryContext {
+#else
+struct Companion : RTCIntersectContext {
+#endif
+    const void* user;
+};
+
+/// `filter`, unless null, may refuse hits.
+inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter = nullptr, const void* user = nullptr) {
+    Companion context;
+    context.user = user;
+#if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&context);
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    if (filter) arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER, arguments.filter = filter;
+    arguments.context = &context;
+    rtcIntersect1(scene, ray, &arguments);
+#else
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    context.filter = filter;
+    rtcIntersect1(scene, &context, ray);
+#endif
+}
+
+inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays) {
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    auto* context = &arguments;
+    const auto call = [&](auto function) { function(valid, scene, rays, context); };
+#else
+    RTCIntersectContext arguments;
+    rtcInitIntersectContext(&arguments);
+    arguments.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    const auto call = [&](auto function) { function(valid, scene, &arguments, rays); };
+#endif
+#if defined(__AVX512F__)
+    call(rtcIntersect16);
+#elif defined(__AVX2__)
+    call(rtcIntersect8);
+#else
+    call(rtcIntersect4);
+#endif
+}
+
+/// One ray of a packet, or the single ray, written as Embree wants it.
+inline void set_ray(auto& ray, auto&& at, const auto& s, int i) {
+    at(ray.org_x) = s.org[0][i], at(ray.org_y) = s.org[1][i], at(ray.org_z) = s.org[2][i];
+    at(ray.dir_x) = s.dir[0][i], at(ray.dir_y) = s.dir[1][i], at(ray.dir_z) = s.dir[2][i];
+    at(ray.tnear) = s.near[i], at(ray.tfar) = 1.0f;
+    at(ray.time) = 0, at(ray.mask) = 0xffffffffu, at(ray.id) = 0, at(ray.flags) = 0;
+}
+
+/// `ask(i, ray)` intersects the ray of lane i.
+template <int W, class Ask>
+std::uint64_t query_singly(Segments<W>& s, std::uint64_t active, const Ask& ask) {
+    std::uint64_t hits = 0;
+    for (const int i : lanes_in(active)) {
+        RTCRayHit r;
+        set_ray(r.ray, [](auto& field) -> auto& { return field; }, s, i);
+        r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        ask(i, &r);
+        if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+        hits |= std::uint64_t(1) << i;
+        s.t[i] = r.ray.tfar, s.surface[i] = r.hit.geomID, s.primitive[i] = r.hit.primID;
+    }
+    return hits;
+}
+
+/// Lanes [first, first + embree_width) as one packet. Inactive lanes get an empty, finite ray, because Embree ignores the mask on
+/// widths that are not native.
+template <int W>
+std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first) {
+    alignas(64) EmbreePacket r;
+    alignas(64) int valid[embree_width];
+    for (int k = 0; k < embree_width; ++k) set_ray(r.ray, [k](auto& field) -> auto& { return field[k]; }, s, first + k);
+    std::fill_n(r.hit.geomID, embree_width, RTC_INVALID_GEOMETRY_ID), std::fill_n(r.hit.instID[0], embree_width, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(valid, embree_width, -1);
+    for (const int k : lanes_in(~(active >> first) & all_in_packet)) {
+        valid[k] = 0;
+        r.ray.org_x[k] = r.ray.org_y[k] = r.ray.org_z[k] = 0;
+        r.ray.dir_x[k] = 1, r.ray.dir_y[k] = r.ray.dir_z[k] = 0;
+        r.ray.tnear[k] = 1, r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
+    }
+    intersect(valid, scene, &r);
+    std::copy_n(r.ray.tfar, embree_width, s.t + first);
+    std::copy_n(r.hit.geomID, embree_width, s.surface + first), std::copy_n(r.hit.primID, embree_width, s.primitive + first);
+    std::uint64_t hits = 0;
+    for (int k = 0; k < embree_width; ++k) hits |= std::uint64_t(r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) << (first + k);
+    hits &= active;
+    return hits;
+}
+
+}  // namespace detail
+
+/// So many active rays, or fewer, are queried one by one: about where a packet query costs as much.
+inline constexpr int single_query_limit = 3;
+
+/// Embree ends the process at numbers that are not finite, or too large to be squared twice, and at a negative `near`.
+template <int W>
+bool is_legal_segment(const Segments<W>& s, int lane) {
+    constexpr float largest = 1.8e18f;
+    bool legal = s.near[lane] >= 0;
+    for (int k = 0; k < 3; ++k) legal = legal && std::abs(s.org[k][lane]) < largest && std::abs(s.dir[k][lane]) < largest;
+    return legal;
+}
+
+/// Queries the active segments; returns which of them hit. End points must be finite.
+template <int W>
+std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
+    for ([[maybe_unused]] const int i : lanes_in(active))
+        KAGERO_ASSERT(is_legal_segment(s, i));
+    const auto scene = static_cast<RTCScene>(embree_scene);
+    const auto singly = [scene](int, RTCRayHit* ray) { detail::intersect1(scene, ray); };
+    if constexpr (W % embree_width == 0) {
+        std::uint64_t hits = 0;
+        for (int first = 0; first < W; first += embree_width) {
+            const std::uint64_t here = active & (all_in_packet << first);
+            if (__builtin_popcountll(here) <= single_query_limit) hits |= detail::query_singly(s, here, singly);
+            else hits |= detail::query_packet(scene, s, here, first);
+        }
+        return hits;
+    } else {
+        return detail::query_singly(s, active, singly);
+    }
+}
+
+/// The same one by one, where only hits count that `meets(lane, surface, primitive, t)`.
+template <int W, class Meets>
+std::uint64_t query_carefully(void* embree_scene, Segments<W>& s, std::uint64_t active, const Meets& meets) {
+    struct Candidate {
+        const Meets& meets;
+        int lane;
+    };
+    const RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments* a) {
+        const auto& candidate = *static_cast<const Candidate*>(static_cast<const detail::Companion*>(a->context)->user);
+        if (a->valid[0] != 0 && !candidate.meets(candidate.lane, RTCHitN_geomID(a->hit, 1, 0), RTCHitN_primID(a->hit, 1, 0), RTCRayN_tfar(a->ray, 1, 0)))
+            a->valid[0] = 0;
+    };
+    return detail::query_singly(s, active, [&](int i, RTCRayHit* ray) {
+        const Candidate candidate{meets, i};
+        detail::intersect1(static_cast<RTCScene>(embree_scene), ray, filter, &candidate);
+    });
+}
+
+}  // namespace kagero

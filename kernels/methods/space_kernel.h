@@ -1,0 +1,64 @@
+/// Everything the tracing loop asks of a Hamiltonian, behind function pointers: the loop is compiled once per value type, each
+/// Hamiltonian once per value type, and neither knows the other.
+#pragma once
+
+#include "kernels/autodiff/listing.h"
+#include "kernels/integrators/curve.h"
+#include "kernels/methods/methods.h"
+
+namespace kagero {
+
+/// Room for any System<H, …>.
+struct alignas(64) SystemStorage {
+    unsigned char bytes[1 << 14];
+};
+
+namespace detail {
+
+template <class System>
+const System& system_in(const SystemStorage& storage) {
+    static_assert(sizeof(System) <= sizeof(SystemStorage) && alignof(System) <= alignof(SystemStorage));
+    return *reinterpret_cast<const System*>(storage.bytes);
+}
+
+}  // namespace detail
+
+/// One Hamiltonian, rescaled or not, on one value type.
+template <class V>
+struct SpaceKernel {
+    /// Puts the system with these parameters into storage.
+    void (*construct)(SystemStorage&, const double* parameters);
+    /// H is not smooth where Waypoint::side changes sign: steps must end there.
+    bool creased;
+    /// No step may be longer than Waypoint::scale.
+    bool scaled;
+    /// Rays end where Waypoint::domain, or Waypoint::captured, is not positive.
+    bool bounded, capturing;
+    /// Coordinates that do not occur in K.
+    Axes cyclic;
+    ProgramOperations operations;
+    /// Per kind: null where it serves this Hamiltonian, else why not.
+    const char* refusal[kind_count];
+    /// Fills velocity, energy and the stepper's memory at the start of rays.
+    void (*begin[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
+    /// One step from flow.start to flow.end.
+    void (*step[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
+    /// Dense output of that step; null where cubic Hermite is all there is.
+    Curve<V> (*curve[kind_count])(const Flow<V>&, const Coefficients&);
+    /// As many steps as it takes to the escape sphere, or to where a ray that is captured takes its last; null where steps end in space.
+    void (*pass[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&, Passage<V>&);
+    /// The first two for rays known to be straight.
+    void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
+    void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
+    /// Waypoint::side at a state; of what is creased alone.
+    V (*side)(const SystemStorage&, const State<V>&);
+    /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone have them.
+    Listed<double> (*derivatives)(const SystemStorage&);
+    V (*pace)(const SystemStorage&, const State<V>&);
+};
+
+/// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.
+template <class H, class V>
+const SpaceKernel<V>& space_kernel(bool rescaled);
+
+}  // namespace kagero

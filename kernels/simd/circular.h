@@ -1,0 +1,90 @@
+/// sin, cos and tan of rays in packets and alone, to the same bits, each lane by itself whatever its neighbours ask for.
+///
+/// x = k π/2 + r with |r| ≤ π/4, the multiple taken off in three parts (Cody & Waite 1980); then Taylor's series of both, of which the
+/// quadrant picks one. Within 2 ulp of 1; arguments too large for this, and what is not finite, go to the standard library one by one.
+#pragma once
+
+#include "kernels/simd/lane_memory.h"
+
+#include <array>
+
+namespace kagero {
+namespace detail {
+
+template <class S>
+struct QuarterTurn;
+template <>
+struct QuarterTurn<double> {
+    // The first two of 33 bits, so that products with k < 2²⁰ are exact; the third is what is left.
+    static constexpr double parts[3] = {1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
+    static constexpr double limit = 1e6;
+    static constexpr int terms = 8;
+};
+template <>
+struct QuarterTurn<float> {
+    static constexpr float parts[3] = {1.5703125f, 4.837512969970703125e-4f, 7.54978995489188216e-8f};
+    static constexpr float limit = 4e3f;
+    static constexpr int terms = 5;
+};
+
+/// 1/1!, −1/3!, 1/5! … for sin (first = 1); 1, −1/2!, 1/4! … for cos (first = 0).
+template <class S, int first>
+constexpr auto taylor_coefficients() {
+    std::array<S, QuarterTurn<S>::terms + 1> c{};
+    double factorial = 1;
+    for (int n = 0; n < static_cast<int>(c.size()); ++n) {
+        c[n] = static_cast<S>((n % 2 ? -1 : 1) / factorial);
+        factorial *= (2 * n + first + 1) * (2 * n + first + 2);
+    }
+    return c;
+}
+template <int first, class V>
+KAGERO_INLINE V taylor(const V& square) {
+    using S = ScalarOf<V>;
+    constexpr auto c = taylor_coefficients<S, first>();
+    V sum(c.back());
+    for (int n = static_cast<int>(c.size()) - 2; n >= 0; --n) sum = mul_add(sum, square, V(c[n]));
+    return sum;
+}
+
+/// The lanes of `far` one by one, the others as they are. Out of line: it is hardly ever needed.
+template <int quarters, class V>
+[[gnu::noinline, gnu::cold]] V far_circular(const V& x, V value, std::uint64_t far) {
+    for (const int i : lanes_in(far)) set_lane(value, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
+    return value;
+}
+
+/// sin(x + quarters·π/2).
+template <int quarters, class V>
+KAGERO_INLINE V circular(const V& x) {
+    using S = ScalarOf<V>;
+    using Turn = QuarterTurn<S>;
+    const auto half_below = [&](const V& k) { return nearest_whole(mul_sub(k, V(S(0.5)), V(S(0.25)))); };
+    const V turns = nearest_whole(x * V(S(0.636619772367581343)));
+    V r = neg_mul_add(turns, V(Turn::parts[0]), x);
+    r = neg_mul_add(turns, V(Turn::parts[1]), r);
+    r = neg_mul_add(turns, V(Turn::parts[2]), r);
+    const V square = r * r;
+    const V sine = r * taylor<1>(square), cosine = taylor<0>(square);
+    const V k = turns + V(S(quarters)), half = half_below(k);
+    const V odd = neg_mul_add(V(S(2)), half, k), flipped = neg_mul_add(V(S(2)), half_below(half), half);
+    const V value = pick(odd > V(S(0.5)), cosine, sine) * neg_mul_add(V(S(2)), flipped, V(S(1)));
+    const auto far = !(abs(x) <= V(Turn::limit));
+    if (!any(far)) [[likely]]
+        return value;
+    return far_circular<quarters>(x, value, to_bits(far));
+}
+
+template <class V>
+concept RayNumber = std::is_same_v<ScalarOf<V>, double> || std::is_same_v<ScalarOf<V>, float>;
+
+}  // namespace detail
+
+template <detail::RayNumber V>
+KAGERO_INLINE V sin(const V& x) { return detail::circular<0>(x); }
+template <detail::RayNumber V>
+KAGERO_INLINE V cos(const V& x) { return detail::circular<1>(x); }
+template <detail::RayNumber V>
+KAGERO_INLINE V tan(const V& x) { return sin(x) / cos(x); }
+
+}  // namespace kagero

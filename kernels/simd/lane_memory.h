@@ -1,0 +1,90 @@
+/// Lanes from numbers in memory and back: one by one, all at once, and by a table.
+#pragma once
+
+#include "kernels/simd/lanes.h"
+
+#include <cstring>
+
+namespace kagero {
+
+template <class V>
+KAGERO_INLINE ScalarOf<V> get_lane(const V& v, int lane) {
+    ScalarOf<V> x;
+    std::memcpy(&x, reinterpret_cast<const char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, sizeof x);
+    return x;
+}
+template <class V>
+KAGERO_INLINE void set_lane(V& v, int lane, ScalarOf<V> x) {
+    std::memcpy(reinterpret_cast<char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, &x, sizeof x);
+}
+/// From a number for each lane.
+template <class V>
+KAGERO_INLINE V lanes_of(const double* numbers) {
+    if constexpr (lane_count<V> == 1) {
+        return static_cast<V>(*numbers);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        V v;
+        KAGERO_EACH_REGISTER(registers::from_doubles(v.v[i], numbers + i * V::width))
+        return v;
+    }
+}
+/// … and to one.
+template <class V>
+KAGERO_INLINE void to_doubles(const V& v, double* numbers) {
+    if constexpr (lane_count<V> == 1) {
+        *numbers = static_cast<double>(v);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        KAGERO_EACH_REGISTER(registers::to_doubles(v.v[i], numbers + i * V::width))
+    }
+}
+/// From a number for each lane, and what rounding cuts off it: of a double nothing.
+template <class V>
+KAGERO_INLINE V lanes_of(const double* numbers, V& cut) {
+    const V v = lanes_of<V>(numbers);
+    if constexpr (std::is_same_v<ScalarOf<V>, double>) {
+        cut = V(0.0);
+    } else {
+        alignas(64) double rest[lane_count<V>];
+        to_doubles(v, rest);
+        for (int i = 0; i < lane_count<V>; ++i) rest[i] = numbers[i] - rest[i];
+        cut = lanes_of<V>(rest);
+    }
+    return v;
+}
+template <class V>
+KAGERO_INLINE void to_floats(const V& v, float* numbers) {
+    if constexpr (lane_count<V> == 1) {
+        *numbers = static_cast<float>(v);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        KAGERO_EACH_REGISTER(registers::to_floats(v.v[i], numbers + i * V::width))
+    }
+}
+/// The entry of each lane in a table of nx · ny · … numbers, by whole numbers x < nx, y < ny, z, all ≥ 0.
+template <class V>
+KAGERO_INLINE V look_up(const float* table, const V& x, const V& y, const V& z, int nx, int ny) {
+    if constexpr (lane_count<V> == 1) {
+        return V(table[(std::size_t(z) * std::size_t(ny) + std::size_t(y)) * std::size_t(nx) + std::size_t(x)]);
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        V v;
+        KAGERO_EACH_REGISTER(v.v[i] = registers::look_up(table, x.v[i], y.v[i], z.v[i], nx, ny))
+        return v;
+    }
+}
+/// The mask whose lane i is bit i.
+template <class V>
+KAGERO_INLINE MaskOf<V> from_bits(std::uint64_t bits) {
+    if constexpr (lane_count<V> == 1) {
+        return (bits & 1) != 0;
+    } else {
+        constexpr int R = ValueTraits<V>::registers;
+        MaskOf<V> mask;
+        KAGERO_EACH_REGISTER(registers::set_bits(mask.v[i], bits >> (i * V::width)))
+        return mask;
+    }
+}
+
+}  // namespace kagero

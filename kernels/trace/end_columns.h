@@ -1,0 +1,83 @@
+/// Ends of a packet's rays, column by column, and their way into memory by rows: two dozen stores for each ray would be a good part of
+/// what a straight one costs.
+#pragma once
+
+#include "kernels/abi.h"
+#include "kernels/simd/bits.h"
+#include "kernels/simd/lane_memory.h"
+#include "kernels/numeric/vec.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+
+namespace kagero {
+
+/// A column for each number of RayEnd, which is named by its offset there.
+template <class V>
+class EndColumns {
+    static constexpr int W = lane_count<V>;
+
+public:
+    /// Words are those of `same` where nothing else is set; all other numbers must be.
+    KAGERO_INLINE explicit EndColumns(const RayEnd& same) {
+        const Row row = std::bit_cast<Row>(same);
+        for (int k = 0; k < word_count; ++k) std::fill_n(words_[k], W, row.words[k]);
+    }
+    KAGERO_INLINE void set(std::size_t offset, const V& numbers) { to_doubles(numbers, numbers_[offset / sizeof(double)]); }
+    KAGERO_INLINE void set(std::size_t offset, const Vec3<V>& a) {
+        set(offset, a.x), set(offset + sizeof(double), a.y), set(offset + 2 * sizeof(double), a.z);
+    }
+    /// Whole numbers; returns the sum of those of `lanes`. Written for the compiler to vectorize.
+    KAGERO_INLINE std::uint64_t set_counts(std::size_t offset, const V& counts, std::uint64_t lanes) {
+        alignas(64) double numbers[W];
+        to_doubles(pick(from_bits<V>(lanes), counts, V(ScalarOf<V>(0))), numbers);
+        std::uint32_t* const words = words_[place(offset)];
+        for (int i = 0; i < W; ++i) words[i] = static_cast<std::uint32_t>(numbers[i]);
+        std::uint64_t sum = 0;
+        for (int i = 0; i < W; ++i) sum += words[i];
+        return sum;
+    }
+    KAGERO_INLINE void set_words(std::size_t offset, const std::uint32_t (&words)[W]) { std::copy_n(words, W, words_[place(offset)]); }
+
+    /// The rows of `lanes`, each to where its ray ends.
+    KAGERO_INLINE void write(std::uint64_t lanes, RayEnd* const (&ends)[W]) const {
+        if constexpr (W % 4 == 0) {
+            RayEnd unused;
+            const auto end = [&](int lane) { return reinterpret_cast<char*>((lanes >> lane) & 1 ? ends[lane] : &unused); };
+            for (int i = 0; i < W; i += 4) {
+                if (!((lanes >> i) & 15)) continue;
+                char* const to[4] = {end(i), end(i + 1), end(i + 2), end(i + 3)};
+                for (std::size_t k = 0; k < number_count; k += 4) write_four(&numbers_[k], i, to, offsetof(Row, numbers) + k * sizeof(double));
+                for (std::size_t k = 0; k < word_count; k += 4) write_four(&words_[k], i, to, offsetof(Row, words) + k * sizeof(std::uint32_t));
+            }
+        } else {
+            for (const int i : lanes_in(lanes)) {
+                Row row;
+                for (int k = 0; k < number_count; ++k) row.numbers[k] = numbers_[k][i];
+                for (int k = 0; k < word_count; ++k) row.words[k] = words_[k][i];
+                *ends[i] = std::bit_cast<RayEnd>(row);
+            }
+        }
+    }
+
+private:
+    static constexpr int number_count = 12, word_count = 8;
+    struct Row {
+        double numbers[number_count];
+        std::uint32_t words[word_count];
+    };
+    static_assert(sizeof(Row) == sizeof(RayEnd) && offsetof(RayEnd, q) == 0 && offsetof(RayEnd, steps) == offsetof(Row, words));
+    static constexpr std::size_t place(std::size_t offset) { return (offset - offsetof(Row, words)) / sizeof(std::uint32_t); }
+
+    template <class T>
+    KAGERO_INLINE static void write_four(const T (*columns)[W], int lane, char* const (&to)[4], std::size_t offset) {
+        const auto row = [&](int i) { return reinterpret_cast<T*>(to[i] + offset); };
+        registers::transpose(&columns[0][lane], &columns[1][lane], &columns[2][lane], &columns[3][lane], {row(0), row(1), row(2), row(3)});
+    }
+
+    alignas(64) double numbers_[number_count][W];
+    alignas(64) std::uint32_t words_[word_count][W];
+};
+
+}  // namespace kagero

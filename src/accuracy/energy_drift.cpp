@@ -1,0 +1,69 @@
+#include "accuracy/energy_drift.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+struct Level {
+    double value, scale;
+};
+
+Level level_of(const Plan& plan, const RayStart& ray) {
+    const auto& formula = plan.scene.space.formula;
+    const double level = formula ? formula->level : plan.module->hamiltonians[plan.hamiltonian].level;
+    const double kinetic = 0.5 * (ray.p[0] * ray.p[0] + ray.p[1] * ray.p[1] + ray.p[2] * ray.p[2]);
+    return {level, kinetic + std::abs(level)};
+}
+
+std::vector<PathPoint> paths_of(Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
+    const PlanAs as(plan, variant);
+    std::vector<RayEnd> ends;
+    return trace_paths(plan, rays, ends);
+}
+
+double mean(const std::vector<double>& values, std::size_t from, std::size_t to) {
+    double sum = 0;
+    for (std::size_t i = from; i < to; ++i) sum += values[i];
+    return sum / double(to - from);
+}
+
+EnergyDrift drift_of(const std::vector<double>& errors) {
+    const std::size_t n = errors.size(), tenth = std::max<std::size_t>(1, n / 10);
+    return {*std::max_element(errors.begin(), errors.end()), mean(errors, 0, tenth), mean(errors, n - tenth, n)};
+}
+
+}  // namespace
+
+EnergyDrift energy_drift(Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
+    const std::vector<PathPoint> points = paths_of(plan, variant, rays);
+    EnergyDrift worst;
+    for (auto from = points.begin(); from != points.end();) {
+        const auto to = std::find_if(from, points.end(), [&](const PathPoint& p) { return p.ray != from->ray; });
+        const Level level = level_of(plan, rays[from->ray]);
+        std::vector<double> errors;
+        // The first point is the start, where H = H0 to rounding.
+        for (auto point = from + (to - from > 1); point != to; ++point)
+            if (std::isfinite(point->energy)) errors.push_back(std::abs(point->energy - level.value) / level.scale);
+        if (!errors.empty()) {
+            const EnergyDrift drift = drift_of(errors);
+            worst.max = std::max(worst.max, drift.max);
+            worst.first_tenth = std::max(worst.first_tenth, drift.first_tenth);
+            worst.last_tenth = std::max(worst.last_tenth, drift.last_tenth);
+        }
+        from = to;
+    }
+    return worst;
+}
+
+EnergyTrace energy_trace(Plan& plan, const Variant& variant, const RayStart& ray) {
+    const IntegratorInfo& info = info_of(plan, variant);
+    EnergyTrace trace{&info, stated_step(plan, variant), 0, {}};
+    const Level level = level_of(plan, ray);
+    for (const PathPoint& point : paths_of(plan, variant, {ray}))
+        if (std::isfinite(point.energy)) trace.points.push_back({point.parameter, (point.energy - level.value) / level.scale});
+    return trace;
+}
+
+}  // namespace kagero

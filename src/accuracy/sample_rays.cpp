@@ -1,0 +1,53 @@
+#include "accuracy/sample_rays.h"
+
+#include "rays/camera.h"
+#include "render/render.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+/// Small beside every structure of a picture, large beside the error of a reference ray (1e-13).
+constexpr double neighbour_turn = 1e-7;
+
+/// Place on a Z-shaped curve: any run of 2^n places is a compact block of the grid.
+std::uint64_t z_order(std::uint32_t x, std::uint32_t y) {
+    std::uint64_t order = 0;
+    for (int bit = 0; bit < 32; ++bit)
+        order |= std::uint64_t((x >> bit) & 1) << (2 * bit) | std::uint64_t((y >> bit) & 1) << (2 * bit + 1);
+    return order;
+}
+
+}  // namespace
+
+std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width, std::uint32_t height) {
+    const std::uint32_t columns = std::min(width, film.width), rows = std::min(height, film.height);
+    std::vector<std::array<std::uint32_t, 2>> grid;
+    for (std::uint32_t y = 0; y < rows; ++y)
+        for (std::uint32_t x = 0; x < columns; ++x) grid.push_back({x, y});
+    std::sort(grid.begin(), grid.end(), [](const auto& a, const auto& b) { return z_order(a[0], a[1]) < z_order(b[0], b[1]); });
+    std::vector<std::array<double, 2>> pixels;
+    for (const auto& [column, row] : grid)
+        pixels.push_back({std::floor((column + 0.5) * film.width / columns) + 0.5, std::floor((row + 0.5) * film.height / rows) + 0.5});
+    return pixels;
+}
+
+SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height) {
+    const FilmDescription& film = plan.scene.film;
+    SampleRays sample;
+    sample.width = std::min(width, film.width), sample.height = std::min(height, film.height);
+    sample.pixel_angle = pixel_size(plan.scene, 1);
+    sample.turn = neighbour_turn;
+    sample.pixels = sample_pixels(film, width, height);
+    const double aside = neighbour_turn / sample.pixel_angle;
+    for (const auto& [x, y] : sample.pixels) {
+        sample.starts.push_back(film_ray(plan, x, y));
+        sample.right.push_back(film_ray(plan, x + aside, y));
+        sample.below.push_back(film_ray(plan, x, y + aside));
+    }
+    return sample;
+}
+
+}  // namespace kagero

@@ -1,0 +1,118 @@
+#include "appearance/shading.h"
+
+#include "appearance/blackbody.h"
+#include "scene/vector3.h"
+
+#include <algorithm>
+
+namespace kagero {
+
+namespace {
+
+/// A place on a paint, and what a patch around it covers.
+struct PaintedPatch {
+    double u = 0, v = 0;
+    UvPatch sides;
+};
+
+PaintedPatch painted(const ChartPoint& at, const Patch& patch) {
+    return {at.u, at.v, in_chart(at, patch)};
+}
+
+PaintedPatch painted(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Patch& patch) {
+    if (object.shape == Shape::sphere) return painted(on_sphere(subtract(point, object.center)), patch);
+    if (object.shape == Shape::disk) return painted(on_disk(object.normal, object.inner, object.outer, subtract(point, object.center)), patch);
+    if (object.charts.empty()) return {};
+    const TriangleChart& chart = object.charts[primitive];
+    const auto [u, v] = on_triangle(chart, point);
+    return {u, v, in_chart(chart, patch)};
+}
+
+Float3 plain_color(const Paint& paint) {
+    return {static_cast<float>(paint.color[0]), static_cast<float>(paint.color[1]), static_cast<float>(paint.color[2])};
+}
+
+/// The longitudes of a sphere and the angles of a disk go around; a mesh may lay an image out as often as it likes; what lies on a rectangle,
+/// or a face, ends with it.
+Edges edges_on(Shape shape) {
+    if (shape == Shape::mesh) return tiled;
+    return shape == Shape::sphere || shape == Shape::disk ? around : framed;
+}
+
+Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::uint32_t primitive, const Double3& point,
+                   const Patch& patch) {
+    if (!has_pattern(loaded)) return plain_color(loaded.paint);
+    if (loaded.image && object.shape == Shape::sphere)
+        return sphere_texture_color(*loaded.image, *loaded.coarser, subtract(point, object.center), patch.right, patch.below);
+    const PaintedPatch at = painted(object, primitive, point, patch);
+    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides, edges_on(object.shape));
+    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides, edges_on(object.shape));
+}
+
+/// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).
+[[gnu::noinline]] Float3 glow(const ShadedObject& disk, const Double3& point, double redshift) {
+    const double radius = std::max(length(subtract(point, disk.center)), disk.inner);
+    const double kelvin = disk.temperature * std::pow(radius / disk.inner, -0.75) * redshift;
+    if (!(kelvin > 0)) return {0, 0, 0};
+    const std::array<double, 3> rgb = blackbody_color(kelvin);
+    Float3 color;
+    for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(disk.brightness * rgb[k]);
+    return color;
+}
+
+/// Of a triangle as its vertices say, or else across it; of any length.
+Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
+    const std::uint32_t* index = &mesh.triangles[3 * std::size_t{primitive}];
+    const Double3 a = vertex(mesh, index[0]);
+    const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a), ap = subtract(point, a);
+    const Double3 area = cross(ab, ac);
+    if (mesh.normals.empty()) return area;
+    const double b = dot(cross(ap, ac), area) / dot(area, area);
+    const double c = dot(cross(ab, ap), area) / dot(area, area);
+    const double weights[3] = {1 - b - c, b, c};  // barycentric coordinates of the point
+    Double3 normal{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double* n = &mesh.normals[3 * std::size_t{index[k]}];
+        normal = add(normal, scaled({n[0], n[1], n[2]}, weights[k]));
+    }
+    return dot(normal, normal) > 0 ? normal : area;
+}
+
+Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
+    if (object.shape == Shape::sphere) return subtract(point, object.center);
+    if (object.shape == Shape::disk) return object.normal;
+    return normal_on(object.mesh, primitive, point);
+}
+
+void dim(Float3& color, double factor) {
+    for (float& channel : color) channel *= static_cast<float>(factor);
+}
+
+}  // namespace
+
+bool has_pattern(const LoadedPaint& paint) {
+    return paint.paint.kind != Paint::Kind::color;
+}
+
+Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Double3& toward,
+                    double redshift, const Patch& patch) {
+    const std::size_t face = object.paints.size() == 6 ? primitive / 2 : 0;
+    Float3 color;
+    if (object.temperature > 0) {
+        color = glow(object, point, redshift);
+    } else {
+        color = paint_color(object, object.paints[face], primitive, point, patch);
+        if (object.shape == Shape::disk) dim(color, redshift * redshift * (redshift * redshift));
+    }
+    if (object.shading == Shading::lambert) dim(color, std::abs(dot(unit(normal_on(object, primitive, point)), toward)));
+    return color;
+}
+
+Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint) {
+    if (!has_pattern(paint)) return plain_color(paint.paint);
+    if (paint.image) return sky_texture_color(*paint.image, *paint.coarser, direction, axes, footprint);
+    const ChartPoint at = on_sky(direction, axes);
+    return checker_color(paint.paint, at.u, at.v, in_chart(at, {footprint.major, footprint.minor}), around);
+}
+
+}  // namespace kagero

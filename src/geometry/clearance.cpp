@@ -1,0 +1,218 @@
+#include "geometry/clearance.h"
+
+#include <rtcore.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+namespace kagero {
+
+// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: the region of the triangle that q projects to decides.
+Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, const Double3& c) {
+    const Double3 ab = subtract(b, a), ac = subtract(c, a), aq = subtract(q, a);
+    const double d1 = dot(ab, aq), d2 = dot(ac, aq);
+    if (d1 <= 0 && d2 <= 0) return a;
+    const Double3 bq = subtract(q, b);
+    const double d3 = dot(ab, bq), d4 = dot(ac, bq);
+    if (d3 >= 0 && d4 <= d3) return b;
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return add(a, scaled(ab, d1 / (d1 - d3)));
+    const Double3 cq = subtract(q, c);
+    const double d5 = dot(ab, cq), d6 = dot(ac, cq);
+    if (d6 >= 0 && d5 <= d6) return c;
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return add(a, scaled(ac, d2 / (d2 - d6)));
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 >= d3 && d5 >= d6) return add(b, scaled(subtract(c, b), (d4 - d3) / ((d4 - d3) + (d5 - d6))));
+    return add(a, add(scaled(ab, vb / (va + vb + vc)), scaled(ac, vc / (va + vb + vc))));
+}
+
+namespace {
+
+Double3 stretched_by(const Double3& stretch, const Double3& q) {
+    return {stretch[0] * q[0], stretch[1] * q[1], stretch[2] * q[2]};
+}
+
+/// Finds the surface nearest to a point of stretched space.
+struct Search {
+    const Geometry* geometry;
+    Double3 stretch, q;
+    double nearest;
+
+    /// The way to a triangle is no shorter than that to its plane, n·x = d in unstretched space.
+    bool may_be_nearest(const double* plane) const {
+        const Double3 normal{plane[0] / stretch[0], plane[1] / stretch[1], plane[2] / stretch[2]};
+        const double height = dot(normal, q) - plane[3];
+        return !(height * height > nearest * nearest * dot(normal, normal));  // where there is no normal it may
+    }
+
+    Double3 corner(const Surface& surface, std::uint32_t index) const {
+        const double* v = surface.vertices + 3 * std::size_t{index};
+        return stretched_by(stretch, {v[0], v[1], v[2]});
+    }
+};
+
+/// Embree's search radius in its own units, rounded up.
+float search_radius(const Geometry& geometry, double distance) {
+    const auto radius = static_cast<float>(distance * geometry.scale);
+    return std::nextafter(radius, std::numeric_limits<float>::infinity());
+}
+
+/// Visits the triangles whose boxes in stretched space are within `distance` of the point that is q here.
+void query_around(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q, double distance,
+                  RTCPointQueryFunction visit, void* user) {
+    const auto coordinate = [&](std::size_t k) { return static_cast<float>((q[k] - geometry.shift[k]) * geometry.scale * stretch[k]); };
+    RTCPointQuery point{};
+    point.x = coordinate(0), point.y = coordinate(1), point.z = coordinate(2);
+    point.radius = search_radius(geometry, distance);
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene, &point, &context, visit, user);
+}
+
+bool measure(RTCPointQueryFunctionArguments* arguments) {
+    auto& search = *static_cast<Search*>(arguments->userPtr);
+    const Surface& surface = search.geometry->surfaces[arguments->geomID];
+    if (surface.kind != Surface::Kind::triangles || !search.may_be_nearest(surface.planes + 4 * std::size_t{arguments->primID})) return false;
+    const std::uint32_t* index = surface.triangles + 3 * std::size_t{arguments->primID};
+    const Double3 point = closest_point(search.q, search.corner(surface, index[0]), search.corner(surface, index[1]), search.corner(surface, index[2]));
+    const Double3 way = subtract(search.q, point);
+    const double distance = std::sqrt(dot(way, way));
+    if (distance >= search.nearest) return false;
+    search.nearest = distance;
+    arguments->query->radius = search_radius(*search.geometry, distance);
+    return true;
+}
+
+/// Embree's point queries pass over SPHERE_POINT, and a scene has few spheres. Nothing is nearer in stretched space than it is here.
+double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
+    for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
+        const Surface& surface = geometry.surfaces[i];
+        if (surface.kind != Surface::Kind::sphere) continue;
+        const Double3 from_center{q[0] - surface.center[0], q[1] - surface.center[1], q[2] - surface.center[2]};
+        limit = std::min(limit, std::abs(length(from_center) - surface.radius));
+    }
+    return limit;
+}
+
+/// The same in stretched space, from the point that is q here; not greater than `limit`.
+double stretched_distance(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q, double limit) {
+    Search search{&geometry, stretch, stretched_by(stretch, q), distance_to_spheres(geometry, q, limit)};
+    query_around(geometry, scene, stretch, q, search.nearest, measure, &search);
+    return search.nearest;
+}
+
+/// Collects what lies in a cell.
+struct Collection {
+    const Geometry* geometry;
+    Double3 first_corner, edges;  ///< of the cell
+    std::array<std::uint32_t, 3> cell;
+    std::vector<GridBox>* content;
+
+    void add(const Bounds& bounds) const {
+        constexpr std::size_t most = 8;
+        GridBox box;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double lower = (bounds.lower[k] - first_corner[k]) / edges[k], upper = (bounds.upper[k] - first_corner[k]) / edges[k];
+            if (lower > 1 || upper < 0) return;
+            box.lower[k] = float(cell[k] + std::max(lower, 0.0)), box.upper[k] = float(cell[k] + std::min(upper, 1.0));
+        }
+        if (content->size() == most) {
+            GridBox& all = content->back();
+            for (std::size_t k = 0; k < 3; ++k) all.lower[k] = std::min(all.lower[k], box.lower[k]), all.upper[k] = std::max(all.upper[k], box.upper[k]);
+        } else content->push_back(box);
+    }
+};
+
+bool collect(RTCPointQueryFunctionArguments* arguments) {
+    const auto& collection = *static_cast<const Collection*>(arguments->userPtr);
+    const Surface& surface = collection.geometry->surfaces[arguments->geomID];
+    if (surface.kind != Surface::Kind::triangles) return false;
+    Bounds bounds;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double* v = surface.vertices + 3 * std::size_t{surface.triangles[3 * std::size_t{arguments->primID} + k]};
+        bounds.include({v[0], v[1], v[2]});
+    }
+    collection.add(bounds);
+    return false;
+}
+
+/// Boxes that hold all of what lies in a cell around `center`, nothing of which is farther from there than `reach` in stretched space.
+std::vector<GridBox> content_of(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid,
+                                const std::array<std::uint32_t, 3>& cell, const Double3& center, double reach) {
+    std::vector<GridBox> content;
+    const Double3 edges{grid.cell[0], grid.cell[1], grid.cell[2]};
+    Collection collection{&geometry, subtract(center, scaled(edges, 0.5)), edges, cell, &content};
+    for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
+        const Surface& surface = geometry.surfaces[i];
+        if (surface.kind != Surface::Kind::sphere) continue;
+        const Double3 middle{surface.center[0], surface.center[1], surface.center[2]};
+        // Nothing is nearer in stretched space than it is here.
+        if (std::abs(length(subtract(center, middle)) - surface.radius) > reach) continue;
+        Bounds bounds;
+        bounds.include(middle, surface.radius);
+        collection.add(bounds);
+    }
+    query_around(geometry, scene, stretch, center, reach, collect, &collection);
+    return content;
+}
+
+/// One row of cells along x. Distance changes by at most the way gone, so each cell limits the next one's search.
+void survey_row(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid, std::uint32_t y, std::uint32_t z,
+                SurveyedCell* row) {
+    // Of Embree's boxes, whose coordinates are of order one, 2^-18; and of what kernels make of these numbers in float.
+    const double float_error = 5e-6 / geometry.scale, edge = stretch[0] * grid.cell[0], half_diagonal = 0.8661 * edge;
+    double limit = std::numeric_limits<double>::infinity();
+    for (std::uint32_t x = 0; x < grid.cells[0]; ++x) {
+        const Double3 center{grid.origin[0] + (x + 0.5) * grid.cell[0], grid.origin[1] + (y + 0.5) * grid.cell[1],
+                             grid.origin[2] + (z + 0.5) * grid.cell[2]};
+        const double distance = stretched_distance(geometry, scene, stretch, center, limit);
+        limit = distance + edge + float_error;
+        row[x].distance = static_cast<float>(std::max(0.0, distance - float_error) / edge);
+        if (distance - float_error < half_diagonal)
+            row[x].content = content_of(geometry, scene, stretch, grid, {x, y, z}, center, half_diagonal + float_error);
+    }
+}
+
+}  // namespace
+
+double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit) {
+    return stretched_distance(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, q, limit);
+}
+
+Double3 clearance_stretch(const Bounds& bounds) {
+    constexpr double most = 32, share = 0.5;
+    const Double3 size = subtract(bounds.upper, bounds.lower);
+    const double longest = std::max({size[0], size[1], size[2]});
+    Double3 stretch;
+    for (std::size_t i = 0; i < 3; ++i) stretch[i] = size[i] * most > share * longest ? std::max(1.0, share * longest / size[i]) : most;
+    return stretch;
+}
+
+Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds, std::uint32_t cells) {
+    Clearance clearance;
+    ClearanceGrid& grid = clearance.grid;
+    const Double3 lower = stretched_by(stretch, bounds.lower), upper = stretched_by(stretch, bounds.upper), size = subtract(upper, lower);
+    const double margin = std::max({size[0], size[1], size[2]}) / 1024;
+    const double edge = (std::max({size[0], size[1], size[2]}) + 2 * margin) / cells;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double needed = std::ceil((size[i] + 2 * margin) / edge - 1e-9);
+        grid.cells[i] = std::max(1u, static_cast<std::uint32_t>(needed));
+        grid.cell[i] = edge / stretch[i];
+        grid.origin[i] = 0.5 * (bounds.lower[i] + bounds.upper[i] - grid.cells[i] * grid.cell[i]);
+    }
+    std::vector<SurveyedCell> survey(std::size_t{grid.cells[0]} * grid.cells[1] * grid.cells[2]);
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells[1] * grid.cells[2]), [&](const auto& rows) {
+        for (std::uint32_t row = rows.begin(); row != rows.end(); ++row) {
+            survey_row(geometry, static_cast<RTCScene>(stretched), stretch, grid, row % grid.cells[1], row / grid.cells[1],
+                       &survey[std::size_t{row} * grid.cells[0]]);
+        }
+    });
+    clearance.boxes = grow_clear_boxes({grid.cells[0], grid.cells[1], grid.cells[2]}, survey);
+    grid.box = clearance.boxes.box.data(), grid.boxes = clearance.boxes.boxes.data();
+    return clearance;
+}
+
+}  // namespace kagero

@@ -1,0 +1,206 @@
+#include "geometry/ply_check.h"
+
+#include "error.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <strings.h>
+#include <fstream>
+#include <sstream>
+
+namespace kagero {
+
+namespace {
+
+struct Property {
+    std::string name;
+    std::size_t size = 0;        ///< bytes of the value, or of each value of a list
+    std::size_t count_size = 0;  ///< bytes of a list's length; 0: not a list
+};
+
+struct Element {
+    std::string name;
+    std::uint64_t count = 0;
+    std::vector<Property> properties;
+};
+
+enum class PlyFormat { ascii, little, big };
+
+struct Ply {
+    std::string path;
+    PlyFormat format = PlyFormat::ascii;
+    std::vector<Element> elements;
+    int lines = 0;  ///< read so far
+};
+
+std::size_t size_of(const std::string& type) {
+    static const std::pair<const char*, std::size_t> sizes[] = {
+        {"char", 1}, {"uchar", 1}, {"int8", 1},  {"uint8", 1},  {"short", 2}, {"ushort", 2},  {"int16", 2},  {"uint16", 2},
+        {"int", 4},  {"uint", 4},  {"int32", 4}, {"uint32", 4}, {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
+    for (const auto& [name, size] : sizes) {
+        if (type == name) return size;
+    }
+    return 0;
+}
+
+[[noreturn]] void refuse(const Ply& ply, const std::string& message) {
+    throw InputError({ply.path, ply.lines, 0}, message);
+}
+
+PlyFormat format_of(const std::string& word, const Ply& ply) {
+    if (word == "ascii") return PlyFormat::ascii;
+    if (word == "binary_little_endian") return PlyFormat::little;
+    if (word == "binary_big_endian") return PlyFormat::big;
+    refuse(ply, "PLY: format " + word + " is not known; legal are ascii, binary_little_endian and binary_big_endian");
+}
+
+bool next_line(std::istream& file, Ply& ply, std::string& line) {
+    if (!std::getline(file, line)) return false;
+    ++ply.lines;
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    return true;
+}
+
+void read_property(std::istringstream& words, Ply& ply) {
+    if (ply.elements.empty()) refuse(ply, "PLY: a property before any element");
+    Property property;
+    std::string type, count_type;
+    words >> type;
+    if (type == "list") {
+        words >> count_type >> type;
+        property.count_size = size_of(count_type);
+        if (property.count_size == 0) refuse(ply, "PLY: unknown type " + count_type);
+    }
+    words >> property.name;
+    property.size = size_of(type);
+    if (property.size == 0) refuse(ply, "PLY: unknown type " + type);
+    ply.elements.back().properties.push_back(property);
+}
+
+void read_header(std::istream& file, Ply& ply) {
+    std::string line;
+    while (next_line(file, ply, line)) {
+        std::istringstream words(line);
+        std::string word;
+        words >> word;
+        if (word == "end_header") return;
+        if (word == "format") {
+            words >> word;
+            ply.format = format_of(word, ply);
+        } else if (word == "element") {
+            Element element;
+            if (!(words >> element.name >> element.count)) refuse(ply, "PLY: expected: element NAME COUNT");
+            ply.elements.push_back(element);
+        } else if (word == "property") {
+            read_property(words, ply);
+        }
+    }
+    refuse(ply, "PLY: the file ends inside the header");
+}
+
+[[noreturn]] void refuse_short(const Ply& ply, const Element& element, std::uint64_t got) {
+    refuse(ply, "PLY: the header declares " + std::to_string(element.count) + " elements \"" + element.name +
+                    "\", but the file ends after " + std::to_string(got) + " whole ones");
+}
+
+/// In text every element has a line of its own.
+void check_text_element(const Ply& ply, const Element& element, const std::string& line) {
+    if (std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' ' && c != '\t'; }))
+        refuse(ply, "PLY: a control character in a \"" + element.name + "\"");
+    std::istringstream words(line);
+    std::uint64_t expected = 0, got = 0;
+    std::string word;
+    for (const Property& property : element.properties) {
+        std::uint64_t count = 1;
+        if (property.count_size > 0) {
+            ++expected;
+            if (!(words >> count)) break;
+            if (count > line.size()) refuse(ply, "PLY: a list of a \"" + element.name + "\" with more entries than its line has characters");
+            ++got;
+        }
+        expected += count;
+        for (std::uint64_t i = 0; i < count && words >> word; ++i) ++got;
+    }
+    while (words >> word) ++got;
+    if (got == expected) return;
+    refuse(ply,
+           "PLY: expected " + std::to_string(expected) + " numbers of a \"" + element.name + "\", got " + std::to_string(got));
+}
+
+void check_text(std::istream& file, Ply& ply) {
+    std::string line;
+    const auto next_filled = [&] {
+        while (next_line(file, ply, line)) {
+            if (line.find_first_not_of(" \t") != std::string::npos) return true;
+        }
+        return false;
+    };
+    for (const Element& element : ply.elements) {
+        for (std::uint64_t i = 0; i < element.count; ++i) {
+            if (!next_filled()) refuse_short(ply, element, i);
+            check_text_element(ply, element, line);
+        }
+    }
+    if (next_filled()) refuse(ply, "PLY: the file goes on after all the elements that its header declares");
+}
+
+std::uint64_t read_count(const char* bytes, std::size_t size, bool big) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+        value = value << 8 | static_cast<unsigned char>(bytes[big ? i : size - 1 - i]);
+    }
+    return value;
+}
+
+/// The size of one binary element at `bytes`, or more than `left` where the file is too short for it.
+std::size_t binary_size(const Element& element, const char* bytes, std::size_t left, bool big) {
+    std::size_t size = 0;
+    for (const Property& property : element.properties) {
+        std::uint64_t count = 1;
+        if (property.count_size > 0) {
+            if (size + property.count_size > left) return left + 1;
+            count = read_count(bytes + size, property.count_size, big);
+            size += property.count_size;
+        }
+        if (count > (left - std::min(left, size)) / property.size) return left + 1;
+        size += static_cast<std::size_t>(count) * property.size;
+    }
+    return size;
+}
+
+void check_binary(std::istream& file, Ply& ply) {
+    const std::string body{std::istreambuf_iterator<char>(file), {}};
+    ply.lines = 0;
+    std::size_t at = 0;
+    for (const Element& element : ply.elements) {
+        for (std::uint64_t i = 0; i < element.count; ++i) {
+            const std::size_t size = binary_size(element, body.data() + at, body.size() - at, ply.format == PlyFormat::big);
+            if (size > body.size() - at) refuse_short(ply, element, i);
+            if (size == 0) break;
+            at += size;
+        }
+    }
+    if (body.find_first_not_of(" \t\r\n", at) != std::string::npos) {
+        refuse(ply, "PLY: the file goes on after all the elements that its header declares");
+    }
+}
+
+}  // namespace
+
+bool is_ply(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    char start[4] = {};
+    return file.read(start, 3) && strcasecmp(start, "ply") == 0;  // what Assimp takes for PLY
+}
+
+void check_ply(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    Ply ply{path, {}, {}, 0};
+    read_header(file, ply);
+    if (ply.format == PlyFormat::ascii)
+        check_text(file, ply);
+    else
+        check_binary(file, ply);
+}
+
+}  // namespace kagero

@@ -1,0 +1,20 @@
+#include "rays/list_rays.h"
+
+#include "rays/camera.h"
+#include "rays/sampler.h"
+
+namespace kagero {
+
+void list_rays(const Plan& plan, const Tile& tile, RayList& list) {
+    const FilmDescription& film = plan.scene.film;
+    list.starts.clear(), list.frequencies.clear();
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
+        for (std::uint32_t x = tile.x0; x < tile.x1; ++x)
+            for (std::uint32_t i = 0; i < film.spp; ++i) {
+                const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
+                const CameraRay ray = camera_ray(plan, x + u, y + v);
+                list.starts.push_back(ray.start), list.frequencies.push_back(ray.frequency);
+            }
+}
+
+}  // namespace kagero

@@ -1,0 +1,43 @@
+#include "study/peak.h"
+
+#include "render/threads.h"
+
+#include <chrono>
+#include <numeric>
+#include <vector>
+
+namespace kagero {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// Rounds that take one thread some 20 ms.
+std::uint64_t rounds_for(const Module& module, Precision precision) {
+    std::uint64_t rounds = 1 << 16;
+    for (;; rounds *= 2) {
+        const auto begin = Clock::now();
+        module.multiply_adds(precision, rounds);
+        if (seconds_since(begin) > 0.01) return 2 * rounds;
+    }
+}
+
+}  // namespace
+
+Peak::Peak(const Module& module, Precision precision)
+    : module_(module), precision_(precision), rounds_(rounds_for(module, precision)) {}
+
+double Peak::operations_per_second(unsigned threads) const {
+    std::vector<double> rates(threads);
+    on_threads(threads, [&](unsigned i) {
+        const auto begin = Clock::now();
+        const double operations = module_.multiply_adds(precision_, rounds_);
+        rates[i] = operations / seconds_since(begin);
+    });
+    return std::accumulate(rates.begin(), rates.end(), 0.0);
+}
+
+}  // namespace kagero

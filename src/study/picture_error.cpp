@@ -1,0 +1,96 @@
+#include "study/picture_error.h"
+
+#include "rays/camera.h"
+#include "accuracy/ray_errors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+std::unique_ptr<Plan> small_plan(const Plan& plan, std::uint32_t width) {
+    SceneDescription scene = plan.scene;
+    const double share = std::min(1.0, double(width) / scene.film.width);
+    const auto scaled = [&](std::uint32_t n) { return std::max(1u, static_cast<std::uint32_t>(std::lround(n * share))); };
+    scene.film.width = scaled(scene.film.width), scene.film.height = scaled(scene.film.height);
+    scene.film.layers = {"color"};
+    Options options = plan.options;
+    options.crop = {0, 0, 0, 0};
+    auto small = make_plan(std::move(scene), options);
+    small->job.max_steps = plan.job.max_steps, small->job.step = plan.job.step;  // the scene's is in units that lengths no longer have
+    return small;
+}
+
+/// Null where the run was interrupted.
+std::unique_ptr<Film> picture(Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
+    const PlanAs as(plan, variant);
+    auto film = std::make_unique<Film>(plan.scene.film.width, plan.scene.film.height, std::vector<std::string>{"color"});
+    const RunReport report = render(plan, *film, {.stop = stop});
+    seconds = report.seconds;
+    return report.interrupted ? nullptr : std::move(film);
+}
+
+void compare(const Film& should, const Film& is, PictureError& error) {
+    constexpr float visible = 1.0f / 255;
+    const float *a = should.plane("color"), *b = is.plane("color");
+    const std::size_t pixels = std::size_t(should.width()) * should.height();
+    std::size_t wrong = 0;
+    double squares = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        bool differs = false;
+        for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
+            const double difference = double(a[c]) - double(b[c]);
+            differs |= std::abs(difference) > visible;
+            squares += difference * difference;
+        }
+        wrong += differs;
+    }
+    error.wrong_pixels = double(wrong) / double(pixels);
+    error.rms = std::sqrt(squares / (3 * double(pixels)));
+    if (error.rms > 0) error.psnr = -20 * std::log10(error.rms);
+}
+
+}  // namespace
+
+ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& reference, const std::atomic<bool>* stop) {
+    const auto small = small_plan(plan, width);
+    Film film(small->scene.film.width, small->scene.film.height, {"color", "position_error"});
+    small->scene.film.spp = 1;
+    if (kernel_makes_rays(*small)) small->job.camera = &small->camera;
+    if (render(*small, film, {.stop = stop}).interrupted) return {};
+    ErrorMap map{film.width(), film.height(), {}, {}, {}};
+    const std::size_t pixels = std::size_t(map.width) * map.height;
+    map.color.assign(film.plane("color"), film.plane("color") + 3 * pixels);
+    map.estimate.assign(film.plane("position_error"), film.plane("position_error") + pixels);
+    std::vector<RayStart> starts;
+    for (std::uint32_t y = 0; y < map.height; ++y)
+        for (std::uint32_t x = 0; x < map.width; ++x) starts.push_back(pixel_ray(*small, x, y));
+    std::vector<RayEnd> should, is;
+    if (trace(*small, starts, is, {.stop = stop}).interrupted) return {};
+    const PlanAs as(*small, reference);
+    if (trace(*small, starts, should, {.stop = stop}).interrupted) return {};
+    for (std::size_t i = 0; i < pixels; ++i)
+        map.truth.push_back(float(pixel_error(*small, in_space(*small, should[i]), in_space(*small, is[i]))));
+    return map;
+}
+
+std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, const Variant& reference,
+                                         const std::vector<Variant>& variants, const std::atomic<bool>* stop) {
+    const auto small = small_plan(plan, width);
+    double unused = 0;
+    const auto should = picture(*small, reference, stop, unused);
+    std::vector<PictureError> errors;
+    for (const Variant& variant : variants) {
+        PictureError error;
+        const auto is = should ? picture(*small, variant, stop, error.seconds) : nullptr;
+        if (!is) break;
+        const IntegratorInfo& info = info_of(plan, variant);
+        error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision, error.step = stated_step(plan, variant);
+        compare(*should, *is, error);
+        errors.push_back(std::move(error));
+    }
+    return errors;
+}
+
+}  // namespace kagero

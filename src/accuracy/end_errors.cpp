@@ -1,10 +1,8 @@
 #include "accuracy/end_errors.h"
 
-#include "rays/camera.h"
-#include "plan/kernels.h"
 #include "accuracy/ray_errors.h"
 #include "accuracy/rounding_bounds.h"
-#include "plan/variant.h"
+#include "pixels/shade.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,28 +23,23 @@ double other_tolerance(double tolerance) {
 
 /// The plan's kernel, in double.
 const KernelInfo& in_double(const Plan& plan) {
-    for (std::uint32_t i = 0; i < plan.module->kernel_count; ++i) {
-        const KernelInfo& kernel = plan.module->kernels[i];
-        if (kernel.precision == Precision::float64 && kernel.strategy == plan.kernel->strategy &&
-            kernel.form == plan.kernel->form && !refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled))
+    const KernelInfo& own = *plan.run.kernel;
+    for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i) {
+        const KernelInfo& kernel = plan.module().kernels[i];
+        if (kernel.precision == Precision::float64 && kernel.strategy == own.strategy && kernel.form == own.form &&
+            !refusal_of(*plan.scene, kernel, plan.run.method))
             return kernel;
     }
-    return *plan.kernel;
-}
-
-/// What the plan does, as a variant.
-Variant own_variant(const Plan& plan) {
-    const bool adaptive = plan.module->integrators[plan.job.integrator].adaptive;
-    return {plan.job.integrator, plan.job.rescaled, &in_double(plan), adaptive ? plan.job.tolerance : plan.job.step, -1};
+    return own;
 }
 
 }  // namespace
 
 EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(plan), position_(position), rounding_(rounding) {
-    if (plan.straight || !position) return;
-    const IntegratorInfo& info = plan.module->integrators[plan.job.integrator];
-    const Variant own = own_variant(plan);
-    const bool bounded = plan.module->hamiltonians[plan.hamiltonian].scaled, close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
+    if (plan.scene->straight || !position) return;
+    const IntegratorInfo& info = plan.method();
+    const Variant own = own_variant(plan, in_double(plan));
+    const bool bounded = plan.scene->space.info().scaled, close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
     const auto partner = bounded && !close ? find_variant(plan, partner_method, *own.kernel, partner_tolerance) : std::nullopt;
     Variant finer = partner.value_or(own);
     finer.solver_tolerance = 0;
@@ -55,22 +48,22 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     if (!partner) {
         finer.step = info.adaptive ? other_tolerance(own.step) : 0.5 * own.step;
         // Hits on chords are of second order, whatever the method.
-        const bool chords = plan.job.geometry && plan.job.hit == HitModel::chord;
+        const bool chords = plan.scene->geometry->kernel_view() && plan.run.hit == HitModel::chord;
         const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
         double less = std::pow(finer.step / own.step, order);
         if (shorter) less = std::max(less, std::pow(0.5, info.order));
         error_over_difference_ = 1 / std::abs(1 - less);
     }
-    finer_ = Way{own.kernel, job_as(plan, finer)};
-    if (shorter) finer_->job.step *= 0.5;
-    if (partner) finer_->job.hit = HitModel::hermite;  // its long steps are farther from their chords than the picture's
+    finer_ = plan_by(plan, finer);
+    if (shorter) finer_->run.step *= 0.5;
+    if (partner) finer_->run.hit = HitModel::hermite;  // its long steps are farther from their chords than the picture's
 }
 
 /// Numbers of this precision tell ends apart no better.
 double EndErrors::least_error(const RayEnd& end) const {
     if (!has_end(end)) return 0;
-    const double epsilon = plan_.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
-    if (end.status == Status::escaped) return epsilon / pixel_size(plan_.scene, 1);
+    const double epsilon = plan_.run.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
+    if (end.status == Status::escaped) return epsilon / pixel_size(plan_.description(), 1);
     return epsilon * std::hypot(end.q[0], end.q[1], end.q[2]) / pixel_at(plan_, end);
 }
 
@@ -82,9 +75,9 @@ std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const 
     if (finer_) {
         std::vector<RayEnd> others;
         Counters unused{};
-        Job job = finer_->job;
+        Job job = finer_->job();
         halt.tell(job);
-        trace_tile(*finer_->kernel, job, tile, list, others, unused);
+        trace_tile(*finer_->run.kernel, job, tile, list, others, unused);
         for (std::size_t i = 0; i < count; ++i) {
             const double difference = pixel_error(plan_, others[i], ends[i]);
             errors[i].position =
@@ -96,6 +89,15 @@ std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const 
         for (std::size_t i = 0; i < count; ++i) errors[i].rounding = bounds[i];
     }
     return errors;
+}
+
+RunReport render_with_errors(const Plan& plan, Film& film, const Watch& watch) {
+    const unsigned needs = needs_of(film);
+    if (!(needs & (need_position_error | need_rounding_error))) return render(plan, film, watch);
+    const EndErrors errors(plan, needs & need_position_error, needs & need_rounding_error);
+    return render(plan, film, watch, [&](const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
+        return errors.of(tile, ends, list, halt);
+    });
 }
 
 }  // namespace kagero

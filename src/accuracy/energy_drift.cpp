@@ -1,5 +1,7 @@
 #include "accuracy/energy_drift.h"
 
+#include "render/trace.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,16 +13,15 @@ struct Level {
 };
 
 Level level_of(const Plan& plan, const RayStart& ray) {
-    const auto& formula = plan.scene.space.formula;
-    const double level = formula ? formula->level : plan.module->hamiltonians[plan.hamiltonian].level;
+    const auto& formula = plan.description().space.formula;
+    const double level = formula ? formula->level : plan.scene->space.info().level;
     const double kinetic = 0.5 * (ray.p[0] * ray.p[0] + ray.p[1] * ray.p[1] + ray.p[2] * ray.p[2]);
     return {level, kinetic + std::abs(level)};
 }
 
-std::vector<PathPoint> paths_of(Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
-    const PlanAs as(plan, variant);
+std::vector<PathPoint> paths_of(const Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
     std::vector<RayEnd> ends;
-    return trace_paths(plan, rays, ends);
+    return trace_paths(plan_by(plan, variant), rays, ends);
 }
 
 double mean(const std::vector<double>& values, std::size_t from, std::size_t to) {
@@ -36,7 +37,7 @@ EnergyDrift drift_of(const std::vector<double>& errors) {
 
 }  // namespace
 
-EnergyDrift energy_drift(Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
+EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
     const std::vector<PathPoint> points = paths_of(plan, variant, rays);
     EnergyDrift worst;
     for (auto from = points.begin(); from != points.end();) {
@@ -57,7 +58,7 @@ EnergyDrift energy_drift(Plan& plan, const Variant& variant, const std::vector<R
     return worst;
 }
 
-EnergyTrace energy_trace(Plan& plan, const Variant& variant, const RayStart& ray) {
+EnergyTrace energy_trace(const Plan& plan, const Variant& variant, const RayStart& ray) {
     const IntegratorInfo& info = info_of(plan, variant);
     EnergyTrace trace{&info, stated_step(plan, variant), 0, {}};
     const Level level = level_of(plan, ray);

@@ -3,7 +3,6 @@
 
 #include "plan/variant.h"
 
-
 namespace kagero {
 
 /// |H − H0| / (½|p|² + |H0|, both at the start of the ray): the greatest, and the mean over the first and the last tenth of the
@@ -12,7 +11,7 @@ struct EnergyDrift {
     double max = 0, first_tenth = 0, last_tenth = 0;
 };
 
-EnergyDrift energy_drift(Plan& plan, const Variant& variant, const std::vector<RayStart>& rays);
+EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::vector<RayStart>& rays);
 
 /// The same quantity step by step along one ray, signed.
 struct EnergyTrace {
@@ -22,6 +21,6 @@ struct EnergyTrace {
     std::vector<std::array<double, 2>> points;  ///< parameter of H, relative H − H0
 };
 
-EnergyTrace energy_trace(Plan& plan, const Variant& variant, const RayStart& ray);
+EnergyTrace energy_trace(const Plan& plan, const Variant& variant, const RayStart& ray);
 
 }  // namespace kagero

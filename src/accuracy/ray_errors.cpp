@@ -1,6 +1,5 @@
 #include "accuracy/ray_errors.h"
 
-#include "rays/camera.h"
 #include "appearance/sky_view.h"
 #include "scene/vector3.h"
 
@@ -27,11 +26,11 @@ double angle(const Double3& a, const Double3& b) {
 }  // namespace
 
 bool seen_by_direction(const Plan& plan, const RayEnd& end) {
-    return end.status != Status::hit && plan.scene.camera.type != "orthographic";
+    return end.status != Status::hit && plan.description().camera.type != CameraType::orthographic;
 }
 
 RayEnd in_space(const Plan& plan, RayEnd end) {
-    for (std::size_t k = 0; k < 3; ++k) end.q[k] = end.q[k] / plan.unit - plan.scene.space.center[k];
+    for (std::size_t k = 0; k < 3; ++k) end.q[k] = end.q[k] / plan.scene->unit - plan.description().space.center[k];
     return end;
 }
 
@@ -40,15 +39,15 @@ bool has_end(const RayEnd& end) {
 }
 
 double pixel_at(const Plan& plan, const RayEnd& end) {
-    const Double3 &eye = plan.scene.camera.position, &center = plan.scene.space.center;
-    if (seen_by_direction(plan, end)) return pixel_size(plan.scene, 1);
-    return pixel_size(plan.scene, std::hypot(end.q[0] + center[0] - eye[0], end.q[1] + center[1] - eye[1], end.q[2] + center[2] - eye[2]));
+    const Double3 &eye = plan.description().camera.position, &center = plan.description().space.center;
+    if (seen_by_direction(plan, end)) return pixel_size(plan.description(), 1);
+    return pixel_size(plan.description(), std::hypot(end.q[0] + center[0] - eye[0], end.q[1] + center[1] - eye[1], end.q[2] + center[2] - eye[2]));
 }
 
 double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is) {
     const double size = pixel_at(plan, should);
     if (!seen_by_direction(plan, should)) return distance(should.q, is.q) / size;
-    const SkyView a = sky_view(plan, should), b = sky_view(plan, is);
+    const SkyView a = sky_view(plan.scene->space, should), b = sky_view(plan.scene->space, is);
     return a.far == b.far ? angle(a.direction, b.direction) / size : angle(should.v, is.v) / size;
 }
 
@@ -104,7 +103,7 @@ std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, 
             if (!has_end(ends[i]) || !same_class(ends[i], *aside)) continue;
             const double seen = pixels_apart(plan, in_space(plan, ends[i]), in_space(plan, *aside)) * sample.pixel_angle;
             // Parallel rays are set aside by a length, which says nothing of how an angle compares with it.
-            const double turned = plan.scene.camera.type == "orthographic" ? 0 : angle(ends[i].v, aside->v), apart = std::max(turned, seen);
+            const double turned = plan.description().camera.type == CameraType::orthographic ? 0 : angle(ends[i].v, aside->v), apart = std::max(turned, seen);
             all[i] = std::max(all[i], apart / sample.turn);
         }
     return all;

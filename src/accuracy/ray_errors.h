@@ -1,8 +1,8 @@
 /// Ends of rays against the ends they should have had.
 #pragma once
 
-#include "render/render.h"
 #include "accuracy/sample_rays.h"
+#include "render/spread.h"
 
 namespace kagero {
 

@@ -1,5 +1,8 @@
 #include "accuracy/reference.h"
 
+#include "error.h"
+#include "render/trace.h"
+
 #include <cmath>
 
 namespace kagero {
@@ -37,10 +40,9 @@ struct Limits {
     const std::atomic<bool>* stop;
 };
 
-std::vector<RayEnd> ends_by(Plan& plan, const Variant& variant, const std::vector<RayStart>& starts, const Limits& limits) {
-    const PlanAs as(plan, variant);
+std::vector<RayEnd> ends_by(const Plan& plan, const Variant& variant, const std::vector<RayStart>& starts, const Limits& limits) {
     std::vector<RayEnd> ends;
-    const RunReport report = trace(plan, starts, ends, {.stop = limits.stop, .time_limit = limits.deadline.left()});
+    const RunReport report = trace(plan_by(plan, variant), starts, ends, {.stop = limits.stop, .time_limit = limits.deadline.left()});
     if (report.out_of_time) throw RunError("the time was up before two methods had shown how rays end");
     if (report.interrupted) throw Interrupted();
     return ends;
@@ -55,12 +57,12 @@ struct Attempt {
     ReferenceStory story;
 };
 
-Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other, const Limits& limits) {
+Attempt attempt(const Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other, const Limits& limits) {
     Attempt made;
     ReferenceStory& story = made.story;
     story.variant = best;
     story.method = info_of(plan, best).name, story.confirmed_by = info_of(plan, other).name;
-    if (plan.straight) story.method = story.confirmed_by = "straight lines in closed form";
+    if (plan.scene->straight) story.method = story.confirmed_by = "straight lines in closed form";
     story.step = stated_step(plan, best), story.confirmed_step = stated_step(plan, other);
     story.adaptive = info_of(plan, best).adaptive, story.confirmed_adaptive = info_of(plan, other).adaptive;
 
@@ -82,9 +84,9 @@ Attempt attempt(Plan& plan, const SampleRays& sample, const Variant& best, const
 
 }  // namespace
 
-ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline,
+ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline,
                               const std::atomic<bool>* stop) {
-    const double size = scene_size(plan);
+    const double size = scene_size(*plan.scene);
     // In sizes of the scene, or where all rays are ill-conditioned as an angle; not a number where no two rays ended alike.
     const auto doubt = [&](const ReferenceStory& s) {
         return std::isfinite(s.uncertainty.p99) ? s.uncertainty.p99 / size : s.pixels.p99 * sample.pixel_angle;

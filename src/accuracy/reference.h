@@ -23,7 +23,7 @@ struct ReferenceStory {
 
 /// Tries pairs of methods until two agree, and takes the closest. Throws RunError where the space has no two methods to compare, or there
 /// was no time to; Interrupted where `stop` was set.
-ReferenceRays trace_reference(Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline = Deadline(),
+ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline = Deadline(),
                               const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

@@ -1,7 +1,5 @@
 #include "accuracy/rounding_bounds.h"
 
-#include "rays/camera.h"
-#include "appearance/sky_view.h"
 #include "accuracy/ray_errors.h"
 #include "geometry/shapes.h"
 #include "scene/vector3.h"
@@ -18,7 +16,7 @@ constexpr std::size_t paths_together = 64;
 
 /// Half a unit in the last place of 1.
 double half_place_of(const Plan& plan) {
-    return plan.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
+    return plan.run.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
 }
 
 Double3 of(const double (&x)[3]) {
@@ -41,10 +39,10 @@ Double3 normal_at(const Surface& surface, std::uint32_t primitive, const Double3
 /// Of what a ray ends on: a surface, one of the escape spheres, or the edge of the medium, of which nothing more is known.
 Double3 normal_at(const Plan& plan, const RayEnd& end) {
     const Double3 q = of(end.q);
-    if (end.status == Status::hit) return normal_at(plan.job.geometry->surfaces[end.surface], end.primitive, q);
+    if (end.status == Status::hit) return normal_at(plan.scene->geometry->kernel_view()->surfaces[end.surface], end.primitive, q);
     constexpr double near = 1e-3;
     const auto on_sphere = [&](double radius) { return std::abs(length(q) - radius) <= near * radius; };
-    return on_sphere(plan.job.escape_radius) || on_sphere(plan.job.inner_escape_radius) ? q : of(end.v);
+    return on_sphere(plan.scene->limits.escape_radius) || on_sphere(plan.scene->limits.inner_escape_radius) ? q : of(end.v);
 }
 
 /// How what is seen moves with the end of a ray: along two axes across it, in pixels.
@@ -57,7 +55,7 @@ void look_at_end(const Plan& plan, const RayEnd& end, RayPath& path) {
         for (std::size_t r = 0; r < 2; ++r) put(scaled(across[r], pixels), path.by_position[r]);
         return;
     }
-    const SkyView view = sky_view(plan, end);
+    const SkyView view = sky_view(plan.scene->space, end);
     const auto across = meridians(view.direction);
     for (std::size_t r = 0; r < 2; ++r) {
         if (!view.far) {
@@ -78,7 +76,7 @@ struct Paths {
     std::vector<RayEnd> ends;
 
     Paths(const Plan& plan, const RayList& rays, const Halt& halt) : points(rays.starts.size()) {
-        Job job = plan.job;
+        Job job = plan.job();
         halt.tell(job);
         job.refill = false;
         job.path_user = this;
@@ -86,7 +84,7 @@ struct Paths {
             static_cast<Paths*>(user)->points[static_cast<std::size_t>(point->ray)].push_back(*point);
         };
         Counters unused{};
-        trace_tile(*plan.kernel, job, {}, rays, ends, unused);
+        trace_tile(*plan.run.kernel, job, {}, rays, ends, unused);
     }
 };
 
@@ -124,7 +122,8 @@ void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::siz
         wanted.push_back(i);
     }
     std::vector<double> pixels(paths.size());
-    plan.module->bound_roundings(&plan.job, paths.data(), static_cast<std::uint32_t>(paths.size()), half_place_of(plan), pixels.data());
+    const Job job = plan.job();
+    plan.module().bound_roundings(&job, paths.data(), static_cast<std::uint32_t>(paths.size()), half_place_of(plan), pixels.data());
     for (std::size_t i = 0; i < wanted.size(); ++i) bounds[places[wanted[i]]] = pixels[i] + bound_of_ends(plan, rays.starts[wanted[i]], ends[places[wanted[i]]]);
 }
 
@@ -137,7 +136,7 @@ std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const Ra
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < starts.size(); ++i) {
         bounds.push_back(ends[i].status == Status::captured ? 0 : std::numeric_limits<double>::quiet_NaN());
-        if (plan.straight && has_end(ends[i])) bounds.back() = bound_of_ends(plan, starts[i], ends[i]);
+        if (plan.scene->straight && has_end(ends[i])) bounds.back() = bound_of_ends(plan, starts[i], ends[i]);
         else if (has_end(ends[i])) few.starts.push_back(starts[i]), places.push_back(i);
         if (places.empty() || (places.size() < paths_together && i + 1 < starts.size())) continue;
         bound_few(plan, few, places, ends, bounds.data(), halt);

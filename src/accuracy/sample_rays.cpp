@@ -1,7 +1,6 @@
 #include "accuracy/sample_rays.h"
 
 #include "rays/camera.h"
-#include "render/render.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,10 +34,10 @@ std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, st
 }
 
 SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height) {
-    const FilmDescription& film = plan.scene.film;
+    const FilmDescription& film = plan.description().film;
     SampleRays sample;
     sample.width = std::min(width, film.width), sample.height = std::min(height, film.height);
-    sample.pixel_angle = pixel_size(plan.scene, 1);
+    sample.pixel_angle = pixel_size(plan.description(), 1);
     sample.turn = neighbour_turn;
     sample.pixels = sample_pixels(film, width, height);
     const double aside = neighbour_turn / sample.pixel_angle;

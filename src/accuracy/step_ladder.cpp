@@ -16,18 +16,18 @@ constexpr std::size_t most_halvings = 9, quick_scalar_steps = 3, quick_loose_ste
 /// scene states is no place to begin a search for another.
 double coarsest_step(const Plan& plan, const Variant& variant, bool seeks_cheapest) {
     const std::uint32_t order = info_of(plan, variant).order;
-    const double doublings = (order >= 8 ? 2 : order >= 4 ? 1 : 0) + (plan.job.rescaled && !variant.rescaled ? 1 : 0);
+    const double doublings = (order >= 8 ? 2 : order >= 4 ? 1 : 0) + (plan.run.method.rescaled && !variant.method.rescaled ? 1 : 0);
     return (seeks_cheapest ? default_step(plan, variant) : usual_step(plan, variant)) * std::exp2(doublings);
 }
 
 std::vector<double> steps_of(const Plan& plan, const Variant& variant, bool seeks_cheapest) {
     const IntegratorInfo& info = info_of(plan, variant);
-    if (plan.straight) return {plan.job.step};
+    if (plan.scene->straight) return {plan.run.step};
     if (info.adaptive && variant.kernel->precision == Precision::float32)
         return {std::begin(float_tolerances), std::end(float_tolerances)};
     if (info.adaptive) {
         std::vector<double> all(std::begin(tolerances), std::end(tolerances));
-        if (info.name == plan.scene.integrator.method && std::count(all.begin(), all.end(), plan.job.tolerance) == 0) all.push_back(plan.job.tolerance);
+        if (&info == &plan.method() && std::count(all.begin(), all.end(), plan.run.tolerance) == 0) all.push_back(plan.run.tolerance);
         std::sort(all.begin(), all.end(), std::greater<>());
         return all;
     }
@@ -50,27 +50,27 @@ constexpr LadderKind ladder_kinds[] = {
 };
 
 bool worth_it(const Plan& plan, const IntegratorInfo& info, const LadderKind& kind, const LadderChoice& choice, bool own) {
-    if (choice.strategy != "auto" && choice.strategy != name_of(kind.strategy)) return false;
-    if (choice.precision != "auto" && choice.precision != name_of(kind.precision)) return false;
-    if (info.angular && plan.scene.integrator.symmetry == "none") return false;
-    if (kind.loose && (!info.implicit || plan.straight || plan.job.solver_tolerance > 0)) return false;
+    if (choice.strategy && *choice.strategy != kind.strategy) return false;
+    if (choice.precision && *choice.precision != kind.precision) return false;
+    if (info.angular && !plan.run.use_symmetry) return false;
+    if (kind.loose && (!info.implicit || plan.scene->straight || plan.run.solver_tolerance > 0)) return false;
     if (kind.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
     if (kind.precision == Precision::float32 && choice.quick && !choice.seeks_cheapest && !own) return false;
-    return kind.strategy == Strategy::packet || own || choice.full || choice.strategy != "auto";
+    return kind.strategy == Strategy::packet || own || choice.full || choice.strategy;
 }
 
 }  // namespace
 
 std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused) {
-    const std::string& own = plan.scene.integrator.method;
+    const std::string own = plan.method().name;
     const auto wanted = [&](const IntegratorInfo& info) {
-        if (plan.straight) return info.name == own;
+        if (plan.scene->straight) return info.name == own;
         return !choice.quick || info.name == own || info.typical;
     };
     std::vector<Ladder> ladders;
     for (const LadderKind& kind : ladder_kinds)
-        for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i) {
-            const IntegratorInfo& info = plan.module->integrators[i];
+        for (std::uint32_t i = 0; i < plan.module().integrator_count; ++i) {
+            const IntegratorInfo& info = plan.module().integrators[i];
             if (!wanted(info) || !worth_it(plan, info, kind, choice, info.name == own)) continue;
             const auto variant = find_variant(plan, info.name, kind.strategy, kind.precision, 0);
             if (!variant) {

@@ -18,7 +18,8 @@ struct Ladder {
 
 struct LadderChoice {
     bool quick = false, full = false;
-    std::string strategy = "auto", precision = "auto";
+    std::optional<Strategy> strategy;
+    std::optional<Precision> precision;
     bool seeks_cheapest = false;  ///< within a bound: float is tried by the handful too
 };
 

@@ -2,7 +2,7 @@
 /// covers.
 #pragma once
 
-#include "geometry/geometry.h"
+#include "appearance/patch.h"
 #include "geometry/shapes.h"
 #include "scene/vector3.h"
 

@@ -53,14 +53,14 @@ struct SpreadPerPixel {
 Double3 point_of(const RayEnd& end) {
     return {end.q[0], end.q[1], end.q[2]};
 }
-Double3 point_of(const Sighting& ray) {
+Double3 point_of(const PixelSample& ray) {
     return point_of(*ray.end);
 }
 
 /// Whether two rays end on the same face of the same object.
-bool meet_same(const Plan& plan, const RayEnd& a, const RayEnd& b) {
+bool meet_same(const SceneGeometry& geometry, const RayEnd& a, const RayEnd& b) {
     if (b.status != Status::hit || a.surface != b.surface) return false;
-    return plan.geometry->on_same_face(a.surface, a.primitive, point_of(a), b.primitive, point_of(b));
+    return geometry.on_same_face(a.surface, a.primitive, point_of(a), b.primitive, point_of(b));
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp) {
     const double share = 1 / std::sqrt(static_cast<double>(spp));
     SkyFootprints footprints;
     bool captured = false, under[2] = {false, false};
-    for (const Sighting& ray : block.rays) {
+    for (const PixelSample& ray : block.rays) {
         captured = captured || ray.end->status == Status::captured;
         if (ray.end->status == Status::escaped) under[ray.sky.far] = true;
     }
@@ -126,28 +126,28 @@ Patch slope_of(const std::vector<Double3>& points, const std::vector<std::array<
             add(scaled(with_x, -p.xy / area), scaled(with_y, p.xx / area))};
 }
 
-bool find_common_patch(const Plan& plan, PixelBlock& block, std::uint32_t spp) {
-    std::vector<Sighting>& rays = block.rays;
+bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp) {
+    std::vector<PixelSample>& rays = block.rays;
     if (rays.size() != 4 || spp != 1) return false;
     const RayEnd& end = *rays[0].end;
-    if (end.status != Status::hit || !meet_same(plan, end, *rays[1].end) || !meet_same(plan, end, *rays[2].end) || !meet_same(plan, end, *rays[3].end))
+    if (end.status != Status::hit || !meet_same(geometry, end, *rays[1].end) || !meet_same(geometry, end, *rays[2].end) || !meet_same(geometry, end, *rays[3].end))
         return false;
     const Double3 down = subtract(point_of(rays[3]), point_of(rays[0])), up = subtract(point_of(rays[1]), point_of(rays[2]));
     const Patch patch{scaled(add(down, up), 0.5), scaled(subtract(down, up), 0.5)};
-    for (Sighting& ray : rays) ray.patch = patch;
+    for (PixelSample& ray : rays) ray.patch = patch;
     return true;
 }
 
-void find_patches(const Plan& plan, PixelBlock& block, std::uint32_t spp) {
+void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp) {
     const double share = 1 / std::sqrt(static_cast<double>(spp));
-    std::vector<Sighting>& rays = block.rays;
+    std::vector<PixelSample>& rays = block.rays;
     block.has_patch.assign(rays.size(), false);
     for (std::size_t first = 0; first < rays.size(); ++first) {
         const RayEnd& end = *rays[first].end;
         if (end.status != Status::hit || block.has_patch[first]) continue;
         block.group.clear(), block.group_points.clear(), block.group_places.clear();
         for (std::size_t i = 0; i < rays.size(); ++i)
-            if (meet_same(plan, end, *rays[i].end))
+            if (meet_same(geometry, end, *rays[i].end))
                 block.group.push_back(i), block.group_points.push_back(point_of(rays[i])), block.group_places.push_back(block.places[i]);
         const Patch slope = slope_of(block.group_points, block.group_places);
         const Patch patch{scaled(slope.right, share), scaled(slope.below, share)};

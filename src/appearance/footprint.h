@@ -1,13 +1,20 @@
 /// How much of the sky, or of a surface, a ray stands for.
 #pragma once
 
-#include "pixels/shade.h"
+#include "appearance/pixel_sample.h"
+#include "geometry/geometry.h"
 
 namespace kagero {
 
+/// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.
+struct SkyFootprints {
+    Footprint near, far;
+    bool torn = false;  ///< some rays of the block are captured, or escape to the other sky
+};
+
 /// The rays of a block of 2 × 2 pixels, those of a pixel after those of another, and their places on the picture in pixels.
 struct PixelBlock {
-    std::vector<Sighting> rays;
+    std::vector<PixelSample> rays;
     std::vector<CameraRay> starts;  ///< what their `ray` points to
     std::vector<std::array<double, 2>> places;
     std::vector<bool> has_patch;
@@ -23,12 +30,12 @@ SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp);
 
 /// The patches of four rays, one per pixel of a whole block, that all meet the same face: the same as find_patches, in fewer operations and
 /// without their places. False for other blocks, which stay as they are.
-bool find_common_patch(const Plan& plan, PixelBlock& block, std::uint32_t spp);
+bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 
 /// The patches of the block's rays: how the ends of those that meet the same face of the same object move with their places on
 /// the picture, a linear map fitted to them. Of two rays, or a row of them, it is known along their line alone; a ray alone has
 /// none.
-void find_patches(const Plan& plan, PixelBlock& block, std::uint32_t spp);
+void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 
 /// The linear map from places to points, for a step of one pixel.
 Patch slope_of(const std::vector<Double3>& points, const std::vector<std::array<double, 2>>& places);

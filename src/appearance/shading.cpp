@@ -20,8 +20,8 @@ PaintedPatch painted(const ChartPoint& at, const Patch& patch) {
 }
 
 PaintedPatch painted(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Patch& patch) {
-    if (object.shape == Shape::sphere) return painted(on_sphere(subtract(point, object.center)), patch);
-    if (object.shape == Shape::disk) return painted(on_disk(object.normal, object.inner, object.outer, subtract(point, object.center)), patch);
+    if (object.geometry->shape == Shape::sphere) return painted(on_sphere(subtract(point, object.geometry->center)), patch);
+    if (object.geometry->shape == Shape::disk) return painted(on_disk(object.normal, object.inner, object.outer, subtract(point, object.geometry->center)), patch);
     if (object.charts.empty()) return {};
     const TriangleChart& chart = object.charts[primitive];
     const auto [u, v] = on_triangle(chart, point);
@@ -42,16 +42,16 @@ Edges edges_on(Shape shape) {
 Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::uint32_t primitive, const Double3& point,
                    const Patch& patch) {
     if (!has_pattern(loaded)) return plain_color(loaded.paint);
-    if (loaded.image && object.shape == Shape::sphere)
-        return sphere_texture_color(*loaded.image, *loaded.coarser, subtract(point, object.center), patch.right, patch.below);
+    if (loaded.image && object.geometry->shape == Shape::sphere)
+        return sphere_texture_color(*loaded.image, *loaded.coarser, subtract(point, object.geometry->center), patch.right, patch.below);
     const PaintedPatch at = painted(object, primitive, point, patch);
-    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides, edges_on(object.shape));
-    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides, edges_on(object.shape));
+    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides, edges_on(object.geometry->shape));
+    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides, edges_on(object.geometry->shape));
 }
 
 /// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).
 [[gnu::noinline]] Float3 glow(const ShadedObject& disk, const Double3& point, double redshift) {
-    const double radius = std::max(length(subtract(point, disk.center)), disk.inner);
+    const double radius = std::max(length(subtract(point, disk.geometry->center)), disk.inner);
     const double kelvin = disk.temperature * std::pow(radius / disk.inner, -0.75) * redshift;
     if (!(kelvin > 0)) return {0, 0, 0};
     const std::array<double, 3> rgb = blackbody_color(kelvin);
@@ -79,9 +79,9 @@ Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Doubl
 }
 
 Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
-    if (object.shape == Shape::sphere) return subtract(point, object.center);
-    if (object.shape == Shape::disk) return object.normal;
-    return normal_on(object.mesh, primitive, point);
+    if (object.geometry->shape == Shape::sphere) return subtract(point, object.geometry->center);
+    if (object.geometry->shape == Shape::disk) return object.normal;
+    return normal_on(object.geometry->mesh, primitive, point);
 }
 
 void dim(Float3& color, double factor) {
@@ -102,7 +102,7 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
         color = glow(object, point, redshift);
     } else {
         color = paint_color(object, object.paints[face], primitive, point, patch);
-        if (object.shape == Shape::disk) dim(color, redshift * redshift * (redshift * redshift));
+        if (object.geometry->shape == Shape::disk) dim(color, redshift * redshift * (redshift * redshift));
     }
     if (object.shading == Shading::lambert) dim(color, std::abs(dot(unit(normal_on(object, primitive, point)), toward)));
     return color;

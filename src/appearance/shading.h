@@ -2,6 +2,7 @@
 #pragma once
 
 #include "appearance/pyramid.h"
+#include "geometry/geometry.h"
 
 namespace kagero {
 
@@ -14,13 +15,10 @@ struct LoadedPaint {
 
 /// What shading needs to know of an object, in coordinates relative to `space.center`.
 struct ShadedObject {
-    Shape shape{};
+    const ObjectGeometry* geometry = nullptr;
     Shading shading{};
-    std::vector<LoadedPaint> paints;  ///< six of a box or room, else one
-    TriangleMesh mesh;                ///< empty for a sphere
-    std::vector<double> planes;         ///< of its triangles
-    std::vector<TriangleChart> charts;  ///< of the mesh, if a paint asks where on it a point is
-    Double3 center{};                 ///< of a sphere or disk
+    std::vector<LoadedPaint> paints;    ///< six of a box or room, else one
+    std::vector<TriangleChart> charts;  ///< of the mesh, if a paint depends on the place on it
     Double3 normal{};                 ///< of a disk, as are those that follow
     double inner = 0, outer = 0;
     double temperature = 0, brightness = 0;  ///< brightness × luminance of a black body at that temperature = 1

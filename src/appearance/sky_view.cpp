@@ -10,9 +10,8 @@ SkyView sky_view(double radius, const Double3& q, const Double3& d) {
     return {true, subtract(d, scaled(n, 2 * dot(d, n)))};
 }
 
-SkyView sky_view(const Plan& plan, const RayEnd& end) {
-    const double radius = plan.module->far_side(plan.hamiltonian, plan.parameters.data());
-    return sky_view(radius, {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]});
+SkyView sky_view(const Space& space, const RayEnd& end) {
+    return sky_view(space.far_radius(), {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]});
 }
 
 }  // namespace kagero

@@ -2,7 +2,8 @@
 
 #include "error.h"
 #include "modules/modules.h"
-#include "render/schedule.h"
+#include "plan/names.h"
+#include "scene/load.h"
 #include "scene/reader.h"
 
 #include <CLI/CLI.hpp>
@@ -173,20 +174,20 @@ Options options_of(const Arguments& arguments) {
             for (const std::string& one : split(isa.text, ',')) require_isa(isa.by, one);
     }
     require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "per-ray", "packet"});
-    options.strategy = arguments.strategy;
+    options.strategy = strategy_named(arguments.strategy);
     require_one_of("--precision", arguments.precision, {"auto", "double", "float"});
-    options.precision = arguments.precision;
+    options.precision = precision_named(arguments.precision);
     std::vector<std::string> schedules = schedule_names();
     schedules.insert(schedules.begin(), "auto");
     require_one_of("--schedule", arguments.schedule, schedules);
-    options.schedule = arguments.schedule;
+    options.schedule = schedule_named(arguments.schedule);
     if (const Said threads("--threads", arguments.threads, "KAGERO_THREADS"); !threads.text.empty())
         options.threads = count_of(threads.by, threads.text, most_threads);
     if (!arguments.crop.empty()) {
         const auto edges = whole_numbers("--crop", arguments.crop, ',', 4);
         if (edges[0] >= edges[2] || edges[1] >= edges[3])
             throw InputError("--crop: '" + arguments.crop + "' is empty; x0,y0,x1,y1 needs x0 < x1 and y0 < y1");
-        std::copy(edges.begin(), edges.end(), options.crop.begin());
+        options.crop = {edges[0], edges[1], edges[2], edges[3]};
     }
     return options;
 }
@@ -198,7 +199,7 @@ void check_inside(const std::string& option, const std::string& given, const Fil
 }
 
 void check_crop(const Arguments& arguments, const Options& options, const FilmDescription& film) {
-    if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, film, options.crop[2] - 1, options.crop[3] - 1);
+    if (!arguments.crop.empty()) check_inside("--crop", arguments.crop, film, options.crop.x1 - 1, options.crop.y1 - 1);
 }
 
 std::vector<std::string> split(const std::string& text, char separator) {

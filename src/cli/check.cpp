@@ -1,4 +1,5 @@
 // kagero check: is the scene right?
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "report/explanation.h"
@@ -34,8 +35,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     check_outputs({{"--json", arguments.json}}, files_of(scene));
     // Making the plan reads meshes and textures too, and refuses what cannot be integrated.
     const auto plan = or_report([&] { return make_plan(std::move(scene), options); });
-    for (const std::string& remark : plan->remarks) terminal.warning(remark);
-    report(json ? validity_json(*plan) : validity_text(*plan));
+    for (const std::string& remark : plan.remarks) terminal.warning(remark);
+    report(json ? validity_json(plan) : validity_text(plan));
     return exit_done;
 }
 

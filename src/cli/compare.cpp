@@ -2,6 +2,7 @@
 #include "study/compare.h"
 
 #include "cli/interrupt.h"
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "modules/modules.h"
@@ -41,7 +42,7 @@ CompareOptions compare_options(const Arguments& arguments, const Options& option
     CompareOptions compared;
     compared.isas = isas_for(options.isa == "auto" ? "all" : options.isa);
     if (options.threads) compared.threads = options.threads;
-    compared.strategy = strategy_named(options.strategy), compared.precision = precision_named(options.precision);
+    compared.strategy = options.strategy, compared.precision = options.precision;
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
         for (const std::string& word : split(arguments.lanes, ','))
             compared.lanes.push_back(count_of("--lanes", word, most_lanes));

@@ -2,10 +2,13 @@
 #include "study/error_study.h"
 
 #include "cli/interrupt.h"
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/partial_file.h"
-#include "report/error_report.h"
+#include "report/error/error_html.h"
+#include "report/error/error_json.h"
+#include "report/error/error_table.h"
 #include "report/numbers.h"
 
 #include <ostream>
@@ -32,7 +35,7 @@ StudyOptions study_options(const Arguments& arguments, const Options& options) {
     study.quick = arguments.quick, study.full = arguments.full;
     if (options.threads) study.threads = options.threads;
     study.precision = options.precision, study.strategy = options.strategy;
-    if (study.strategy == "per-ray") throw InputError("--strategy: a study follows packets and single rays; `kagero compare` has per-ray");
+    if (study.strategy == Strategy::per_ray) throw InputError("--strategy: a study follows packets and single rays; `kagero compare` has per-ray");
     if (arguments.quick && arguments.full) throw InputError("--quick and --full exclude each other");
     if (arguments.sample.empty()) return study;
     const auto size = whole_numbers("--sample", arguments.sample, 'x', 2);
@@ -43,7 +46,7 @@ StudyOptions study_options(const Arguments& arguments, const Options& options) {
     return study;
 }
 
-ErrorStudy study_watched(Plan& plan, const StudyOptions& options, const Terminal& terminal) {
+ErrorStudy study_watched(const Plan& plan, const StudyOptions& options, const Terminal& terminal) {
     InterruptGuard guard;
     ProgressLine line(terminal);
     return study_error(
@@ -64,14 +67,16 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const StudyOptions wanted = study_options(arguments, options);
     SceneDescription scene = scene_of(arguments, options);
-    const auto plan = make_plan(std::move(scene), Options{.isa = options.isa, .threads = options.threads});
-    for (const std::string& remark : plan->remarks) terminal.warning(remark);
-    if (plan->scene.integrator.max_pixel_error > 0) terminal.warning("integrator.max_pixel_error has no effect on a study of errors: the scene's own method is " + plan->scene.integrator.method);
+    Options own;  // precision and strategy are those of the methods that are studied
+    own.isa = options.isa, own.threads = options.threads;
+    const Plan plan = make_plan(std::move(scene), own);
+    for (const std::string& remark : plan.remarks) terminal.warning(remark);
+    if (plan.description().integrator.max_pixel_error > 0) terminal.warning(std::string("integrator.max_pixel_error has no effect on a study of errors: the scene's own method is ") + plan.method().name);
     const std::string directory = report_directory(arguments, "error");
-    const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json, files_of(plan->scene));
-    const ErrorStudy study = study_watched(*plan, wanted, terminal);
-    write_report(directory, *plan, study);
-    if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << error_json(*plan, study); });
+    const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json, files_of(plan.description()));
+    const ErrorStudy study = study_watched(plan, wanted, terminal);
+    write_report(directory, plan, study);
+    if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << error_json(plan, study); });
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << error_text(study); });
     terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
     return study.interrupted ? exit_interrupted : exit_done;

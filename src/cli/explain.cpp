@@ -1,5 +1,6 @@
 // kagero explain: what would run for a scene, and what is left out of it.
-#include "cli/settle.h"
+#include "cli/resolve.h"
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "report/explanation.h"
 
@@ -21,11 +22,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     SceneDescription scene = scene_of(arguments, options);
     check_outputs({{"--json", arguments.json}}, files_of(scene));
-    const auto plan = make_plan(std::move(scene), options);
-    settle_watched(*plan, terminal);
+    const Plan plan = resolve_watched(std::move(scene), options, terminal);
     const bool json = !arguments.json.empty();
-    const Explanation explanation = explain(*plan);
-    const std::string text = json ? explanation_json(*plan, explanation) : explanation_text(*plan, explanation);
+    const std::string text = json ? explanation_json(plan) : explanation_text(plan);
     write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
     return exit_done;
 }

@@ -1,4 +1,5 @@
 // kagero list: what can be chosen.
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "report/listing.h"

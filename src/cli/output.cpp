@@ -1,4 +1,5 @@
-#include "cli/verb.h"
+#include "cli/output.h"
+
 #include "error.h"
 #include "film/partial_file.h"
 

@@ -1,7 +1,10 @@
 #include "cli/paths.h"
 
+#include "cli/output.h"
 #include "cli/verb.h"
-#include "report/rays_csv.h"
+#include "plan/names.h"
+#include "render/trace.h"
+#include "report/write_rays.h"
 
 #include <ostream>
 

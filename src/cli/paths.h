@@ -2,7 +2,8 @@
 #pragma once
 
 #include "cli/terminal.h"
-#include "render/render.h"
+#include "plan/plan.h"
+#include "render/run_report.h"
 
 #include <string>
 

@@ -1,5 +1,7 @@
 // kagero print: the scene written back whole, with every default.
+#include "cli/output.h"
 #include "cli/verb.h"
+#include "scene/print.h"
 
 #include <ostream>
 

@@ -2,11 +2,14 @@
 #include "study/profile.h"
 
 #include "cli/interrupt.h"
-#include "cli/settle.h"
+#include "cli/resolve.h"
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/partial_file.h"
-#include "report/profile_report.h"
+#include "report/profile/profile_html.h"
+#include "report/profile/profile_json.h"
+#include "report/profile/profile_trace.h"
 #include "report/run_json.h"
 
 #include <filesystem>
@@ -38,7 +41,7 @@ unsigned repeats_of(const Arguments& arguments) {
     return count_of("--repeat", arguments.repeat, most_repeats);
 }
 
-Profile profile_watched(Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
+Profile profile_watched(const Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
     ProgressLine line(terminal);
     return profile(
         plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); }, InterruptGuard::requested());
@@ -50,26 +53,25 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     check_crop(arguments, options, scene.film);
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
-    const auto plan = make_plan(std::move(scene), options);
-    settle_watched(*plan, terminal);
+    const Plan plan = resolve_watched(std::move(scene), options, terminal);
     const InterruptGuard interrupts;
     const std::string directory = report_directory(arguments, "profile");
-    const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan->scene));
+    const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan.description()));
 
     prepare_to_write(picture);  // what loading takes is not writing
-    Film film = film_of(*plan);
-    const Profile profile = profile_watched(*plan, film, repeats, terminal);
+    Film film = film_of(plan);
+    const Profile profile = profile_watched(plan, film, repeats, terminal);
     if (profile.repeats == 0) throw Interrupted();
-    const double write_seconds = save_film(film, path_in(directory, picture), picture_metadata(*plan, profile.report));
-    const std::string json = profile_json(*plan, profile, write_seconds);
+    const double write_seconds = save_film(film, path_in(directory, picture), picture_metadata(plan, profile.report));
+    const std::string json = profile_json(plan, profile, write_seconds);
     write_text_file(path_in(directory, "profile.json"), json);
-    write_text_file(path_in(directory, "trace.json"), profile_trace(*plan, profile, write_seconds));
-    write_text_file(path_in(directory, "report.html"), profile_page(*plan, profile, write_seconds));
+    write_text_file(path_in(directory, "trace.json"), profile_trace(plan, profile, write_seconds));
+    write_text_file(path_in(directory, "report.html"), profile_page(plan, profile, write_seconds));
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << json; });
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << profile_text(profile, write_seconds); });
     terminal.note((profile.interrupted ? "interrupted; what was done is in " : "the report is in ") + path_in(directory, "report.html"));
     if (profile.interrupted) return exit_interrupted;
-    return plan->pilot && !plan->pilot->met ? exit_bound : exit_done;
+    return plan.method_trial && !plan.method_trial->met ? exit_bound : exit_done;
 }
 
 }  // namespace

@@ -1,13 +1,16 @@
 // kagero render: a scene to a picture.
-#include "render/deadline.h"
-#include "render/render.h"
-
+#include "accuracy/end_errors.h"
 #include "cli/interrupt.h"
+#include "cli/output.h"
 #include "cli/paths.h"
-#include "cli/settle.h"
+#include "cli/resolve.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/map.h"
+#include "film/write_film.h"
+#include "plan/names.h"
+#include "rays/camera.h"
+#include "render/deadline.h"
 #include "report/numbers.h"
 #include "report/run_json.h"
 
@@ -39,7 +42,7 @@ void declare(CLI::App& app, Arguments& arguments) {
 
 int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal& terminal) {
     const auto xy = whole_numbers("--pixel", pixel, ',', 2);
-    check_inside("--pixel", pixel, plan.scene.film, xy[0], xy[1]);
+    check_inside("--pixel", pixel, plan.description().film, xy[0], xy[1]);
     Watch watch;
     watch.stop = InterruptGuard::requested();
     write_paths_of(plan, {pixel_ray(plan, xy[0], xy[1])}, "-", watch, terminal);
@@ -78,7 +81,7 @@ RunReport render_watched(const Plan& plan, Film& film, const std::string& output
         if (so_far) return write_snapshot(plan, *so_far, output, terminal, line);
         line.aside([&] { terminal.warning("there is not enough memory for a snapshot"); });
     };
-    return render(plan, film, watch);
+    return render_with_errors(plan, film, watch);
 }
 
 /// The layers of these names that --maps shows; none without it. Throws InputError where there are none to show.
@@ -99,10 +102,10 @@ void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, c
 }
 
 void tell_plan(const Plan& plan, const Terminal& terminal) {
-    const std::string text = plan.scene.space.hamiltonian + ", " + plan.scene.integrator.method + ", " + plan.module->isa + ", " +
-                             name_of(plan.kernel->strategy) + ", " + name_of(plan.kernel->precision) + ", " +
-                             std::to_string(plan.kernel->lanes) + " lanes";
-    terminal.detail(text + ", " + std::to_string(plan.threads) + " threads; loaded in " + rounded(plan.load_seconds) + " s");
+    const std::string text = plan.description().space.hamiltonian + ", " + plan.method().name + ", " + plan.module().isa + ", " +
+                             name_of(plan.run.kernel->strategy) + ", " + name_of(plan.run.kernel->precision) + ", " +
+                             std::to_string(plan.run.kernel->lanes) + " lanes";
+    terminal.detail(text + ", " + std::to_string(plan.run.threads) + " threads; loaded in " + rounded(plan.load_seconds) + " s");
 }
 
 void tell_result(const RunReport& report, const std::string& path, const Terminal& terminal) {
@@ -121,11 +124,11 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
     const double rays = double(report.rays);
     if (const double endless = count(Status::step_limit); endless > many * rays)
         terminal.warning((endless == rays ? "no ray ended" : rounded(endless) + " of " + rounded(rays) + " rays did not end") +
-                         " within integrator.max_steps = " + std::to_string(plan.scene.integrator.max_steps) + " steps: such rays show black");
+                         " within integrator.max_steps = " + std::to_string(plan.description().integrator.max_steps) + " steps: such rays show black");
     if (count(Status::failed) > many * rays)
         terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. Where it is a step, " +
-                         (plan.module->integrators[plan.job.integrator].adaptive ? "another integrator.tolerance" : "a smaller integrator.step") + " may do");
-    if (report.energy_error.p99 > large && !(plan.pilot && plan.pilot->met))
+                         (plan.method().adaptive ? "another integrator.tolerance" : "a smaller integrator.step") + " may do");
+    if (report.energy_error.p99 > large && !(plan.method_trial && plan.method_trial->met))
         terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) + " alone: a smaller integrator.step will show another picture");
 }
 
@@ -145,7 +148,7 @@ int conclude(const Plan& plan, const RunReport& report, double write_seconds, co
     tell_result(report, output, terminal);
     warn_of_ends(plan, report, terminal);
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
-    return plan.pilot && !plan.pilot->met ? exit_bound : exit_done;
+    return plan.method_trial && !plan.method_trial->met ? exit_bound : exit_done;
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -155,7 +158,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     Options options = options_of(arguments);
     // A path is read, not looked at; and where time is short a trial of float would use it up.
     const bool no_trial = !arguments.pixel.empty() || !arguments.time_limit.empty();
-    if (no_trial && options.precision == "auto") options.precision = "double";
+    if (no_trial && !options.precision) options.precision = Precision::float64;
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
@@ -167,28 +170,27 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     }
     check_crop(arguments, options, scene.film);
     const bool whole = arguments.crop.empty();
-    const std::uint32_t width = whole ? scene.film.width : options.crop[2] - options.crop[0],
-                        height = whole ? scene.film.height : options.crop[3] - options.crop[1];
+    const std::uint32_t width = whole ? scene.film.width : options.crop.x1 - options.crop.x0,
+                        height = whole ? scene.film.height : options.crop.y1 - options.crop.y0;
     if (arguments.pixel.empty()) {
         check_writable(output, scene.film.layers, width, height);
         options.energy_error = !arguments.json.empty() || holds_layers(output);  // both tell it
     }
     auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
 
-    const auto plan = make_plan(std::move(scene), options);
     constexpr double pilots_share = 0.5;  // the rest of the time is the picture's
     const Deadline deadline(time_limit);
-    settle_watched(*plan, terminal, pilots_share * time_limit);
+    const Plan plan = resolve_watched(std::move(scene), options, terminal, pilots_share * time_limit);
     const InterruptGuard interrupts;  // from here on there is something to keep; before, the signal ends the program
-    tell_plan(*plan, terminal);
-    if (!arguments.pixel.empty()) return write_pixel_path(*plan, arguments.pixel, terminal);
+    tell_plan(plan, terminal);
+    if (!arguments.pixel.empty()) return write_pixel_path(plan, arguments.pixel, terminal);
 
-    Film film = film_of(*plan);
+    Film film = film_of(plan);
     prepared.get();  // nothing else runs beside the rays
-    const RunReport report = render_watched(*plan, film, output, deadline.left(), terminal);
-    const double write_seconds = save_film(film, output, picture_metadata(*plan, report));
+    const RunReport report = render_watched(plan, film, output, deadline.left() + plan.load_seconds, terminal);
+    const double write_seconds = save_film(film, output, picture_metadata(plan, report));
     write_maps(film, mapped, output, terminal);
-    return conclude(*plan, report, write_seconds, output, arguments.json, terminal);
+    return conclude(plan, report, write_seconds, output, arguments.json, terminal);
 }
 
 }  // namespace

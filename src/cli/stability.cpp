@@ -2,6 +2,7 @@
 #include "stability/stability.h"
 
 #include "cli/interrupt.h"
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "modules/modules.h"
@@ -26,12 +27,12 @@ void declare(CLI::App& app, Arguments& arguments) {
 
 StabilityRequest request_of(const Arguments& arguments) {
     const Options options = options_of(arguments);
-    if (options.strategy == "per-ray")
+    if (options.strategy == Strategy::per_ray)
         throw InputError("--strategy: per-ray kernels are compiled for a few spaces alone; the cases run by packet and scalar ones");
     StabilityRequest request;
     request.isas = isas_for(options.isa), request.threads = options.threads;
-    if (options.precision != "auto") request.precisions = {options.precision};
-    if (options.strategy != "auto") request.strategies = {options.strategy};
+    if (options.precision) request.precisions = {*options.precision};
+    if (options.strategy) request.strategies = {*options.strategy};
     return request;
 }
 

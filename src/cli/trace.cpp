@@ -1,11 +1,15 @@
 // kagero trace: single rays, as CSV in and out.
 #include "cli/interrupt.h"
 #include "cli/paths.h"
+#include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
-#include "render/render.h"
-#include "report/rays_csv.h"
+#include "plan/names.h"
+#include "render/trace.h"
+#include "report/read_rays.h"
 #include "report/run_json.h"
+#include "report/write_rays.h"
+#include "tuning/resolve.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -51,6 +55,11 @@ struct Request {
     const Terminal& terminal;
 };
 
+std::optional<ObserverKind> observer_of(const Arguments& arguments) {
+    if (arguments.observer.empty()) return {};
+    return observer_named(arguments.observer);
+}
+
 /// λ belongs to H: rays that are to end at a given λ follow no other clock. The scene on the general path, and without a rescaling of the
 /// space's own, as if it said so, and with the defaults that follow.
 SceneDescription scene_with_parameter(Arguments arguments, const Options& options) {
@@ -60,11 +69,11 @@ SceneDescription scene_with_parameter(Arguments arguments, const Options& option
     return general_scene_of(arguments, options);
 }
 
-std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
+Plan plan_of(const Request& request, bool every_column) {
     SceneDescription scene = request.scene;
     Options options = request.options;
     options.energy_error = options.parameter = every_column;
-    options.observer = request.arguments.observer;
+    options.observer = observer_of(request.arguments);
     const std::string& limit = request.arguments.parameter;
     if (!limit.empty()) {
         if (scene.integrator.rescale != "none")
@@ -72,27 +81,27 @@ std::unique_ptr<Plan> plan_of(const Request& request, bool every_column) {
                 "--parameter: a ray cannot be ended at a parameter of H while integrator.rescale changes that parameter; "
                 "set it to \"none\"");
     }
-    auto plan = make_plan(std::move(scene), options, false);
+    Plan plan = resolve(std::move(scene), options, Purpose::ray_list);
     if (every_column == request.csv)  // once, of both plans
-        for (const std::string& remark : plan->remarks) request.terminal.warning(remark);
-    if (!limit.empty() && plan->module->integrators[plan->job.integrator].angular)
+        for (const std::string& remark : plan.remarks) request.terminal.warning(remark);
+    if (!limit.empty() && plan.method().angular)
         throw InputError("--parameter: a ray cannot be ended at a parameter of H while integrator.method = \"" +
-                         plan->scene.integrator.method + "\" steps in the angle of its orbit");
-    if (!limit.empty()) plan->job.parameter_limit = finite_number("--parameter", limit);
+                         std::string(plan.method().name) + "\" steps in the angle of its orbit");
+    if (!limit.empty()) plan.run.parameter_limit = finite_number("--parameter", limit);
     return plan;
 }
 
 /// Both return whether they were interrupted.
 bool write_csv(const Request& request, const std::string& output, const Watch& watch) {
     const auto plan = plan_of(request, true);
-    const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
+    const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
     if (request.arguments.path) {
-        write_paths_of(*plan, starts, output, watch, request.terminal);
+        write_paths_of(plan, starts, output, watch, request.terminal);
         return *watch.stop;
     }
     std::vector<RayEnd> ends;
-    const RunReport report = trace(*plan, starts, ends, watch);
-    write_output(output, [&](std::ostream& out) { write_ends(out, *plan, ends); });
+    const RunReport report = trace(plan, starts, ends, watch);
+    write_output(output, [&](std::ostream& out) { write_ends(out, plan, ends); });
     return report.interrupted;
 }
 
@@ -100,15 +109,15 @@ bool write_csv(const Request& request, const std::string& output, const Watch& w
 /// is told.
 std::size_t write_timing(const Request& request, std::uint32_t repetitions, const Watch& watch) {
     const auto plan = plan_of(request, false);
-    const auto starts = start_rays(*plan, request.rays, request.arguments.observer);
+    const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
     std::vector<RayEnd> ends;
-    trace(*plan, starts, ends, watch);
+    trace(plan, starts, ends, watch);
     std::vector<RunReport> runs;
     for (std::uint32_t i = 0; i < repetitions && !*watch.stop; ++i) {
-        RunReport report = trace(*plan, starts, ends, watch);
+        RunReport report = trace(plan, starts, ends, watch);
         if (!report.interrupted) runs.push_back(std::move(report));
     }
-    if (!runs.empty()) write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(*plan, runs); });
+    if (!runs.empty()) write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(plan, runs); });
     return runs.size();
 }
 

@@ -3,6 +3,7 @@
 #include "error.h"
 #include "film/codec.h"
 #include "film/image.h"
+#include "film/png.h"
 
 #include <algorithm>
 #include <charconv>

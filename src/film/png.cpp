@@ -1,4 +1,5 @@
-// Small pictures as PNG files in memory, for pages that hold them.
+#include "film/png.h"
+
 #include "film/codec.h"
 #include "film/image.h"
 

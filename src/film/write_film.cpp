@@ -1,5 +1,4 @@
-// A film's way to disk: EXR with every layer, or a picture of the colours alone.
-#include "film/film.h"
+#include "film/write_film.h"
 
 #include "error.h"
 #include "film/codec.h"
@@ -56,17 +55,6 @@ const float* color_plane(const Film& film, const std::string& path) {
     if (!color) throw RunError("cannot write '" + path + "': only .exr can hold a picture without the layer 'color'");
     return color;
 }
-
-}  // namespace
-
-unsigned char encode_srgb(float linear) {
-    // Comparisons are false on NaN, which becomes black.
-    const double x = linear > 0.0f ? std::min(static_cast<double>(linear), 1.0) : 0.0;
-    const double encoded = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055;
-    return static_cast<unsigned char>(std::lround(255.0 * encoded));
-}
-
-namespace {
 
 PictureToEncode picture_of(const Film& film, PictureToEncode::Samples samples, const void* pixels, const char* color_space) {
     return {static_cast<int>(film.width()), static_cast<int>(film.height()), 3, samples, pixels,

@@ -5,10 +5,18 @@
 
 namespace kagero {
 
+/// x y z px py pz pt and pi.
+FormulaScope formula_scope();
+
+std::int32_t number_node(FormulaScope& scope, double value);
+
 /// An operation of one operand (b = −1) or two. The result of constants is a number, which may not be finite.
 std::int32_t operation(FormulaScope& scope, FormulaOp op, std::int32_t a, std::int32_t b = -1);
 
 std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent);
+
+/// The value of a node.
+double evaluate(const FormulaScope& scope, std::int32_t node, const std::array<double, 7>& variables);
 
 /// One operation on numbers.
 double apply(FormulaOp op, double a, double b);

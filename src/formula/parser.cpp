@@ -1,4 +1,6 @@
-// Recursive descent, one function per rule of formula.h.
+// Recursive descent, one function per rule of the grammar.
+#include "formula/parser.h"
+
 #include "error.h"
 #include "formula/lexer.h"
 #include "formula/nodes.h"

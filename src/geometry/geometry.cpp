@@ -1,25 +1,18 @@
 #include "geometry/geometry.h"
 
-#include "appearance/blackbody.h"
 #include "geometry/clearance.h"
 #include "geometry/embree.h"
 #include "geometry/mesh.h"
-#include "appearance/shading.h"
 #include "scene/value.h"
+#include "scene/vector3.h"
 
 #include <algorithm>
-#include <map>
+#include <limits>
 
 namespace kagero {
 
-struct LoadedSky {
-    LoadedPaint paint;
-    SkyAxes axes{{0, 0, 1}};
-};
-
 struct SceneGeometry::Content {
-    LoadedSky sky, far_sky;
-    std::vector<ShadedObject> objects;  ///< surface i is object i
+    std::vector<ObjectGeometry> objects;
     std::vector<Surface> surfaces;
     std::unique_ptr<EmbreeScene> embree;
     Geometry geometry{};
@@ -30,93 +23,48 @@ struct SceneGeometry::Content {
 
 namespace {
 
-/// Images and their copies by path, so that one used twice is read once.
-struct Images {
-    bool wanted;
-    std::map<std::string, std::shared_ptr<const Image>> whole;
-    std::map<std::pair<std::string, Mapping>, std::shared_ptr<const std::vector<Image>>> coarser;
-};
-
-LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
-    LoadedPaint loaded{paint, nullptr, nullptr};
-    if (paint.kind != Paint::Kind::texture || !images.wanted) return loaded;
-    auto& image = images.whole[paint.texture];
-    if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.place));
-    auto& coarser = images.coarser[{paint.texture, mapping}];
-    if (!coarser) coarser = std::make_shared<const std::vector<Image>>(coarser_images(*image, mapping));
-    loaded.image = image, loaded.coarser = coarser;
+ObjectGeometry load(const ObjectDescription& object, const Double3& space_center, std::vector<std::string>& remarks) {
+    ObjectGeometry loaded;
+    loaded.shape = object.shape;
+    loaded.center = subtract(object.center, space_center);
+    switch (object.shape) {
+        case Shape::rectangle: loaded.mesh = rectangle_mesh(object, space_center); break;
+        case Shape::box:
+        case Shape::room: loaded.mesh = box_mesh(object, space_center); break;
+        case Shape::sphere: break;
+        case Shape::mesh: loaded.mesh = load_mesh(object, space_center, remarks); break;
+        case Shape::disk: loaded.mesh = disk_mesh(object, space_center); break;
+    }
+    loaded.planes = planes_of(loaded.mesh);
     return loaded;
 }
 
-LoadedSky load(const SkyDescription& description, Images& images) {
-    return {load(description.paint, Mapping::sphere, images), description.pole};
-}
-
-ShadedObject load(const ObjectDescription& object, const Double3& space_center, Images& images,
-                  std::vector<std::string>& remarks) {
-    ShadedObject shaded;
-    shaded.shape = object.shape;
-    shaded.shading = object.shading;
-    shaded.center = subtract(object.center, space_center);
-    switch (object.shape) {
-        case Shape::rectangle:
-            shaded.mesh = rectangle_mesh(object, space_center);
-            break;
-        case Shape::box:
-        case Shape::room:
-            shaded.mesh = box_mesh(object, space_center);
-            break;
-        case Shape::sphere:
-            break;
-        case Shape::mesh:
-            shaded.mesh = load_mesh(object, space_center, remarks);
-            break;
-        case Shape::disk:
-            shaded.mesh = disk_mesh(object, space_center);
-            shaded.normal = object.normal;
-            shaded.inner = object.inner, shaded.outer = object.outer, shaded.temperature = object.temperature;
-            if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
-            break;
-    }
-    shaded.planes = planes_of(shaded.mesh);
-    const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
-    const Mapping mapping = object.shape == Shape::sphere ? Mapping::sphere : Mapping::plane;
-    if (has_faces)
-        for (const Paint& face : object.faces) shaded.paints.push_back(load(face, mapping, images));
-    else
-        shaded.paints.push_back(load(object.paint, mapping, images));
-    if (std::any_of(shaded.paints.begin(), shaded.paints.end(), has_pattern)) shaded.charts = charts_of(shaded.mesh);
-    return shaded;
-}
-
-/// Points into `shaded`, which must stay where it is.
-Surface surface_of(const ObjectDescription& object, const ShadedObject& shaded) {
+/// Points into `loaded`, which must stay where it is.
+Surface surface_of(const ObjectDescription& object, const ObjectGeometry& loaded) {
     Surface surface{};
     surface.kind = object.shape == Shape::sphere ? Surface::Kind::sphere : Surface::Kind::triangles;
-    surface.vertices = shaded.mesh.vertices.data();
-    surface.triangles = shaded.mesh.triangles.data();
-    surface.planes = shaded.planes.data();
-    std::copy(shaded.center.begin(), shaded.center.end(), surface.center);
+    surface.vertices = loaded.mesh.vertices.data();
+    surface.triangles = loaded.mesh.triangles.data();
+    surface.planes = loaded.planes.data();
+    std::copy(loaded.center.begin(), loaded.center.end(), surface.center);
     surface.radius = object.radius;
     return surface;
 }
 
-std::vector<Ring> rings_of(const std::vector<ShadedObject>& objects) {
+std::vector<Ring> rings_of(const std::vector<ObjectDescription>& descriptions, const std::vector<ObjectGeometry>& objects) {
     std::vector<Ring> rings;
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        const ShadedObject& object = objects[i];
-        if (object.shape != Shape::disk) continue;
-        rings.push_back({static_cast<std::uint32_t>(i), object.center, object.inner, object.outer});
-    }
+    for (std::size_t i = 0; i < objects.size(); ++i)
+        if (objects[i].shape == Shape::disk)
+            rings.push_back({static_cast<std::uint32_t>(i), objects[i].center, descriptions[i].inner, descriptions[i].outer});
     return rings;
 }
 
-void include(const ShadedObject& object, const Surface& surface, Bounds& bounds) {
+void include(const ObjectGeometry& object, const Surface& surface, Bounds& bounds) {
     for (const std::uint32_t index : object.mesh.triangles) bounds.include(vertex(object.mesh, index));
     if (surface.kind == Surface::Kind::sphere) bounds.include(object.center, surface.radius);
 }
 
-Bounds bounds_of(const std::vector<ShadedObject>& objects, const std::vector<Surface>& surfaces) {
+Bounds bounds_of(const std::vector<ObjectGeometry>& objects, const std::vector<Surface>& surfaces) {
     Bounds bounds;
     for (std::size_t i = 0; i < objects.size(); ++i) include(objects[i], surfaces[i], bounds);
     return bounds;
@@ -143,7 +91,7 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
 }
 
 /// Embree's numbers are of single precision and of all objects together: of what is small and lies far off they are too few.
-void remark_on_small(const ObjectDescription& description, const ShadedObject& object, const Surface& surface, const Geometry& geometry,
+void remark_on_small(const ObjectDescription& description, const ObjectGeometry& object, const Surface& surface, const Geometry& geometry,
                      std::vector<std::string>& remarks) {
     constexpr double visible = 1e-3;
     Bounds own;
@@ -161,17 +109,14 @@ void remark_on_small(const ObjectDescription& description, const ShadedObject& o
 
 }  // namespace
 
-SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted) : content_(std::make_unique<Content>()) {
+SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells) : content_(std::make_unique<Content>()) {
     Content& content = *content_;
-    Images images{wanted.textures, {}, {}};
-    content.sky = load(scene.sky, images);
-    content.far_sky = load(scene.far_sky, images);
     if (scene.objects.empty()) return;
 
     content.objects.reserve(scene.objects.size());
     std::vector<std::size_t> vertex_counts, triangle_counts;
     for (const ObjectDescription& object : scene.objects) {
-        content.objects.push_back(load(object, scene.space.center, images, content.remarks));
+        content.objects.push_back(load(object, scene.space.center, content.remarks));
         content.surfaces.push_back(surface_of(object, content.objects.back()));
         vertex_counts.push_back(content.objects.back().mesh.vertices.size() / 3);
         triangle_counts.push_back(content.objects.back().mesh.triangles.size() / 3);
@@ -182,18 +127,18 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, const Parts& wanted)
     Geometry& geometry = content.geometry;
     choose_coordinates(scene, bounds, geometry);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) remark_on_small(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
-    content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, rings_of(content.objects),
+    content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, rings_of(scene.objects, content.objects),
                                                    geometry.shift, Double3{geometry.scale, geometry.scale, geometry.scale});
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
-    if (!wanted.clearance || !scene.integrator.cull) return;
+    if (!clearance_cells || !scene.integrator.cull) return;
     const Double3 stretch = clearance_stretch(bounds);
     std::unique_ptr<EmbreeScene> stretched;
     if (stretch != Double3{1, 1, 1})
         stretched = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, std::vector<Ring>{}, geometry.shift,
                                                   scaled(stretch, geometry.scale));
-    content.clearance = build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds, wanted.clearance);
+    content.clearance = build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds, clearance_cells);
     geometry.clearance = &content.clearance.grid;
 }
 
@@ -203,16 +148,16 @@ const Geometry* SceneGeometry::kernel_view() const {
     return content_->embree ? &content_->geometry : nullptr;
 }
 
-Float3 SceneGeometry::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                                    const Double3& toward, double redshift, const Patch& patch) const {
-    return object_color(content_->objects[surface], primitive, point, toward, redshift, patch);
+const std::vector<ObjectGeometry>& SceneGeometry::objects() const {
+    return content_->objects;
 }
 
 bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point, std::uint32_t other_primitive,
                                  const Double3& other) const {
-    const ShadedObject& object = content_->objects[surface];
+    const ObjectGeometry& object = content_->objects[surface];
     if (primitive == other_primitive) return true;
-    if (object.shape != Shape::mesh) return object.paints.size() != 6 || primitive / 2 == other_primitive / 2;
+    const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
+    if (object.shape != Shape::mesh) return !has_faces || primitive / 2 == other_primitive / 2;
     constexpr double steepest = 0.5;  // sine of the angle between the way and the triangles
     const Double3 way = subtract(other, point);
     const auto leads_along = [&](std::uint32_t triangle) {
@@ -220,26 +165,6 @@ bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive,
         return std::abs(dot({plane[0], plane[1], plane[2]}, way)) <= steepest * length(way);
     };
     return leads_along(primitive) && leads_along(other_primitive);
-}
-
-Float3 SceneGeometry::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
-    const LoadedSky& sky = far ? content_->far_sky : content_->sky;
-    return kagero::sky_color(sky.paint, sky.axes, direction, footprint);
-}
-
-int SceneGeometry::sky_probes(bool far, const Footprint& footprint) const {
-    const LoadedPaint& paint = (far ? content_->far_sky : content_->sky).paint;
-    return paint.image ? kagero::sky_probes(*paint.image, footprint) : 0;
-}
-
-bool SceneGeometry::sky_has_pattern() const {
-    return has_pattern(content_->sky.paint) || has_pattern(content_->far_sky.paint);
-}
-
-bool SceneGeometry::surfaces_have_patterns() const {
-    return std::any_of(content_->objects.begin(), content_->objects.end(), [](const ShadedObject& object) {
-        return std::any_of(object.paints.begin(), object.paints.end(), has_pattern);
-    });
 }
 
 const std::vector<std::string>& SceneGeometry::remarks() const {
@@ -251,7 +176,7 @@ double SceneGeometry::nearest(double limit) const {
 }
 
 bool SceneGeometry::comes_within(std::uint32_t surface, double radius) const {
-    const ShadedObject& object = content_->objects[surface];
+    const ObjectGeometry& object = content_->objects[surface];
     if (object.shape == Shape::sphere) return std::abs(length(object.center) - content_->surfaces[surface].radius) <= radius;
     const auto& index = object.mesh.triangles;
     for (std::size_t i = 0; i + 2 < index.size(); i += 3) {

@@ -1,10 +1,9 @@
 #include "pixels/shade.h"
 
-#include "error.h"
-#include "rays/camera.h"
-#include "appearance/footprint.h"
 #include "appearance/redshift.h"
+#include "error.h"
 #include "geometry/shapes.h"
+#include "rays/camera.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -23,33 +22,37 @@ Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
     return {scaled(e1, large), scaled(e2, large)};
 }
 
+double redshift_of(const Plan& plan, const PixelSample& ray) {
+    return kagero::redshift_of(plan.scene->space, plan.view.spacetime, plan.description().objects, ray);
+}
+
 /// Captured rays come from nowhere and are black; so are rays without an end, which the status layer tells apart.
-Float3 color_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints) {
+Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
         case Status::hit:
-            return plan.geometry->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, toward,
+            return plan.scene->paints->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, toward,
                                                 redshift_of(plan, ray), ray.patch);
         case Status::escaped:
-            return plan.geometry->sky_color(ray.sky.direction, ray.sky.far, filter_of(ray.sky, footprints));
+            return plan.scene->paints->sky_color(ray.sky.direction, ray.sky.far, filter_of(ray.sky, footprints));
         default:
             return {0, 0, 0};
     }
 }
 
 /// Distance in scene units from the ray's start to the hit; 0 without one.
-double depth_of(const Plan& plan, const Sighting& ray) {
+double depth_of(const Plan& plan, const PixelSample& ray) {
     if (ray.end->status != Status::hit) return 0;
     const double *from = ray.ray->start.q, *to = ray.end->q;
-    return plan.unit * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    return plan.scene->unit * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
 }
 
 /// Added up in the order of the samples, so that the sum is always the same.
 template <class Amount>
-float mean(std::span<const Sighting> rays, const Amount& amount) {
+float mean(std::span<const PixelSample> rays, const Amount& amount) {
     double sum = 0;
-    for (const Sighting& ray : rays) sum += amount(*ray.end);
+    for (const PixelSample& ray : rays) sum += amount(*ray.end);
     return float(sum / double(rays.size()));
 }
 
@@ -60,7 +63,7 @@ void paint_color_of(const Pixel& pixel, float* color) {
         return;
     }
     double sum[3] = {0, 0, 0};
-    for (const Sighting& ray : pixel.rays) {
+    for (const PixelSample& ray : pixel.rays) {
         const Float3 c = color_of(pixel.plan, ray, pixel.footprints);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
     }
@@ -69,7 +72,7 @@ void paint_color_of(const Pixel& pixel, float* color) {
 
 /// The piece of sky that the pixel shows by its first ray; axes of length zero where that is not known.
 Footprint sky_of(const Pixel& pixel) {
-    const Sighting& ray = pixel.rays.front();
+    const PixelSample& ray = pixel.rays.front();
     if (ray.end->status != Status::escaped) return {};
     const Footprint& f = ray.sky.far ? pixel.footprints.far : pixel.footprints.near;
     const double pixel_per_ray = std::sqrt(double(pixel.rays.size()));
@@ -95,19 +98,19 @@ Footprint view_of(const Plan& plan, std::uint32_t x, std::uint32_t y) {
 
 double magnification_of(const Pixel& pixel) {
     const double sky = solid_angle_of(sky_of(pixel));
-    return sky > 0 && pixel.plan.scene.camera.type != "orthographic" ? solid_angle_of(view_of(pixel.plan, pixel.x, pixel.y)) / sky : 0;
+    return sky > 0 && pixel.plan.description().camera.type != CameraType::orthographic ? solid_angle_of(view_of(pixel.plan, pixel.x, pixel.y)) / sky : 0;
 }
 
 double energy_error_of(const Pixel& pixel) {
     double greatest = 0;
-    for (const Sighting& ray : pixel.rays) greatest = std::max(greatest, ray.end->energy_error);
+    for (const PixelSample& ray : pixel.rays) greatest = std::max(greatest, ray.end->energy_error);
     return greatest;
 }
 
 /// The greatest of the pixel's rays; not a number where that is so of one of them.
 double greatest_error(const Pixel& pixel, double EndError::*error) {
     double greatest = 0;
-    for (const Sighting& ray : pixel.rays)
+    for (const PixelSample& ray : pixel.rays)
         if (!std::isnan(greatest) && !(ray.error->*error <= greatest)) greatest = ray.error->*error;
     return greatest;
 }
@@ -158,8 +161,8 @@ unsigned needs_of(const Film& film) {
     return needs;
 }
 
-int probes_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints) {
-    return ray.end->status == Status::escaped ? plan.geometry->sky_probes(ray.sky.far, filter_of(ray.sky, footprints)) : 0;
+int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints) {
+    return ray.end->status == Status::escaped ? plan.scene->paints->sky_probes(ray.sky.far, filter_of(ray.sky, footprints)) : 0;
 }
 
 Shader::Shader(Film& film) : width_(film.width()) {

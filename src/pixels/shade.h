@@ -1,30 +1,14 @@
 /// Ends of rays to pixels.
 #pragma once
 
+#include "appearance/footprint.h"
 #include "film/film.h"
-#include "rays/camera.h"
-#include "accuracy/end_errors.h"
-#include "appearance/sky_view.h"
+#include "plan/plan.h"
 
 #include <span>
 #include <vector>
 
 namespace kagero {
-
-/// One ray of a pixel, from the camera to its end; positions relative to `space.center`.
-struct Sighting {
-    const RayEnd* end = nullptr;
-    const CameraRay* ray = nullptr;   ///< only where a layer or an object wants it
-    const EndError* error = nullptr;  ///< only where a layer wants it
-    Patch patch{};                    ///< of the surface that it meets
-    SkyView sky{};                    ///< of a ray that escapes
-};
-
-/// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.
-struct SkyFootprints {
-    Footprint near, far;
-    bool torn = false;  ///< some rays of the block are captured, or escape to the other sky
-};
 
 /// What layers are made from beside the ends of rays: their starts, the sky that they stand for, and how exact they are.
 enum Need : unsigned { need_start = 1, need_footprint = 2, need_energy_error = 4, need_position_error = 8, need_rounding_error = 16 };
@@ -35,12 +19,12 @@ unsigned needs_of(const std::string& layer);
 unsigned needs_of(const Film& film);
 
 /// How many places of the sky's image are looked up to colour a ray: most of what that costs.
-int probes_of(const Plan& plan, const Sighting& ray, const SkyFootprints& footprints);
+int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints);
 
 /// All that a pixel is made from: its rays, at least one, and its place on the whole picture.
 struct Pixel {
     const Plan& plan;
-    std::span<const Sighting> rays;
+    std::span<const PixelSample> rays;
     const SkyFootprints& footprints;
     std::uint32_t x, y;
 };

@@ -1,8 +1,6 @@
 #include "pixels/shade_tile.h"
 
-#include "appearance/footprint.h"
 #include "rays/sampler.h"
-#include "pixels/shade.h"
 
 #include <algorithm>
 
@@ -14,8 +12,8 @@ struct Wanted {
     bool starts, footprints, patches;
 
     Wanted(const Plan& plan, const Film& film)
-        : starts(needs_of(film) & need_start), footprints(wants_footprints(plan, film)), patches(plan.geometry->surfaces_have_patterns()) {
-        for (const ObjectDescription& object : plan.scene.objects) starts = starts || object.shape == Shape::disk;
+        : starts(needs_of(film) & need_start), footprints(wants_footprints(plan, film)), patches(plan.scene->paints->surfaces_have_patterns()) {
+        for (const ObjectDescription& object : plan.description().objects) starts = starts || object.shape == Shape::disk;
     }
 };
 
@@ -30,15 +28,15 @@ struct TracedTile {
 
 /// Sets the rays of a row of pixels, from (x, y) on, as `rays`, which follow each other in the tile too. Of what they were before, patches and
 /// skies are left that nobody asks of them now.
-void gather(const TracedTile& traced, const Wanted& wanted, std::uint32_t x, std::uint32_t y, PixelBlock& block, std::span<Sighting> rays) {
+void gather(const TracedTile& traced, const Wanted& wanted, std::uint32_t x, std::uint32_t y, PixelBlock& block, std::span<PixelSample> rays) {
     const auto& [plan, tile, ends, list, errors] = traced;
-    const std::uint32_t spp = plan.scene.film.spp;
+    const std::uint32_t spp = plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
     for (std::size_t k = 0; k < rays.size(); ++k) {
-        Sighting& ray = rays[k];
+        PixelSample& ray = rays[k];
         const std::size_t i = first + k;
         ray.end = ends + i;
-        if (ray.end->status == Status::escaped) ray.sky = sky_view(plan, *ray.end);
+        if (ray.end->status == Status::escaped) ray.sky = sky_view(plan.scene->space, *ray.end);
         if (!errors.empty()) ray.error = &errors[i];
         if (wanted.starts) {
             const bool listed = !list.starts.empty();
@@ -65,7 +63,7 @@ Tile common(const Tile& a, const Tile& b) {
 }  // namespace
 
 bool wants_footprints(const Plan& plan, const Film& film) {
-    return plan.geometry->sky_has_pattern() || (needs_of(film) & need_footprint);
+    return plan.scene->paints->sky_has_pattern() || (needs_of(film) & need_footprint);
 }
 
 void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list,
@@ -73,7 +71,7 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
     const Wanted wanted(plan, film);
     const Shader shader(film);
     const TracedTile traced{plan, tile, ends, list, errors};
-    const std::uint32_t spp = plan.scene.film.spp;
+    const std::uint32_t spp = plan.description().film.spp;
     PixelBlock block;
     SkyFootprints footprints;
     block.starts.reserve(4 * std::size_t(spp));
@@ -84,9 +82,9 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             block.rays.resize(row * (pixels.y1 - pixels.y0)), block.starts.clear();
             const auto rays_from = [&](std::uint32_t x, std::uint32_t y) { return block.rays.data() + (y - pixels.y0) * row + (x - pixels.x0) * spp; };
             for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y) gather(traced, wanted, pixels.x0, y, block, {rays_from(pixels.x0, y), row});
-            const bool wants_patches = wanted.patches && !find_common_patch(plan, block, spp);
-            if (wants_patches || wanted.footprints) list_places(plan.scene.film, pixels, block);
-            if (wants_patches) find_patches(plan, block, spp);
+            const bool wants_patches = wanted.patches && !find_common_patch(*plan.scene->geometry, block, spp);
+            if (wants_patches || wanted.footprints) list_places(plan.description().film, pixels, block);
+            if (wants_patches) find_patches(*plan.scene->geometry, block, spp);
             if (wanted.footprints) footprints = footprints_of(block, spp);
             for (std::uint32_t y = part.y0; y < part.y1; ++y)
                 for (std::uint32_t x = part.x0; x < part.x1; ++x)

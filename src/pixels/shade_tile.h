@@ -1,9 +1,8 @@
 /// Ends of a tile's rays to the pixels of a film.
 #pragma once
 
-#include "film/film.h"
-#include "accuracy/end_errors.h"
-#include "render/run.h"
+#include "pixels/shade.h"
+#include "rays/list_rays.h"
 
 #include <vector>
 

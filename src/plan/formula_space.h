@@ -1,7 +1,8 @@
-/// What spaces with a formula need beside the others.
+/// Formulas of a scene as programs of the kernels, and the starts of their rays.
 #pragma once
 
-#include "plan/plan.h"
+#include "modules/space.h"
+#include "scene/description.h"
 
 namespace kagero {
 
@@ -9,13 +10,10 @@ namespace kagero {
 std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module);
 
 /// The programs of a compiled Hamiltonian that the scene rescales by an expression. Throws InputError for one that cannot be.
-std::vector<double> compile_rescaled(const RescalingDescription& rescaling, const Plan& plan);
+std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space);
 
-/// The state of a ray that moves along d from q, in coordinates.
-RayStart formula_ray(const Plan& plan, const double (&q)[3], const Double3& d);
-
-/// For a camera at rest in the coordinates of what is no spacetime: a map from directions to momenta if H is quadratic in p; else
-/// Plan::each_direction is set.
-Failure place_formula_camera(Plan& plan, StartMap& map);
+/// The map of an H quadratic in p, H = ½ p·G p + g·p + c: from ∂H/∂p = G p + g = μ d follows p = μ G⁻¹ d − G⁻¹ g, and from H = H0
+/// μ² d·G⁻¹ d = 2 (H0 − c) + g·G⁻¹ g. For any other H the map is meaningless.
+StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], double pt);
 
 }  // namespace kagero

@@ -1,6 +1,7 @@
 #include "plan/kernels.h"
 
 #include "error.h"
+#include "plan/names.h"
 
 #include <algorithm>
 #include <span>
@@ -24,8 +25,8 @@ bool fits(const KernelInfo& kernel, const KernelWish& wish) {
 
 /// Whether the widest packets are the quickest: in the plane of an orbit a step is one long chain of a few operations, each of which waits
 /// for the one before unless other rays give it something to do (`kagero trace scenes/hole.toml --rays FILE --lanes N --json`).
-bool widest_is_best(const Plan& plan) {
-    return plan.module->integrators[plan.job.integrator].angular && !plan.job.geometry && !plan.straight;
+bool widest_is_best(const Scene& scene, const MethodChoice& method) {
+    return scene.module().integrators[method.integrator].angular && !scene.geometry->kernel_view() && !scene.straight;
 }
 
 /// "strategy packet, double, integrator.lanes = 64"
@@ -38,11 +39,11 @@ std::string text_of(const KernelWish& wish) {
 }
 
 /// The numbers of lanes that would do, were it not for those that are asked for.
-std::string lanes_text(const Plan& plan, KernelWish wish) {
+std::string lanes_text(const Scene& scene, const MethodChoice& method, KernelWish wish) {
     std::vector<std::uint32_t> lanes;
-    for (const KernelInfo& kernel : kernels_of(*plan.module)) {
+    for (const KernelInfo& kernel : kernels_of(scene.module())) {
         wish.lanes = kernel.lanes;
-        if (fits(kernel, wish) && !refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled))
+        if (fits(kernel, wish) && !refusal_of(scene, kernel, method))
             lanes.push_back(kernel.lanes);
     }
     std::sort(lanes.begin(), lanes.end());
@@ -53,51 +54,47 @@ std::string lanes_text(const Plan& plan, KernelWish wish) {
 }
 
 /// The first that is wished for and serves, or the widest; null where none does, and why not.
-const KernelInfo* serving_kernel(const Plan& plan, const KernelWish& wish, std::string& why) {
+const KernelInfo* serving_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish, std::string& why) {
     const KernelInfo* chosen = nullptr;
-    for (const KernelInfo& kernel : kernels_of(*plan.module)) {
+    for (const KernelInfo& kernel : kernels_of(scene.module())) {
         if (!fits(kernel, wish)) continue;
-        const char* refusal = refusal_of(plan, kernel, plan.job.integrator, plan.job.rescaled);
+        const char* refusal = refusal_of(scene, kernel, method);
         if (refusal) why = refusal;
-        else if (!chosen || (widest_is_best(plan) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes)) chosen = &kernel;
+        else if (!chosen || (widest_is_best(scene, method) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes)) chosen = &kernel;
     }
     return chosen;
 }
 
 }  // namespace
 
-KernelWish wish_of(const Plan& plan) {
+KernelWish wish_of(const Scene& scene, const Options& options) {
     KernelWish wish;
-    wish.strategy = strategy_named(plan.options.strategy);
-    wish.precision = precision_named(plan.options.precision).value_or(Precision::float64);
-    wish.lanes = plan.scene.integrator.lanes;
+    wish.strategy = options.strategy;
+    wish.precision = options.precision;
+    wish.isa = options.isa;
+    wish.lanes = scene.description.integrator.lanes;
     return wish;
 }
 
-const KernelInfo* find_kernel(const Plan& plan, const KernelWish& wish) {
+const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish) {
     std::string why;
-    return serving_kernel(plan, wish, why);
+    return serving_kernel(scene, method, wish, why);
 }
 
-const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish) {
+const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish) {
     std::string why;
-    if (const KernelInfo* chosen = serving_kernel(plan, wish, why)) return *chosen;
-    const std::string there_is_none = text_of(wish) + ": there is no such kernel for " + plan.scene.space.hamiltonian + " by " +
-                                      plan.scene.integrator.method + " in the module " + plan.module->isa;
-    const Place place = plan.scene.integrator.lanes_place.value_or(Place{});
+    if (const KernelInfo* chosen = serving_kernel(scene, method, wish, why)) return *chosen;
+    const std::string there_is_none = text_of(wish) + ": there is no such kernel for " + scene.description.space.hamiltonian + " by " +
+                                      scene.module().integrators[method.integrator].name + " in the module " + scene.module().isa;
+    const Place place = scene.description.integrator.lanes_place.value_or(Place{});
     if (!why.empty()) throw InputError(place, there_is_none + ": " + why);
-    const std::string lanes = lanes_text(plan, wish);
+    const std::string lanes = lanes_text(scene, method, wish);
     throw InputError(place, there_is_none + (lanes.empty() ? std::string("; `kagero list strategies` shows those there are")
                                                     : "; lanes there are: " + lanes));
 }
 
-const char* refusal_of(const Plan& plan, const KernelInfo& kernel, std::uint32_t integrator, bool rescaled) {
-    return kernel.refusal ? kernel.refusal(plan.job.hamiltonian, integrator, rescaled, plan.straight) : nullptr;
-}
-
-const char* name_of(Form form) {
-    constexpr const char* names[] = {"", "gradient", "stages", "auto-vectorized", "gang"};
-    return names[static_cast<int>(form)];
+const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method) {
+    return kernel.refusal ? kernel.refusal(scene.integrated_hamiltonian(), method.integrator, method.rescaled, scene.straight) : nullptr;
 }
 
 }  // namespace kagero

@@ -1,31 +1,34 @@
-/// Which of a module's kernels runs a job.
+/// Which of a module's kernels runs a scene.
 #pragma once
 
-#include "plan/plan.h"
-
-#include <optional>
+#include "plan/scene.h"
 
 namespace kagero {
+
+/// A method of the module, with H rescaled or not.
+struct MethodChoice {
+    std::uint32_t integrator = 0;  ///< an index into Module::integrators
+    bool rescaled = false;         ///< integrate Ω(q)·(H − H0) instead of H
+};
 
 /// What is asked of a kernel; empty, or 0 lanes, leaves the choice.
 struct KernelWish {
     std::optional<Strategy> strategy;
     std::optional<Precision> precision;
     std::uint32_t lanes = 0;  ///< rays at a time; 1: scalar
+    std::string isa = "auto";  ///< the module was chosen by it
 };
-KernelWish wish_of(const Plan& plan);
+/// What options and scene state.
+KernelWish wish_of(const Scene& scene, const Options& options);
 
-/// The first kernel that has all that is asked for and serves the plan's space and method. Throws InputError that names those
+/// The first kernel that has all that is asked for and serves the scene's space by the method. Throws InputError that names those
 /// there are.
-const KernelInfo& choose_kernel(const Plan& plan, const KernelWish& wish);
+const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish);
 
 /// The same; null where there is none.
-const KernelInfo* find_kernel(const Plan& plan, const KernelWish& wish);
+const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish);
 
-/// Null where a kernel serves the plan's space by a method, else why not; what the module itself refuses is not asked here.
-const char* refusal_of(const Plan& plan, const KernelInfo& kernel, std::uint32_t integrator, bool rescaled);
-
-/// "", "gradient", "stages", "auto-vectorized" or "gang".
-const char* name_of(Form);
+/// Null where a kernel serves the scene's space by a method, else the reason. What the module refuses for every kernel is not checked here.
+const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method);
 
 }  // namespace kagero

@@ -4,16 +4,10 @@
 
 #include "scene/description.h"
 
-#include <optional>
-
 namespace kagero {
 
-/// The power of length in the unit of a parameter, if the unit is known.
-std::optional<int> power_of_length(const ParameterInfo& parameter);
-
-/// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size, for formulas, and for spaces whose
-/// parameters have units that are not known.
-double length_unit(const SceneDescription& scene, const HamiltonianInfo& info);
+/// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size and for formulas.
+double length_unit(const SceneDescription& scene);
 
 /// The scene with all lengths in that unit. The step is left to the plan, which knows what it is a step of.
 void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double unit);

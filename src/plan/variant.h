@@ -1,68 +1,46 @@
-/// A scene's rays by another method than the scene's own, through the same kernels and loop.
+/// The rays of a scene by another method than the scene's own, through the same kernels and loop.
 #pragma once
 
-#include "render/render.h"
-
-#include <algorithm>
-#include <optional>
+#include "plan/plan.h"
 
 namespace kagero {
 
-/// One way of integrating a plan's rays.
+/// One way of integrating the rays of a plan.
 struct Variant {
-    std::uint32_t integrator = 0;
-    bool rescaled = false;
+    MethodChoice method;
     const KernelInfo* kernel = nullptr;
     double step = 0;               ///< of adaptive methods: the tolerance
-    double solver_tolerance = -1;  ///< of implicit equations; negative: the scene's
+    double solver_tolerance = -1;  ///< of implicit equations; negative: the plan's
 };
 
 const IntegratorInfo& info_of(const Plan& plan, const Variant& variant);
 
 /// The variant that `render` would use for a method of this name; nothing where the module has no such method, or the space or
 /// the scene refuses it.
-std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
-                                    double step);
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision, double step);
 
 /// The same by one of the module's kernels, which may refuse it too.
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel, double step);
 
-/// What the steps of a variant count.
+/// The plan's own method, by one of the module's kernels.
+Variant own_variant(const Plan& plan, const KernelInfo& kernel);
+
+/// The unit in which the steps of a variant are counted.
 StepKind step_kind(const Plan& plan, const Variant& variant);
-/// The plan's step, for a variant whose steps count what the plan's do; else in the same proportion to the space's default for it.
+/// The plan's step, for a variant whose steps have the same unit; else in the same proportion to the space's default for it.
 double usual_step(const Plan& plan, const Variant& variant);
 /// The space's default, where the scene's own step does not count.
 double default_step(const Plan& plan, const Variant& variant);
-/// The variant's step, or tolerance, as a scene states it; and such a step as the job counts it.
+/// The variant's step, or tolerance, as a scene states it; and such a step as the kernels count it.
 double stated_step(const Plan& plan, const Variant& variant);
-double job_step(const Plan& plan, const Variant& variant, double stated);
+double kernel_step(const Plan& plan, const Variant& variant, double stated);
 
-/// The plan's job by a variant. A ray may take as many steps as cover the path that the scene allows.
-Job job_as(const Plan& plan, const Variant& variant);
+/// The plan's configuration by a variant. A ray may take as many steps as cover the path that the scene allows.
+RunConfig run_by(const Plan& plan, const Variant& variant);
+/// The plan with that configuration.
+Plan plan_by(const Plan& plan, const Variant& variant);
 
-/// Makes a plan follow a variant.
-void follow(Plan& plan, const Variant& variant);
-
-/// The same while it lives.
-class PlanAs {
-public:
-    PlanAs(Plan& plan, const Variant& variant);
-    ~PlanAs();
-    PlanAs(const PlanAs&) = delete;
-    PlanAs& operator=(const PlanAs&) = delete;
-    /// A ray may find no end then, and takes so many steps at most.
-    void without_surfaces(std::uint32_t most_steps) {
-        if (!plan_.job.geometry) return;
-        plan_.job.geometry = nullptr;
-        plan_.job.max_steps = std::min(plan_.job.max_steps, most_steps);
-    }
-    void on_threads(unsigned threads) { plan_.threads = threads; }
-
-private:
-    Plan& plan_;
-    const Job job_;
-    const KernelInfo* const kernel_;
-    const unsigned threads_;
-};
+/// The plan of a scene that differs from the plan's in its film alone, by any instruction set: the same method and step, and the whole film.
+Plan remade(const Plan& plan, SceneDescription description, const std::string& isa);
 
 }  // namespace kagero

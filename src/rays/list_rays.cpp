@@ -6,7 +6,7 @@
 namespace kagero {
 
 void list_rays(const Plan& plan, const Tile& tile, RayList& list) {
-    const FilmDescription& film = plan.scene.film;
+    const FilmDescription& film = plan.description().film;
     list.starts.clear(), list.frequencies.clear();
     for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
         for (std::uint32_t x = tile.x0; x < tile.x1; ++x)

@@ -1,7 +1,5 @@
 #include "render/operation_count.h"
 
-#include "rays/camera.h"
-
 namespace kagero {
 namespace {
 
@@ -13,8 +11,8 @@ constexpr double first_query = 7;
 }  // namespace
 
 Operations operations_of(const Plan& plan) {
-    const Job& job = plan.job;
-    Operations counted = plan.module->operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
+    const Job job = plan.job();
+    Operations counted = plan.module().operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
     if (!job.geometry) counted.per_step = counted.per_step_alone;
     return counted;
 }
@@ -25,10 +23,11 @@ double operations_of(const Plan& plan, const Counters& work) {
 }
 
 std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& report) {
-    if (plan.straight || plan.kernel->strategy == Strategy::per_ray) return {};
-    if (plan.kernel->strategy == Strategy::scalar) return 0;
+    if (plan.scene->straight || plan.run.kernel->strategy == Strategy::per_ray) return {};
+    if (plan.run.kernel->strategy == Strategy::scalar) return 0;
     const double packed = operations_of(plan, report.counters);
-    const double per_ray = (kernel_makes_rays(plan) ? 0 : start_of_a_ray) + (plan.job.geometry ? first_query : 0);
+    const Job job = plan.job();
+    const double per_ray = (job.camera ? 0 : start_of_a_ray) + (job.geometry ? first_query : 0);
     const double single = double(report.rays) * per_ray;
     return packed + single > 0 ? packed / (packed + single) : 0;
 }

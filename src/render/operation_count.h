@@ -1,7 +1,8 @@
 /// Floating-point operations of a run, counted in the programs that it ran.
 #pragma once
 
-#include "render/render.h"
+#include "plan/plan.h"
+#include "render/run_report.h"
 
 #include <optional>
 

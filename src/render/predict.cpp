@@ -1,9 +1,8 @@
 #include "render/predict.h"
 
-#include "rays/camera.h"
 #include "appearance/footprint.h"
-#include "render/operation_count.h"
 #include "pixels/shade_tile.h"
+#include "render/operation_count.h"
 
 #include <algorithm>
 
@@ -44,7 +43,7 @@ public:
         for (auto cost = begin; cost != end; ++cost)
             steps += cost->steps / double(end - begin), rest += cost->rest / double(end - begin), slowest = std::max(slowest, cost->steps);
         const Tile& t = tiles_[tile];
-        return double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan_.scene.film.spp * (steps + waiting * (slowest - steps) + rest);
+        return double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan_.description().film.spp * (steps + waiting * (slowest - steps) + rest);
     }
 
 private:
@@ -67,7 +66,7 @@ private:
             }
     }
     void trace(const Watch& watch) {
-        Job job = plan_.job;
+        Job job = plan_.job();
         job.camera = nullptr, job.rays = starts_.data();
         WorkList work;
         const auto count = static_cast<std::uint32_t>(starts_.size());
@@ -93,15 +92,15 @@ private:
     double operations_of_the_sky(const RayEnd* ends) const {
         PixelBlock block;
         for (std::uint32_t i = 0; i < edge_ * edge_; ++i) {
-            Sighting& ray = block.rays.emplace_back();
+            PixelSample& ray = block.rays.emplace_back();
             ray.end = ends + i;
-            if (ray.end->status == Status::escaped) ray.sky = sky_view(plan_, *ray.end);
+            if (ray.end->status == Status::escaped) ray.sky = sky_view(plan_.scene->space, *ray.end);
             block.places.push_back({double(i % edge_), double(i / edge_)});
         }
-        const SkyFootprints footprints = footprints_of(block, plan_.scene.film.spp);
+        const SkyFootprints footprints = footprints_of(block, plan_.description().film.spp);
         int probes = 0;
-        for (const Sighting& ray : block.rays) probes += probes_of(plan_, ray, footprints);
-        const double lanes = double(plan_.kernel->lanes) / plan_.kernel->registers;
+        for (const PixelSample& ray : block.rays) probes += probes_of(plan_, ray, footprints);
+        const double lanes = double(plan_.run.kernel->lanes) / plan_.run.kernel->registers;
         return lanes * operations_of_a_probe * probes;
     }
 

@@ -1,9 +1,7 @@
 /// What tiles will cost, before they are traced.
 #pragma once
 
-#include "film/film.h"
-#include "render/render.h"
-#include "render/schedule.h"
+#include "render/run.h"
 
 namespace kagero {
 

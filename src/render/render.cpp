@@ -1,11 +1,8 @@
 #include "render/render.h"
 
-#include "rays/camera.h"
-#include "accuracy/end_errors.h"
-#include "rays/list_rays.h"
-#include "render/predict.h"
-#include "render/run.h"
+#include "error.h"
 #include "pixels/shade_tile.h"
+#include "render/predict.h"
 #include "render/snapshot.h"
 
 #include <chrono>
@@ -16,8 +13,8 @@ namespace {
 /// The pixels to trace: where footprints or patches are wanted, whole blocks of 2 × 2 pixels of the film's grid. The last ones reach beyond a
 /// film of odd size.
 Tile traced_part(const Plan& plan, const Film& film) {
-    Tile w = shown_part(plan);
-    if (!wants_footprints(plan, film) && !plan.geometry->surfaces_have_patterns()) return w;
+    Tile w = plan.view.window;
+    if (!wants_footprints(plan, film) && !plan.scene->paints->surfaces_have_patterns()) return w;
     w.x0 &= ~1u, w.y0 &= ~1u;
     w.x1 += w.x1 & 1, w.y1 += w.y1 & 1;
     return w;
@@ -25,15 +22,9 @@ Tile traced_part(const Plan& plan, const Film& film) {
 
 }  // namespace
 
-Tile shown_part(const Plan& plan) {
-    const auto& c = plan.options.crop;
-    if (c[2] == 0) return {0, 0, plan.scene.film.width, plan.scene.film.height};
-    return {c[0], c[1], c[2], c[3]};
-}
-
 Film film_of(const Plan& plan) {
-    const Tile part = shown_part(plan);
-    const FilmDescription& film = plan.scene.film;
+    const Tile& part = plan.view.window;
+    const FilmDescription& film = plan.description().film;
     try {
         return Film(part.x1 - part.x0, part.y1 - part.y0, film.layers, {part.x0, part.y0, film.width, film.height});
     } catch (const std::bad_alloc&) {
@@ -41,19 +32,20 @@ Film film_of(const Plan& plan) {
     }
 }
 
-RunReport render(const Plan& plan, Film& film, const Watch& watch) {
+RunReport render(const Plan& plan, Film& film, const Watch& watch, const TileErrors& errors) {
     const auto begin = std::chrono::steady_clock::now();
-    Job job = plan.job;
+    Job job = plan.job();
     const unsigned needs = needs_of(film);
     if (needs & need_energy_error) job.outputs |= output_energy;
     TileRays rays;
-    if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
-    const EndErrors end_errors(plan, needs & need_position_error, needs & need_rounding_error);
+    if (!job.camera) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
+    const bool wants_errors = needs & (need_position_error | need_rounding_error);
+    if (wants_errors && !errors) throw RunError("the film has a layer of errors, but nothing estimates them: use render_with_errors");
     Snapshots snapshots(watch, film);
-    const auto done = [&, shown = shown_part(plan)](const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
-        const std::vector<EndError> errors = end_errors.of(tile, ends, list, halt);
-        if (!errors.empty() && halt()) return;
-        snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, errors, film); });
+    const auto done = [&, shown = plan.view.window](const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
+        const std::vector<EndError> estimates = wants_errors ? errors(tile, ends, list, halt) : std::vector<EndError>{};
+        if (wants_errors && halt()) return;
+        snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, estimates, film); });
         snapshots.take();
     };
     const Schedule schedule = schedule_of(plan);

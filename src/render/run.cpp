@@ -148,7 +148,7 @@ private:
         job.timed = record && record->looked_into;
         const Halt halt{[](void* user) { return static_cast<HaltedTile*>(user)->ask(); }, &halting};
         halt.tell(job);
-        trace_tile(*plan_.kernel, job, tile, share.list, share.ends, share.counters);
+        trace_tile(*plan_.run.kernel, job, tile, share.list, share.ends, share.counters);
         if (record) record->traced = seconds(), record->ticks = __rdtsc() - record->ticks;
         if (!halting.told) done_(tile, share.ends.data(), share.list, halt);
         if (halting.told) return share.counters = before, false;
@@ -200,7 +200,7 @@ void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayLi
 
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
                     const Watch& watch) {
-    std::vector<Share> shares(std::max(plan.threads, 1u));
+    std::vector<Share> shares(std::max(plan.run.threads, 1u));
     Run run(plan, job, work, rays, done, watch);
     on_threads(static_cast<unsigned>(shares.size()), [&](unsigned thread) { run.work(thread, shares[thread]); });
     const double elapsed = run.seconds();

@@ -1,18 +1,15 @@
 /// Tiles over threads: the one place where work is shared out.
 #pragma once
 
-#include "render/render.h"
+#include "rays/list_rays.h"
+#include "render/run_report.h"
+#include "render/schedule.h"
 
 #include <functional>
 #include <vector>
 
 namespace kagero {
 
-/// The rays of a tile, where the program makes them and not the kernel.
-struct RayList {
-    std::vector<RayStart> starts;
-    std::vector<double> frequencies;  ///< CameraRay::frequency of each
-};
 /// Lists the rays of a tile. Called, as TileDone is, from several threads at once, for different tiles.
 using TileRays = std::function<void(const Tile&, RayList&)>;
 

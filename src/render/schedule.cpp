@@ -1,7 +1,5 @@
 #include "render/schedule.h"
 
-#include "render/render.h"
-
 #include <algorithm>
 #include <numeric>
 
@@ -31,7 +29,7 @@ struct Piece {
 };
 
 Piece piece_of(const Plan& plan, Schedule schedule) {
-    const std::uint32_t spp = plan.scene.film.spp, edge = tile_edge(spp);
+    const std::uint32_t spp = plan.description().film.spp, edge = tile_edge(spp);
     if (schedule != Schedule::scanline) return {edge, edge};
     const std::uint32_t height = std::min(edge, packet_edge);
     const std::uint64_t width = most_rays / (std::uint64_t{height} * spp) / edge * edge;
@@ -39,29 +37,17 @@ Piece piece_of(const Plan& plan, Schedule schedule) {
 }
 
 bool worth_predicting(const Plan& plan) {
-    if (plan.straight) return false;
-    const std::uint32_t spp = plan.scene.film.spp, edge = tile_edge(spp);
-    const Tile w = shown_part(plan);
+    if (plan.scene->straight) return false;
+    const std::uint32_t spp = plan.description().film.spp, edge = tile_edge(spp);
+    const Tile& w = plan.view.window;
     const std::uint64_t tiles = std::uint64_t{w.x1 - w.x0} * (w.y1 - w.y0) / (std::uint64_t{edge} * edge);
-    return spp >= many_rays_per_pixel || (plan.threads > 1 && tiles < many_tiles_per_thread * plan.threads);
+    return spp >= many_rays_per_pixel || (plan.run.threads > 1 && tiles < many_tiles_per_thread * plan.run.threads);
 }
 
 }  // namespace
 
-const std::vector<std::string>& schedule_names() {
-    static const std::vector<std::string> names{"scanline", "tiles", "predicted"};
-    return names;
-}
-
-const char* name_of(Schedule schedule) {
-    return schedule_names()[static_cast<std::size_t>(schedule)].c_str();
-}
-
 Schedule schedule_of(const Plan& plan) {
-    const auto& names = schedule_names();
-    const auto found = std::find(names.begin(), names.end(), plan.options.schedule);
-    if (found != names.end()) return static_cast<Schedule>(found - names.begin());
-    return worth_predicting(plan) ? Schedule::predicted : Schedule::tiles;
+    return plan.run.schedule.value_or(worth_predicting(plan) ? Schedule::predicted : Schedule::tiles);
 }
 
 WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {
@@ -71,7 +57,7 @@ WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {
         for (std::uint32_t x = w.x0 / width * width; x < w.x1; x += width) {
             const Tile& t = work.tiles.emplace_back(
                 Tile{std::max(x, w.x0), std::max(y, w.y0), std::min(x + width, w.x1), std::min(y + height, w.y1)});
-            work.costs.push_back(double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan.scene.film.spp);
+            work.costs.push_back(double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan.description().film.spp);
         }
     return work;
 }

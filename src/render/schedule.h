@@ -3,22 +3,12 @@
 
 #include "plan/plan.h"
 
-#include <string>
 #include <vector>
 
 namespace kagero {
 
-enum class Schedule {
-    scanline,   ///< line by line, as in Satoh (2003): bands as wide as the picture, or as a thread holds rays, and as high as a packet, from the top
-    tiles,      ///< squares, row by row
-    predicted,  ///< squares, the costliest first, by a sparse first pass
-};
-
-const std::vector<std::string>& schedule_names();
-const char* name_of(Schedule schedule);
-
-/// What the options ask for; `auto` is `predicted` where that pays: with few tiles for each of several threads, or many rays per pixel,
-/// unless rays are straight and cost alike. Else it is `tiles`.
+/// What the plan asks for. If it leaves that open: `predicted` where that pays (with few tiles for each of several threads, or many rays per
+/// pixel, unless rays are straight and cost alike), else `tiles`.
 Schedule schedule_of(const Plan& plan);
 
 /// Tiles in the order in which threads take them.

@@ -1,7 +1,7 @@
 /// The picture so far, while threads write to it.
 #pragma once
 
-#include "render/render.h"
+#include "render/run_report.h"
 
 #include <mutex>
 #include <new>

@@ -1,6 +1,6 @@
 #include "report/compare_report.h"
 
-#include "plan/kernels.h"
+#include "plan/names.h"
 #include "report/json.h"
 #include "report/numbers.h"
 

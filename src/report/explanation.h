@@ -1,12 +1,13 @@
 /// The plan of a run, and that a scene is valid, as text and JSON.
 #pragma once
 
-#include "plan/decisions.h"
+#include "plan/plan.h"
 
 namespace kagero {
 
-std::string explanation_text(const Plan& plan, const Explanation& explanation);
-std::string explanation_json(const Plan& plan, const Explanation& explanation);
+/// What takes place, and what is left out and why: the decisions that the plan records.
+std::string explanation_text(const Plan& plan);
+std::string explanation_json(const Plan& plan);
 
 /// "SCENE: valid (…)".
 std::string validity_text(const Plan& plan);

@@ -3,7 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "modules/modules.h"
-#include "plan/kernels.h"
+#include "plan/names.h"
 #include "report/json.h"
 #include "report/numbers.h"
 
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 Json parameter_item(const ParameterInfo& info) {
     return {{"name", info.name},         {"default", info.fallback},      {"least", info.least},
-            {"greatest", info.greatest}, {"least_open", info.least_open}, {"unit", info.unit},
+            {"greatest", info.greatest}, {"least_open", info.least_open}, {"unit", name_of(info.unit)},
             {"meaning", info.meaning}};
 }
 

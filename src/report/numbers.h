@@ -14,4 +14,9 @@ std::string fixed(double value, int digits = 1);
 /// Three significant digits with a thousands suffix, for people: 2.71 M.
 std::string rounded(double value);
 
+/// 0 where b is not greater than 0.
+inline double ratio(double a, double b) {
+    return b > 0 ? a / b : 0;
+}
+
 }  // namespace kagero

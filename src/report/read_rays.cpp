@@ -1,4 +1,4 @@
-#include "report/rays_csv.h"
+#include "report/read_rays.h"
 
 #include <algorithm>
 #include <charconv>

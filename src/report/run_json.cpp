@@ -1,12 +1,12 @@
 #include "report/run_json.h"
 
 #include "error.h"
-#include "plan/kernels.h"
-#include "render/operation_count.h"
 #include "accuracy/timing.h"
+#include "plan/names.h"
+#include "render/operation_count.h"
 #include "report/json.h"
 #include "report/numbers.h"
-
+#include "report/thread_shares.h"
 
 namespace kagero {
 
@@ -24,7 +24,7 @@ double per(double amount, double count) {
 
 /// Whether the method chooses its steps by a tolerance.
 bool adaptive(const Plan& plan) {
-    return plan.module->integrators[plan.job.integrator].adaptive;
+    return plan.method().adaptive;
 }
 
 Json status_json(const RunReport& report) {
@@ -34,15 +34,15 @@ Json status_json(const RunReport& report) {
 }
 
 void add_kernel(Json& json, const Plan& plan) {
-    json["isa"] = plan.module->isa;
-    json["strategy"] = name_of(plan.kernel->strategy);
-    json["precision"] = name_of(plan.kernel->precision);
-    json["lanes"] = plan.kernel->lanes;
-    if (plan.kernel->form != Form::none) json["form"] = name_of(plan.kernel->form);
+    json["isa"] = plan.module().isa;
+    json["strategy"] = name_of(plan.run.kernel->strategy);
+    json["precision"] = name_of(plan.run.kernel->precision);
+    json["lanes"] = plan.run.kernel->lanes;
+    if (plan.run.kernel->form != Form::none) json["form"] = name_of(plan.run.kernel->form);
 }
 
 Json energy_json(const Plan& plan, const RunReport& report) {
-    if (!plan.options.energy_error) return {};
+    if (!(plan.run.outputs & output_energy)) return {};
     return {{"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};
 }
 
@@ -60,12 +60,12 @@ Json timing_json(const std::vector<RunReport>& runs) {
 }  // namespace
 
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds) {
-    const Tile part = shown_part(plan);
+    const Tile& part = plan.view.window;
     const Counters& work = report.counters;
     Json json;
-    json["scene"] = plan.scene.path;
+    json["scene"] = plan.description().path;
     add_kernel(json, plan);
-    json["threads"] = plan.threads;
+    json["threads"] = plan.run.threads;
     json["width"] = part.x1 - part.x0;
     json["height"] = part.y1 - part.y0;
     json["rays"] = report.rays;
@@ -82,19 +82,19 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["vectorization_ratio"] = ratio ? Json(*ratio) : Json();
     json["load_s"] = plan.load_seconds;
     json["write_s"] = write_seconds;
-    json["hamiltonian"] = plan.scene.space.hamiltonian;
-    json["integrator"] = plan.scene.integrator.method;
-    json["step"] = plan.scene.integrator.step;
-    if (adaptive(plan)) json["tolerance"] = plan.scene.integrator.tolerance;
-    if (plan.job.solver_tolerance > 0) json["solver_tolerance"] = plan.job.solver_tolerance;
-    json["registers"] = plan.kernel->registers;
-    json["compiler"] = plan.module->compiler;
-    json["straight"] = plan.straight;
+    json["hamiltonian"] = plan.description().space.hamiltonian;
+    json["integrator"] = plan.method().name;
+    json["step"] = stated_step(*plan.scene, plan.run);
+    if (adaptive(plan)) json["tolerance"] = plan.run.tolerance;
+    if (plan.run.solver_tolerance > 0) json["solver_tolerance"] = plan.run.solver_tolerance;
+    json["registers"] = plan.run.kernel->registers;
+    json["compiler"] = plan.module().compiler;
+    json["straight"] = plan.scene->straight;
     json["unrefined"] = report.counters.unrefined;
-    if (plan.pilot) {
-        json["max_pixel_error"] = plan.pilot->bound;
-        json["pixel_error_estimate"] = plan.pilot->met ? Json(plan.pilot->estimate) : Json();
-        json["pixel_error_ill_conditioned"] = plan.pilot->ill_conditioned;
+    if (plan.method_trial) {
+        json["max_pixel_error"] = plan.method_trial->bound;
+        json["pixel_error_estimate"] = plan.method_trial->met ? Json(plan.method_trial->estimate) : Json();
+        json["pixel_error_ill_conditioned"] = plan.method_trial->ill_conditioned;
     }
     json["interrupted"] = report.interrupted;
     json["out_of_time"] = report.out_of_time;
@@ -109,7 +109,7 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
     const double rays = static_cast<double>(last.rays);
     Json json;
     json["rays"] = last.rays;
-    json["threads"] = plan.threads;
+    json["threads"] = plan.run.threads;
     add_kernel(json, plan);
     json["ns_per_ray"] = timing_json(runs);
     json["steps_per_ray"] = per(static_cast<double>(last.counters.steps), rays);
@@ -122,8 +122,8 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
 }
 
 Metadata picture_metadata(const Plan& plan, const RunReport& report) {
-    const SceneDescription& scene = plan.scene;
-    const HamiltonianInfo& space = plan.module->hamiltonians[plan.hamiltonian];
+    const SceneDescription& scene = plan.description();
+    const HamiltonianInfo& space = plan.scene->space.info();
     std::string overrides, ends;
     for (const std::string& text : scene.overrides) overrides += text + "\n";
     for (std::uint32_t s = 0; s < status_count; ++s)
@@ -132,17 +132,17 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
         {"version", KAGERO_VERSION},
         {"scene", scene.text},
         {"overrides", overrides},
-        {"isa", plan.module->isa},
-        {"strategy", name_of(plan.kernel->strategy)},
-        {"precision", name_of(plan.kernel->precision)},
+        {"isa", plan.module().isa},
+        {"strategy", name_of(plan.run.kernel->strategy)},
+        {"precision", name_of(plan.run.kernel->precision)},
         {"hamiltonian", space.formula},
-        {"integrator", scene.integrator.method},
-        {"step", shortest(scene.integrator.step)},
+        {"integrator", plan.method().name},
+        {"step", shortest(stated_step(*plan.scene, plan.run))},
         {"seed", std::to_string(scene.film.seed)},
         {"credits", space.source},
     };
-    if (adaptive(plan)) metadata.emplace_back("tolerance", shortest(scene.integrator.tolerance));
-    if (plan.job.solver_tolerance > 0) metadata.emplace_back("solver_tolerance", shortest(plan.job.solver_tolerance));
+    if (adaptive(plan)) metadata.emplace_back("tolerance", shortest(plan.run.tolerance));
+    if (plan.run.solver_tolerance > 0) metadata.emplace_back("solver_tolerance", shortest(plan.run.solver_tolerance));
     if (report.rays) metadata.emplace_back("status", ends);  // a snapshot has not counted
     if (report.energy_error.p50 >= 0)  // of what is known of no ray, nothing
         metadata.emplace_back("energy_error", "median " + shortest(report.energy_error.p50) + ", 99 % " +

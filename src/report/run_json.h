@@ -1,7 +1,7 @@
 /// What a run says of itself: JSON for programs, attributes for the picture.
 #pragma once
 
-#include "film/film.h"
+#include "film/write_film.h"
 #include "render/render.h"
 
 #include <string>

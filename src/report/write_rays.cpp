@@ -1,5 +1,7 @@
+#include "report/write_rays.h"
+
+#include "plan/names.h"
 #include "report/numbers.h"
-#include "report/rays_csv.h"
 
 #include <ostream>
 
@@ -30,8 +32,8 @@ void append_number(std::string& row, double x) {
 }
 
 std::string object_name(const Plan& plan, const RayEnd& end) {
-    if (end.status != Status::hit || !plan.geometry) return "";
-    return csv_text(plan.scene.objects.at(end.surface).name);
+    if (end.status != Status::hit || plan.description().objects.empty()) return "";
+    return csv_text(plan.description().objects.at(end.surface).name);
 }
 
 void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end) {
@@ -43,7 +45,7 @@ void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEn
     append_number(row, end.parameter);
     row += ',' + std::to_string(end.steps) + ',' + std::to_string(end.gradients);
     append_number(row, end.energy_error);
-    row += ',' + (end.status == Status::failed ? csv_text(why_failed(plan, end.failure)) : std::string()) + '\n';
+    row += ',' + (end.status == Status::failed ? csv_text(why_failed(*plan.scene, plan.run.kernel->precision, end.failure)) : std::string()) + '\n';
 }
 
 void append_point(std::string& row, const PathPoint& point) {

@@ -47,6 +47,11 @@ struct RescalingDescription {
 /// What the steps of a method count: the parameter of H, a length; that of a spacetime's rescaled H, a number; radians of an orbit.
 enum class StepKind { length, number, angle };
 
+/// Whether new rays are loaded into lanes whose rays have ended; automatic: where a measurement says that it pays.
+enum class Refill { automatic, on, off };
+/// As scenes write them, in the same order.
+const std::vector<std::string>& refill_names();
+
 struct IntegratorDescription {
     std::string method;                ///< resolved: never empty after loading
     std::optional<Place> method_place, step_place, tolerance_place, lanes_place, rescale_place;  ///< where the scene states them, for what is said later
@@ -58,8 +63,8 @@ struct IntegratorDescription {
     double escape_radius = 50;
     HitModel hit = HitModel::hermite;
     bool cull = true;
-    std::string symmetry = "auto";     ///< "auto" | "none": never in the plane of the orbit
-    std::string refill = "auto";       ///< "auto" | "on" | "off"
+    bool use_symmetry = true;          ///< the plane of an orbit, and cyclic coordinates, may be used; symmetry = "none": never
+    Refill refill = Refill::automatic;
     double max_pixel_error = 0;        ///< step, precision, and the method unless it is stated, are chosen to meet it; 0: nothing is
     std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine
     std::string rescale = "auto";      ///< "auto" | "none" | an expression
@@ -68,13 +73,19 @@ struct IntegratorDescription {
 
 /// "static", "zamo", "falling", "coordinate", as ObserverKind has them.
 const std::vector<std::string>& observer_names();
+inline const std::string& name_of(ObserverKind observer) { return observer_names()[static_cast<std::size_t>(observer)]; }
+
+enum class CameraType { perspective, equirectangular, orthographic };
+/// As scenes write them, in the same order.
+const std::vector<std::string>& camera_type_names();
+inline const std::string& name_of(CameraType type) { return camera_type_names()[static_cast<std::size_t>(type)]; }
 
 struct CameraDescription {
-    std::string type = "perspective";  ///< "perspective" | "equirectangular" | "orthographic"
+    CameraType type = CameraType::perspective;
     Double3 position{}, look_at{}, up{0, 1, 0};
     double fov = 60;                   ///< perspective: vertical, degrees
     double height = 2;                 ///< orthographic: of the picture, scene units
-    std::string observer = "static";
+    ObserverKind observer = ObserverKind::static_;
     Place position_place;              ///< for messages found later
     std::optional<Place> fov_place, observer_place;  ///< where the scene states them
 };
@@ -139,6 +150,14 @@ struct SceneDescription {
     std::vector<ObjectDescription> objects;
 };
 
+/// The names of a table of Hamiltonians or integrators.
+template <class Info>
+std::vector<std::string> names_of(const Info* infos, std::uint32_t count) {
+    std::vector<std::string> names;
+    for (std::uint32_t i = 0; i < count; ++i) names.emplace_back(infos[i].name);
+    return names;
+}
+
 /// The names a scene may use; taken from a loaded kernel module.
 struct Catalogue {
     const HamiltonianInfo* hamiltonians = nullptr;
@@ -146,6 +165,8 @@ struct Catalogue {
     const IntegratorInfo* integrators = nullptr;
     std::uint32_t integrator_count = 0;
     std::vector<std::string> layers;
+    /// Null where there is none of that name.
+    const HamiltonianInfo* hamiltonian_named(const std::string& name) const;
     /// Null where a method serves a space, whose H is rescaled or not; else why not.
     const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) = nullptr;
 };
@@ -158,15 +179,5 @@ struct Override {
     Override(const char* t) : text(t) {}
     Override(std::string t, std::string how = {}) : text(std::move(t)), said(std::move(how)) {}
 };
-
-/// Reads, overrides and checks a scene. Throws InputError naming file:line:column, the value, the legal range, and a near match for a
-/// misspelt name.
-SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides, const Catalogue& catalogue);
-/// The same for a scene that is no file; `name` stands for it in messages, relative paths in it start at the working directory.
-SceneDescription load_scene_text(const std::string& text, const std::string& name, const std::vector<Override>& overrides,
-                                 const Catalogue& catalogue);
-
-/// The scene written back whole as TOML, defaults included; loading it again gives the same description.
-std::string print_scene(const SceneDescription& scene);
 
 }  // namespace kagero

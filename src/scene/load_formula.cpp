@@ -1,5 +1,8 @@
 #include "scene/load_formula.h"
 
+#include "formula/nodes.h"
+#include "formula/parser.h"
+
 #include "error.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "scene/load.h"
+#include "scene/load_objects.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -6,16 +6,6 @@
 #include <filesystem>
 
 namespace kagero {
-
-const std::vector<std::string>& shape_names() {
-    static const std::vector<std::string> names{"rectangle", "box", "room", "sphere", "mesh", "disk"};
-    return names;
-}
-
-const std::vector<std::string>& face_names() {
-    static const std::vector<std::string> names{"px", "nx", "py", "ny", "pz", "nz"};
-    return names;
-}
 
 namespace {
 

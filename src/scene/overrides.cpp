@@ -1,4 +1,6 @@
-#include "scene/value.h"
+#include "scene/overrides.h"
+
+#include "scene/toml.h"
 
 #include <algorithm>
 #include <initializer_list>

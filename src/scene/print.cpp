@@ -1,6 +1,6 @@
-// Writes a description back as TOML. Every key is written, defaults too, so that the text says all that the picture depends on.
-#include "error.h"
-#include "scene/description.h"
+// Every key is written, defaults too, so that the text says all that the picture depends on.
+#include "scene/print.h"
+
 #include "scene/value.h"
 
 #include <sstream>
@@ -132,8 +132,8 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     line("escape_radius", integrator.escape_radius);
     line("hit", std::string(integrator.hit == HitModel::chord ? "chord" : "hermite"));
     line("cull", std::string(integrator.cull ? "auto" : "none"));
-    line("refill", integrator.refill);
-    line("symmetry", integrator.symmetry);
+    line("refill", refill_names()[static_cast<std::size_t>(integrator.refill)]);
+    line("symmetry", std::string(integrator.use_symmetry ? "auto" : "none"));
     if (integrator.max_pixel_error > 0) line("max_pixel_error", integrator.max_pixel_error);
     if (integrator.lanes) line("lanes", integrator.lanes);
     else line("lanes", std::string("auto"));
@@ -144,13 +144,13 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
 void print_camera(std::ostringstream& out, const CameraDescription& camera) {
     const KeyLine line{out};
     out << "\n[camera]\n";
-    line("type", camera.type);
+    line("type", name_of(camera.type));
     line("position", camera.position);
     line("look_at", camera.look_at);
     line("up", camera.up);
-    if (camera.type == "perspective") line("fov", camera.fov);
-    if (camera.type == "orthographic") line("height", camera.height);
-    line("observer", camera.observer);
+    if (camera.type == CameraType::perspective) line("fov", camera.fov);
+    if (camera.type == CameraType::orthographic) line("height", camera.height);
+    line("observer", name_of(camera.observer));
 }
 
 void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {

@@ -1,5 +1,5 @@
 // The only file that includes toml++.
-#include "scene/value.h"
+#include "scene/toml.h"
 
 #include <toml++/toml.h>
 

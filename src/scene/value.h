@@ -23,16 +23,6 @@ struct Value {
     Place place, key_place;
 };
 
-/// Reads a whole document. `file` is the name that places carry. Throws InputError for what is not TOML.
-Value parse_toml(const std::string& text, const std::string& file);
-
-/// Reads the right-hand side of an override, all of it placed at `place`. A bare word is a string.
-Value parse_toml_value(const std::string& text, const Place& place);
-
-/// Merges "key.path=value" into a document. The path is not judged here: a misspelt key is found when the scene is read.
-/// `said` is how the user said it, which messages repeat.
-void apply_override(Value& root, const std::string& override_text, const std::string& said);
-
 /// The entry of a table, or null.
 const Value* find(const Value& table, const std::string& key);
 

@@ -1,5 +1,5 @@
-// Rays between two fates: the photon sphere, the horizon, a wormhole's throat.
-#include "stability/cases.h"
+#include "stability/critical.h"
+
 #include "stability/orbits.h"
 
 #include <cmath>
@@ -37,9 +37,9 @@ void expect_windings(Trial& trial, double b, double least, const char* method) {
     std::vector<RayInput> rays;
     for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, b, 10));
     const auto plan = trial.plan(hole(method, std::string(method).starts_with("gauss") ? 0.04 : 0.02));
-    trial.ends(*plan, rays);
+    trial.ends(plan, rays);
     std::vector<RayEnd> ends;
-    const auto swept = swept_angles(trace_paths(*plan, start_rays(*plan, rays, ""), ends), rays.size());
+    const auto swept = swept_angles(trace_paths(plan, start_rays(plan, rays), ends), rays.size());
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const std::string ray = "plane " + std::to_string(i) + ", b/b_c - 1 = " + number(b / critical_impact - 1) + ", " + method;
         trial.expect(ends[i].status == Status::captured || ends[i].status == Status::escaped,
@@ -75,7 +75,7 @@ void near_critical(Trial& trial) {
             for (const double side : {-1.0, 1.0}) {
                 std::vector<RayInput> rays;
                 for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, critical_impact * (1 + side * away), 10));
-                for (const RayEnd& end : trial.ends(*plan, rays))
+                for (const RayEnd& end : trial.ends(plan, rays))
                     trial.expect_status(end, side < 0 ? Status::captured : Status::escaped,
                                         "b/b_c - 1 = " + number(side * away) + ", " + method);
             }
@@ -100,7 +100,7 @@ void near_horizon(Trial& trial) {
                 rays.push_back(
                     {{r, 0, 0}, {std::cos(angle), std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around)}});
             }
-            for (const RayEnd& end : trial.ends(*plan, rays, "static")) {
+            for (const RayEnd& end : trial.ends(plan, rays, ObserverKind::static_)) {
                 if (trial.in_float() && end.status == Status::failed) continue;
                 trial.expect_status(end, share < 1 ? Status::escaped : Status::captured, number(share) + " of the cone, " + at);
             }
@@ -117,19 +117,19 @@ void inside(Trial& trial) {
         std::vector<RayInput> rays;
         for (const Double3& d : directions) rays.push_back({{r, 0, 0}, d});
         const std::string at = "r = " + number(r);
-        const auto ends = trial.ends(*plan, rays, "falling");
+        const auto ends = trial.ends(plan, rays, ObserverKind::falling);
         for (std::size_t i = 0; i < ends.size(); ++i)
             trial.expect(
                 ends[i].status == Status::escaped || ends[i].status == Status::captured,
                 std::string(name_of(ends[i].status)) + " (" + describe(ends[i].failure) + ") for a falling observer at " + at);
         // Straight back out lies the sky from which it fell.
-        trial.expect_status(trial.ends(*plan, {RayInput{{r, 0, 0}, {1, 0, 0}}}, "falling")[0], Status::escaped, "outward, " + at);
-        for (const RayEnd& end : trial.ends(*plan, rays, "static"))
+        trial.expect_status(trial.ends(plan, {RayInput{{r, 0, 0}, {1, 0, 0}}}, ObserverKind::falling)[0], Status::escaped, "outward, " + at);
+        for (const RayEnd& end : trial.ends(plan, rays, ObserverKind::static_))
             trial.expect(end.status == Status::failed, std::string(name_of(end.status)) + " for a static observer at " + at);
     }
-    for (const char* observer : {"", "static", "falling"})
-        for (const RayEnd& end : trial.ends(*plan, {RayInput{{0, 0, 0}, {1, 0, 0}}}, observer))
-            trial.expect_status(end, Status::failed, std::string("r = 0 ") + observer);
+    for (const std::optional<ObserverKind> observer : {std::optional<ObserverKind>{}, std::optional(ObserverKind::static_), std::optional(ObserverKind::falling)})
+        for (const RayEnd& end : trial.ends(plan, {RayInput{{0, 0, 0}, {1, 0, 0}}}, observer))
+            trial.expect_status(end, Status::failed, "r = 0 " + (observer ? name_of(*observer) : std::string()));
 }
 
 // A ray whose areal distance is R = ρ + a²/4ρ has b = R sin(angle to the radius).
@@ -149,7 +149,7 @@ void throat(Trial& trial) {
                 }
                 rays.push_back(ray);
             }
-            for (const RayEnd& end : trial.ends(*plan, rays)) {
+            for (const RayEnd& end : trial.ends(plan, rays)) {
                 const std::string ray = "b/a - 1 = " + number(b - 1) + ", " + method;
                 trial.expect_status(end, Status::escaped, ray);
                 const bool through = distance(end.q, {0, 0, 0}) < 0.5;

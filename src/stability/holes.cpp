@@ -1,5 +1,5 @@
-// A black hole and steps that are too long, methods that are too rough, rays that go the wrong way.
-#include "stability/cases.h"
+#include "stability/holes.h"
+
 #include "stability/orbits.h"
 
 namespace kagero::stability {
@@ -41,7 +41,7 @@ void captured_stay(Trial& trial) {
                 if (step > 0.01 && std::string(method).starts_with("satoh")) continue;  // of order 1
                 const std::string how = std::string(method) + ", step " + number(step) + ", rescale " + rescale;
                 const auto plan = trial.plan(hole(method, step, std::string("rescale = \"") + rescale + "\""));
-                for (const RayEnd& end : trial.ends(*plan, fan(swallowed, 18)))
+                for (const RayEnd& end : trial.ends(plan, fan(swallowed, 18)))
                     trial.expect_status(end, Status::captured, how);
             }
 }
@@ -59,12 +59,12 @@ void wrong_time_momentum(Trial& trial) {
                     ray.position[k] = 15 * plane.outward[k], ray.direction[k] = plane.outward[k] + slope * plane.across[k];
                 rays.push_back(ray);
             }
-        auto starts = start_rays(*plan, rays, "");
+        auto starts = start_rays(plan, rays);
         for (RayStart& start : starts) {
             start.pt = -start.pt;
             for (double& p : start.p) p = -p;
         }
-        for (const RayEnd& end : trial.ends(*plan, starts)) {
+        for (const RayEnd& end : trial.ends(plan, starts)) {
             trial.expect_status(end, Status::captured, method);
             trial.expect(end.steps <= 1000, std::to_string(end.steps) + " steps, " + method);
         }
@@ -84,10 +84,10 @@ void unsolvable_step(Trial& trial) {
             const std::string how = std::string(method) + ", step " + number(step);
             Options watched = trial.options();
             watched.energy_error = true;
-            const auto plan = make_plan(trial.scene(hole(method, step, "rescale = \"none\"")), watched, false);
-            expect_class_or_failure(trial, *plan, well_inside, Status::captured, most_failed, how);
-            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, most_failed, how);
-            for (const RayEnd& end : trial.ends(*plan, fan(well_outside, 18)))
+            const auto plan = make_plan(trial.scene(hole(method, step, "rescale = \"none\"")), watched, Purpose::ray_list);
+            expect_class_or_failure(trial, plan, well_inside, Status::captured, most_failed, how);
+            expect_class_or_failure(trial, plan, well_outside, Status::escaped, most_failed, how);
+            for (const RayEnd& end : trial.ends(plan, fan(well_outside, 18)))
                 if (end.status == Status::escaped) trial.measure("H off by", end.energy_error, 0.04);
         }
 }
@@ -100,16 +100,16 @@ void coarse_steps(Trial& trial) {
             const std::string how = std::string(method) + ", rescale " + rescale;
             const auto plan = trial.plan(hole(method, 50, std::string("rescale = \"") + rescale + "\""));
             const double most = rescale == std::string("auto") ? most_failed_rescaled : most_failed;
-            expect_class_or_failure(trial, *plan, well_inside, Status::captured, most, how);
-            expect_class_or_failure(trial, *plan, well_outside, Status::escaped, most, how);
+            expect_class_or_failure(trial, plan, well_inside, Status::captured, most, how);
+            expect_class_or_failure(trial, plan, well_outside, Status::escaped, most, how);
         }
     // In the orbit plane steps are cut, so that what is met is what short steps meet.
     const std::string wall = "[[object]]\nname = \"wall\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 19\n";
     for (const char* method : {"orbit-srkn6", "orbit-srkn11", "orbit-srkn14"}) {
-        const auto meets = [&](double step) { return trial.ends(*trial.plan(hole(method, step) + wall), fan(well_outside, 18)); };
+        const auto meets = [&](double step) { return trial.ends(trial.plan(hole(method, step) + wall), fan(well_outside, 18)); };
         const auto plan = trial.plan(hole(method, 1000));
-        expect_class_or_failure(trial, *plan, well_inside, Status::captured, 0, method);
-        expect_class_or_failure(trial, *plan, well_outside, Status::escaped, 0, method);
+        expect_class_or_failure(trial, plan, well_inside, Status::captured, 0, method);
+        expect_class_or_failure(trial, plan, well_outside, Status::escaped, 0, method);
         const auto coarse = meets(1000), fine = meets(0.1);
         for (std::size_t i = 0; i < fine.size(); ++i) {
             trial.expect_status(coarse[i], Status::hit, std::string("the wall around, ") + method);

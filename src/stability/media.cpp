@@ -1,5 +1,4 @@
-// Index media: layers, lenses, fibres, and where the index ends.
-#include "stability/cases.h"
+#include "stability/media.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +34,7 @@ void layer_refraction(Trial& trial) {
     for (const char* method : layer_methods)
         for (const double thickness : thicknesses) {
             const auto plan = trial.plan(layer(thickness, method));
-            const auto ends = trial.ends(*plan, rays_from_below());
+            const auto ends = trial.ends(plan, rays_from_below());
             for (std::size_t i = 0; i < ends.size(); ++i) {
                 const std::string ray = std::to_string(angles[i]) + " degrees, d = " + number(thickness) + ", " + method;
                 trial.expect_status(ends[i], Status::escaped, ray);
@@ -55,8 +54,8 @@ void layer_momentum(Trial& trial) {
     for (const char* method : layer_methods)
         for (const double thickness : thicknesses) {
             const auto plan = trial.plan(layer(thickness, method));
-            const auto starts = start_rays(*plan, rays_from_below(), "");
-            const auto ends = trial.ends(*plan, starts);
+            const auto starts = start_rays(plan, rays_from_below());
+            const auto ends = trial.ends(plan, starts);
             for (std::size_t i = 0; i < ends.size(); ++i)
                 trial.measure("change in ulp", std::abs(ends[i].p[0] - starts[i].p[0]) / ulp, 8);
         }
@@ -73,7 +72,7 @@ double lens_error(Trial& trial, const char* method, double step) {
     const double offsets[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8};
     std::vector<RayInput> rays;
     for (const double x : offsets) rays.push_back({{x, 0, -3}, {0, 0, 1}});
-    const auto ends = trial.ends(*plan, rays);
+    const auto ends = trial.ends(plan, rays);
     double worst = 0;
     for (std::size_t i = 0; i < ends.size(); ++i) {
         trial.expect_status(ends[i], Status::escaped, "x = " + number(offsets[i]));
@@ -90,10 +89,10 @@ double lens_error(Trial& trial, const char* method, double step) {
 void lens_surface(Trial& trial) {
     const std::string served[] = {"midpoint", "gauss4", "gauss6", "gauss8", "gauss12", "gauss16"};
     const auto plan = trial.plan(space_text("luneburg", "", "escape_radius = 4"));
-    for (std::uint32_t i = 0; i < plan->module->integrator_count; ++i) {
-        const IntegratorInfo& info = plan->module->integrators[i];
+    for (std::uint32_t i = 0; i < plan.module().integrator_count; ++i) {
+        const IntegratorInfo& info = plan.module().integrators[i];
         if (std::find(std::begin(served), std::end(served), info.name) == std::end(served)) {
-            trial.expect(refusal_of(*plan, i, false), std::string(info.name) + " is not refused");
+            trial.expect(refusal_of(*plan.scene, i, false), std::string(info.name) + " is not refused");
             continue;
         }
         if (trial.in_float()) {
@@ -119,16 +118,16 @@ void vanishing_index(Trial& trial) {
             std::vector<RayInput> rays;
             for (const double angle : {5.0, 20.0, 45.0, 80.0, 90.0})
                 rays.push_back({{0, 0, 0.5}, {std::cos(angle * degree), 0, std::sin(angle * degree)}});
-            for (const RayEnd& end : trial.ends(*mirage, rays)) {
+            for (const RayEnd& end : trial.ends(mirage, rays)) {
                 trial.expect(end.status == Status::escaped || end.status == Status::failed,
                              std::string(name_of(end.status)) + " in the mirage, " + method + ", n_min = " + least);
                 trial.expect(end.status == Status::failed || end.q[2] < 1.5, std::string("a ray goes where n < 0, ") + method);
             }
             const auto thrown = trial.plan(space_text("gradient", "g = 0.5", integrator));
-            const RayEnd back = trial.ends(*thrown, {RayInput{{0, 0, 0}, {0, 0, 1}}})[0];
+            const RayEnd back = trial.ends(thrown, {RayInput{{0, 0, 0}, {0, 0, 1}}})[0];
             trial.expect(back.status == Status::failed || (back.status == Status::escaped && back.q[2] < 0),
                          std::string(name_of(back.status)) + " instead of turned back, " + method);
-            const RayEnd none = trial.ends(*thrown, {RayInput{{0, 0, 3}, {0, 0, 1}}})[0];
+            const RayEnd none = trial.ends(thrown, {RayInput{{0, 0, 3}, {0, 0, 1}}})[0];
             trial.expect_status(none, Status::failed, "a start where N^2 < 0");
         }
 }
@@ -148,13 +147,12 @@ double drift(Trial& trial, const char* hamiltonian, const RayInput& ray, const c
     const auto plan = trial.plan(space_text(
         hamiltonian, "", std::string("method = \"") + method + "\"\nescape_radius = 1e9\nmax_steps = " + std::to_string(steps)));
     Tenths tenths{steps};
-    plan->job.path_user = &tenths;
-    plan->job.path_sink = [](void* user, const PathPoint* point) {
-        auto& t = *static_cast<Tenths*>(user);
-        if (point->step < t.steps / 10) t.first += point->energy, ++t.in_first;
-        if (point->step >= t.steps - t.steps / 10) t.last += point->energy, ++t.in_last;
-    };
-    const RayEnd end = trial.ends(*plan, {ray})[0];
+    std::vector<RayEnd> ends;
+    trace_steps(plan, start_rays(plan, {ray}), ends, [&](const PathPoint& point) {
+        if (point.step < steps / 10) tenths.first += point.energy, ++tenths.in_first;
+        if (point.step >= steps - steps / 10) tenths.last += point.energy, ++tenths.in_last;
+    });
+    const RayEnd& end = ends[0];
     trial.expect_status(end, Status::step_limit, std::string(hamiltonian) + ", " + method);
     return std::abs(tenths.last / tenths.in_last - tenths.first / tenths.in_first);
 }
@@ -176,7 +174,7 @@ void trapped(Trial& trial) {
             space_text("fisheye", "", std::string("method = \"") + method + "\"\nescape_radius = 10\nmax_steps = 3000"));
         std::vector<RayInput> rays;
         for (int i = 0; i < 20; ++i) rays.push_back({{0.1 + 0.05 * i, 0, 0}, {std::cos(0.3 * i), std::sin(0.3 * i), 0.2}});
-        const auto once = trial.ends(*plan, rays), again = trial.ends(*plan, rays);
+        const auto once = trial.ends(plan, rays), again = trial.ends(plan, rays);
         for (std::size_t i = 0; i < once.size(); ++i) {
             const std::string ray = "ray " + std::to_string(i) + ", " + method;
             trial.expect_status(once[i], Status::step_limit, ray);

@@ -1,6 +1,6 @@
-// Numbers at the edges of their range, and the number of digits.
+#include "stability/numbers.h"
+
 #include "plan/units.h"
-#include "stability/cases.h"
 #include "stability/orbits.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 std::string scaled_text(const HamiltonianInfo& info, double scale) {
     std::string parameters;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
-        if (const ParameterInfo& one = info.parameters[i]; const int power = power_of_length(one).value_or(0))
+        if (const ParameterInfo& one = info.parameters[i]; const int power = power_of_length(one.unit))
             parameters += std::string(one.name) + " = " + number(one.fallback * std::pow(scale, power)) + "\n";
     return space_text(info.name, parameters, "escape_radius = " + number(30 * scale)) +
            rectangle("floor", {-9 * scale, -9 * scale, -0.7 * scale}, {18 * scale, 0, 0}, {0, 18 * scale, 0}) +
@@ -27,7 +27,7 @@ void scaled_scene(Trial& trial) {
     const auto at = [&](const HamiltonianInfo& info, double scale) {
         std::vector<RayInput> rays;
         for (int i = 0; i < 24; ++i) rays.push_back({{0.3 * scale, -3 * scale, 0.4 * scale}, {0.2 * i - 2.4, 1, 0.03 * (i % 8) - 0.21}});
-        return trial.ends(*trial.plan(scaled_text(info, scale), true), rays);
+        return trial.ends(trial.plan(scaled_text(info, scale), true), rays);
     };
     const Catalogue spaces = catalogue(trial.options().isa);
     for (std::uint32_t h = 0; h < spaces.hamiltonian_count; ++h) {
@@ -58,9 +58,9 @@ void denormals(Trial& trial) {
             space_text("fisheye", "", std::string("method = \"") + method + "\"\nescape_radius = 10\nmax_steps = 500"));
         const auto seconds = [&](double tiny) {
             std::vector<RayEnd> ends;
-            return trace(*plan, start_rays(*plan, rays(tiny), ""), ends).seconds;
+            return trace(plan, start_rays(plan, rays(tiny)), ends).seconds;
         };
-        const auto plain = trial.ends(*plan, rays(0)), tiny = trial.ends(*plan, rays(small));
+        const auto plain = trial.ends(plan, rays(0)), tiny = trial.ends(plan, rays(small));
         for (std::size_t i = 0; i < plain.size(); ++i) {
             trial.expect_status(tiny[i], plain[i].status, method);
             trial.measure("difference", distance(tiny[i].q, {plain[i].q[0], plain[i].q[1], plain[i].q[2]}),
@@ -88,8 +88,8 @@ std::vector<RayEnd> picture_ends(Trial& trial, const Options& options, const cha
     const auto plan = make_plan(std::move(scene), options);
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < 32; ++y)
-        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));
-    return trial.ends(*plan, starts);
+        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(plan, x, y));
+    return trial.ends(plan, starts);
 }
 
 /// Errors of a picture's rays, sorted; of those whose deflection multiplies no error more than about tenfold: b > 1.2 b_c.
@@ -117,7 +117,7 @@ std::vector<double> float_errors(Trial& trial, const std::vector<RayEnd>& refere
 void float_floor(Trial& trial) {
     if (!trial.in_float()) return;
     Options exact = trial.options();
-    exact.precision = "double";
+    exact.precision = Precision::float64;
     const auto reference = picture_ends(trial, exact, "gauss8", 0.05);
     for (const char* method : {"gauss8", "gauss12", "suzuki4-nine", "rk4"}) {
         const bool compensated = std::string(method).starts_with("gauss");

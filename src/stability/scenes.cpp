@@ -1,5 +1,4 @@
-// Input that cannot be used, and pictures whose every pixel is known.
-#include "stability/cases.h"
+#include "stability/scenes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,21 +15,21 @@ void unusable_input(Trial& trial) {
         std::vector<RayInput> rays;
         for (const Double3& d : bad) rays.push_back({{3, 0, 0}, d});
         for (const Double3& q : {Double3{nan, 0, 0}, Double3{0, infinite, 0}}) rays.push_back({q, {1, 0, 0}});
-        for (const RayEnd& end : trial.ends(*plan, rays)) {
+        for (const RayEnd& end : trial.ends(plan, rays)) {
             trial.expect_status(end, Status::failed, hamiltonian);
             trial.expect(end.steps == 0, std::string("steps from an unusable start, ") + hamiltonian);
         }
         // A good ray among bad ones is as it is alone, to the last bit.
         const RayInput good{{0.7, 0, 0.3}, {0.1, 1, 0.1}};
-        const auto alone = trial.ends(*plan, {good});
+        const auto alone = trial.ends(plan, {good});
         rays.insert(rays.begin() + 2, good);
-        const auto among = trial.ends(*plan, rays);
+        const auto among = trial.ends(plan, rays);
         trial.expect(among[2].status == alone[0].status && std::equal(among[2].q, among[2].q + 3, alone[0].q),
                      std::string("a bad ray changes its neighbour, ") + hamiltonian);
     }
     const auto hole = trial.plan(space_text("schwarzschild", "rg = 1.0", "escape_radius = 50"));
     for (const double far : {1e3, 1e10, 1e30, 1e100, 1e300})
-        trial.expect_status(trial.ends(*hole, {RayInput{{far, 0, far / 3}, {1, 0.1, 0}}})[0], Status::escaped,
+        trial.expect_status(trial.ends(hole, {RayInput{{far, 0, far / 3}, {1, 0.1, 0}}})[0], Status::escaped,
                             "a start at " + number(far) + ", outward");
     const std::string view = space_text("flat", "", "") +
                              "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
@@ -47,12 +46,12 @@ void grazing(Trial& trial) {
     const auto plan = trial.plan(space_text("flat", "", "escape_radius = 300") + rectangle("floor", {-100, -100, 0}, {200, 0, 0}, {0, 200, 0}));
     for (const double slope : {1e-1, 1e-2, 1e-3, 1e-4}) {
         const double height = 50 * slope;
-        const RayEnd down = trial.ends(*plan, {RayInput{{-10, 0.3, height}, {1, 0, -slope}}})[0];
+        const RayEnd down = trial.ends(plan, {RayInput{{-10, 0.3, height}, {1, 0, -slope}}})[0];
         trial.expect_status(down, Status::hit, "slope " + number(slope));
         trial.measure("hit off by (of 50, times slope)", std::abs(down.q[0] - 40) * slope, trial.in_float() ? 1e-4 : 1e-5);
-        const RayEnd along = trial.ends(*plan, {RayInput{{-10, 0.3, height}, {1, 0, 0}}})[0];
+        const RayEnd along = trial.ends(plan, {RayInput{{-10, 0.3, height}, {1, 0, 0}}})[0];
         trial.expect_status(along, Status::escaped, "parallel at " + number(height));
-        const RayEnd past = trial.ends(*plan, {RayInput{{-10, 0.3, height}, {1, 0, -0.3 * slope}}})[0];
+        const RayEnd past = trial.ends(plan, {RayInput{{-10, 0.3, height}, {1, 0, -0.3 * slope}}})[0];
         trial.expect_status(past, Status::escaped, "past the floor's edge, slope " + number(slope));
     }
     constexpr double alpha = 0.3;
@@ -66,7 +65,7 @@ void grazing(Trial& trial) {
                         const std::string integrator = std::string("method = \"") + method + "\"\nescape_radius = 60\nstep = " + number(step);
                         const auto fiber = trial.plan(space_text("fiber", "alpha = " + number(alpha), integrator) +
                                                       rectangle("wall", {wall, -1, -1}, {0, 2, 0}, {0, 0, 8}));
-                        const RayEnd end = trial.ends(*fiber, {RayInput{{0, 0, 0}, {std::sin(angle), 0, std::cos(angle)}}})[0];
+                        const RayEnd end = trial.ends(fiber, {RayInput{{0, 0, 0}, {std::sin(angle), 0, std::cos(angle)}}})[0];
                         trial.expect_status(end, side > 0 ? Status::hit : Status::escaped,
                                             "a wall " + number(part) + (side > 0 ? " inside" : " outside") + ", " + method + ", step " + number(step));
                         if (side < 0) continue;
@@ -126,10 +125,10 @@ void straight_picture(Trial& trial) {
         const auto plan = trial.plan(space_text(hamiltonian, parameters, "escape_radius = 30") + view, true);
         std::vector<RayStart> starts;
         for (std::uint32_t y = 0; y < 48; ++y)
-            for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));
-        const auto ends = trial.ends(*plan, starts);
+            for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(plan, x, y));
+        const auto ends = trial.ends(plan, starts);
         for (std::uint32_t i = 0; i < ends.size(); ++i) {
-            const auto sight = certain_sight(plan->camera, i % 48, i / 48);
+            const auto sight = certain_sight(plan.view.camera, i % 48, i / 48);
             if (!sight) continue;
             const std::string pixel =
                 std::string(hamiltonian) + ", pixel " + std::to_string(i % 48) + "," + std::to_string(i / 48);
@@ -137,7 +136,7 @@ void straight_picture(Trial& trial) {
             if (sight->object < 0 || ends[i].status != Status::hit) continue;
             trial.expect(ends[i].surface == static_cast<std::uint32_t>(sight->object),
                          "wrong object, " + pixel);
-            Double3 at = direction(plan->camera, i % 48 + 0.5, i / 48 + 0.5);
+            Double3 at = direction(plan.view.camera, i % 48 + 0.5, i / 48 + 0.5);
             for (std::size_t k = 0; k < 3; ++k) at[k] = eye[k] + sight->away * at[k];
             trial.measure("hit off by", distance(ends[i].q, at), trial.in_float() ? 1e-3 : 1e-9);
         }

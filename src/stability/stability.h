@@ -2,6 +2,8 @@
 /// `trace` use.
 #pragma once
 
+#include "kernels/abi.h"
+
 #include <atomic>
 #include <functional>
 #include <string>
@@ -24,8 +26,8 @@ struct StabilityRow {
 /// The ways every case is run: all combinations.
 struct StabilityRequest {
     std::vector<std::string> isas{"auto"};
-    std::vector<std::string> precisions{"double", "float"};
-    std::vector<std::string> strategies{"packet", "scalar"};
+    std::vector<Precision> precisions{Precision::float64, Precision::float32};
+    std::vector<Strategy> strategies{Strategy::packet, Strategy::scalar};
     unsigned threads = 0;  ///< 0: all
 };
 

@@ -1,5 +1,8 @@
 #include "stability/trial.h"
 
+#include "error.h"
+#include "scene/load.h"
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -63,8 +66,8 @@ SceneDescription Trial::scene(const std::string& text, bool camera) const {
     return load_scene_text(text + (camera ? "" : any_camera), "scene", {}, catalogue(options_.isa));
 }
 
-std::unique_ptr<Plan> Trial::plan(const std::string& text, bool camera) const {
-    return make_plan(scene(text, camera), options_, camera);
+Plan Trial::plan(const std::string& text, bool camera) const {
+    return make_plan(scene(text, camera), options_, camera ? Purpose::picture : Purpose::ray_list);
 }
 
 std::string Trial::refusal(const std::string& text) const {
@@ -91,7 +94,7 @@ std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayStart>& s
     return ends;
 }
 
-std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer) {
+std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayInput>& rays, std::optional<ObserverKind> observer) {
     return ends(plan, start_rays(plan, rays, observer));
 }
 
@@ -107,7 +110,7 @@ void Trial::expect_status(const RayEnd& end, Status expected, const std::string&
 }
 
 void Trial::measure(const std::string& label, double value, double bound) {
-    findings_.measure(label + " (" + options_.precision + ")", value);
+    findings_.measure(label + " (" + precision_name() + ")", value);
     expect(value <= bound, label + " " + three_digits(value) + " > " + three_digits(bound));
 }
 

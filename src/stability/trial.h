@@ -1,7 +1,9 @@
 /// What a case works with: scenes from text, rays, and a record of what held and what did not.
 #pragma once
 
-#include "render/render.h"
+#include "rays/start_rays.h"
+#include "render/trace.h"
+#include "plan/names.h"
 #include "scene/vector3.h"
 
 #include <string>
@@ -31,19 +33,19 @@ public:
     Trial(const Options& options, Findings& findings, std::vector<Status>& statuses)
         : options_(options), findings_(findings), statuses_(statuses) {}
 
-    bool in_float() const { return options_.precision == "float"; }
-    bool in_scalar() const { return options_.strategy == "scalar"; }
+    bool in_float() const { return options_.precision == Precision::float32; }
+    bool in_scalar() const { return options_.strategy == Strategy::scalar; }
     const Options& options() const { return options_; }
 
     /// The plan of a scene; camera and film are those of `text`, or any where `camera` is false.
-    std::unique_ptr<Plan> plan(const std::string& text, bool camera = false) const;
+    Plan plan(const std::string& text, bool camera = false) const;
     SceneDescription scene(const std::string& text, bool camera = false) const;
     /// The message with which a scene is refused, or "".
     std::string refusal(const std::string& text) const;
 
     /// Traces, and checks what holds for every ray: one status, finite numbers, a reason for each failure.
     std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayStart>& starts);
-    std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer = "");
+    std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayInput>& rays, std::optional<ObserverKind> observer = {});
 
     /// Records a failure unless `holds`.
     void expect(bool holds, const std::string& otherwise);
@@ -54,7 +56,8 @@ public:
     void note(const std::string& text) { findings_.note(label() + ": " + text); }
 
 private:
-    std::string label() const { return options_.precision + " " + options_.strategy; }
+    std::string precision_name() const { return name_of(*options_.precision); }
+    std::string label() const { return precision_name() + " " + name_of(*options_.strategy); }
 
     Options options_;
     Findings& findings_;

@@ -1,10 +1,10 @@
 #include "study/compare.h"
 
+#include "accuracy/end_errors.h"
 #include "error.h"
-#include "rays/camera.h"
-#include "study/equal_error.h"
-#include "plan/kernels.h"
+#include "plan/names.h"
 #include "scene/reader.h"
+#include "study/equal_error.h"
 
 #include <algorithm>
 #include <chrono>
@@ -17,9 +17,7 @@ namespace {
 /// One row with what is needed to run it.
 struct Runner {
     CompareRow row;
-    Plan* plan;
-    Variant variant;
-    bool scanlines = false;
+    Plan plan;  ///< by the row's kernel, method and step
     std::size_t yardstick = 0;  ///< which runner it is compared with
     std::vector<double> seconds;
 };
@@ -31,13 +29,13 @@ bool is_yardstick(const KernelInfo& kernel) {
 /// The pixels of a packet, as the tracing loop arranges them; of a gang, its packets.
 std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines) {
     if (kernel.form == Form::gang) {
-        const KernelInfo& packet = *std::find_if(plan.module->kernels, plan.module->kernels + plan.module->kernel_count, [&](const KernelInfo& k) {
+        const KernelInfo& packet = *std::find_if(plan.module().kernels, plan.module().kernels + plan.module().kernel_count, [&](const KernelInfo& k) {
             return k.strategy == kernel.strategy && k.precision == kernel.precision;
         });
         return std::to_string(kernel.lanes / packet.lanes) + " of " + shape_of(plan, packet, scanlines);
     }
     const std::uint32_t lanes = kernel.lanes, wide = block_width(lanes);
-    const bool blocks = kernel_makes_rays(plan) && !scanlines;
+    const bool blocks = plan.job().camera && !scanlines;
     return blocks ? std::to_string(wide) + "x" + std::to_string(lanes / wide) : std::to_string(lanes) + "x1";
 }
 
@@ -67,17 +65,17 @@ private:
         Options options;
         options.isa = isa, options.threads = options_.threads;
         plans_.push_back(make_plan(std::move(scene), options));
-        result_.compiler = plans_.back()->module->compiler;
+        result_.compiler = plans_.back().module().compiler;
         if (plans_.size() > 1) return;
-        result_.remarks = plans_.front()->remarks;
-        if (plans_.front()->scene.integrator.max_pixel_error > 0)
+        result_.remarks = plans_.front().remarks;
+        if (plans_.front().description().integrator.max_pixel_error > 0)
             result_.remarks.push_back("integrator.max_pixel_error has no effect on a comparison; --equal-error has");
     }
     bool wanted(const KernelInfo& kernel) const;
     void choose_rows();
-    void choose_by_method(Plan& plan, const std::string& method);
-    void choose_by_error(Plan& plan, const Candidates& candidates);
-    void add(Plan& plan, const Variant& variant, std::size_t& yardstick);
+    void choose_by_method(const Plan& plan, const std::string& method);
+    void choose_by_error(const Plan& plan, const Candidates& candidates);
+    void add(const Plan& plan, const Variant& variant, std::size_t& yardstick);
     void check_lanes() const;
     void check_wanted() const;
     void check_method(const Plan& plan, const std::string& method) const;
@@ -90,7 +88,7 @@ private:
     const Progress& progress_;
     const std::atomic<bool>* stop_;
     const std::chrono::steady_clock::time_point begin_;
-    std::vector<std::unique_ptr<Plan>> plans_;
+    std::vector<Plan> plans_;
     std::vector<Runner> runners_;
     Comparison result_;
 };
@@ -106,15 +104,15 @@ bool Comparer::wanted(const KernelInfo& kernel) const {
 }
 
 std::string words_for(const Plan& plan, const KernelInfo& kernel) {
-    std::string text = std::string(plan.module->isa) + " " + name_of(kernel.strategy);
+    std::string text = std::string(plan.module().isa) + " " + name_of(kernel.strategy);
     if (kernel.form != Form::none) text += std::string(" ") + name_of(kernel.form);
     return text + " " + name_of(kernel.precision) + ", " + std::to_string(kernel.lanes) + " lanes";
 }
 
 void Comparer::check_lanes() const {
     std::set<std::uint32_t> known;
-    for (const auto& plan : plans_)
-        for (std::uint32_t i = 0; i < plan->module->kernel_count; ++i) known.insert(plan->module->kernels[i].lanes);
+    for (const Plan& plan : plans_)
+        for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i) known.insert(plan.module().kernels[i].lanes);
     for (const std::uint32_t lanes : options_.lanes) {
         if (known.count(lanes)) continue;
         std::string text;
@@ -125,9 +123,9 @@ void Comparer::check_lanes() const {
 
 /// Where nothing else was asked for than is there, somewhere.
 void Comparer::check_wanted() const {
-    for (const auto& plan : plans_)
-        for (std::uint32_t i = 0; i < plan->module->kernel_count; ++i)
-            if (wanted(plan->module->kernels[i])) return;
+    for (const Plan& plan : plans_)
+        for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i)
+            if (wanted(plan.module().kernels[i])) return;
     std::string asked;
     if (options_.strategy) enumerate(asked, std::string("strategy ") + name_of(*options_.strategy));
     if (options_.precision) enumerate(asked, name_of(*options_.precision));
@@ -139,25 +137,25 @@ void Comparer::choose_rows() {
     check_lanes();
     check_wanted();
     if (options_.equal_error > 0) {
-        const Candidates candidates = find_candidates(*plans_.front(), options_.equal_error, stop_);
-        for (const auto& plan : plans_) choose_by_error(*plan, candidates);
+        const Candidates candidates = find_candidates(plans_.front(), options_.equal_error, stop_);
+        for (const Plan& plan : plans_) choose_by_error(plan, candidates);
         return;
     }
     auto methods = options_.methods;
-    if (methods.empty()) methods.push_back(plans_.front()->scene.integrator.method);
-    for (const auto& plan : plans_)
-        for (const std::string& method : methods) choose_by_method(*plan, method);
+    if (methods.empty()) methods.push_back(plans_.front().method().name);
+    for (const Plan& plan : plans_)
+        for (const std::string& method : methods) choose_by_method(plan, method);
 }
 
 void Comparer::check_method(const Plan& plan, const std::string& method) const {
     std::vector<std::string> known;
-    for (std::uint32_t i = 0; i < plan.module->integrator_count; ++i) known.push_back(plan.module->integrators[i].name);
+    for (std::uint32_t i = 0; i < plan.module().integrator_count; ++i) known.push_back(plan.module().integrators[i].name);
     const auto place = std::find(known.begin(), known.end(), method);
     if (place == known.end())
         throw InputError("--methods: there is no integrator \"" + method + "\"" + suggestion(method, known));
     if (find_variant(plan, method, Strategy::scalar, Precision::float64, 0)) return;
-    if (const char* why = refusal_of(plan, static_cast<std::uint32_t>(place - known.begin()), false))
-        throw InputError("--methods: " + method + " cannot serve " + plan.scene.space.hamiltonian + ": " + why);
+    if (const char* why = refusal_of(*plan.scene, static_cast<std::uint32_t>(place - known.begin()), false))
+        throw InputError("--methods: " + method + " cannot serve " + plan.description().space.hamiltonian + ": " + why);
 }
 
 /// The kernel that all others are measured by comes first.
@@ -173,28 +171,28 @@ std::vector<const KernelInfo*> yardstick_first(const Module& module) {
     return kernels;
 }
 
-void Comparer::choose_by_method(Plan& plan, const std::string& method) {
+void Comparer::choose_by_method(const Plan& plan, const std::string& method) {
     check_method(plan, method);
     std::size_t yardstick = runners_.size();
-    for (const KernelInfo* kernel : yardstick_first(*plan.module)) {
+    for (const KernelInfo* kernel : yardstick_first(plan.module())) {
         if (!is_yardstick(*kernel) && !wanted(*kernel)) continue;
         auto variant = find_variant(plan, method, *kernel, 0);
         if (!variant) {
-            const auto i = find_variant(plan, method, Strategy::scalar, Precision::float64, 0)->integrator;
-            const char* why = refusal_of(plan, *kernel, i, plan.job.rescaled);
+            const auto integrator = find_variant(plan, method, Strategy::scalar, Precision::float64, 0)->method.integrator;
+            const char* why = refusal_of(*plan.scene, *kernel, {integrator, plan.run.method.rescaled});
             result_.left_out.push_back({words_for(plan, *kernel) + ", " + method, why ? why : "the method is refused"});
             continue;
         }
-        const IntegratorDescription& scene = plan.scene.integrator;
-        variant->step = info_of(plan, *variant).adaptive ? plan.job.tolerance
-                                                         : scene.step_place ? job_step(plan, *variant, scene.step) : usual_step(plan, *variant);
+        const IntegratorDescription& scene = plan.description().integrator;
+        variant->step = info_of(plan, *variant).adaptive ? plan.run.tolerance
+                                                         : scene.step_place ? kernel_step(plan, *variant, scene.step) : usual_step(plan, *variant);
         add(plan, *variant, yardstick);
     }
 }
 
-void Comparer::choose_by_error(Plan& plan, const Candidates& candidates) {
+void Comparer::choose_by_error(const Plan& plan, const Candidates& candidates) {
     std::size_t yardstick = runners_.size();
-    for (const KernelInfo* kernel : yardstick_first(*plan.module)) {
+    for (const KernelInfo* kernel : yardstick_first(plan.module())) {
         if (stopped()) return;
         if (!is_yardstick(*kernel) && !wanted(*kernel)) continue;
         if (kernel->form == Form::gang && options_.lanes.empty()) {
@@ -213,27 +211,25 @@ void Comparer::choose_by_error(Plan& plan, const Candidates& candidates) {
     }
 }
 
-void Comparer::add(Plan& plan, const Variant& variant, std::size_t& yardstick) {
+void Comparer::add(const Plan& plan, const Variant& variant, std::size_t& yardstick) {
     const KernelInfo& kernel = *variant.kernel;
     if (is_yardstick(kernel)) yardstick = runners_.size();
-    Runner runner{{}, &plan, variant, false, yardstick, {}};
+    Runner runner{{}, plan_by(plan, variant), yardstick, {}};
     CompareRow& row = runner.row;
-    row.isa = plan.module->isa, row.kernel = &kernel, row.method = info_of(plan, variant).name;
+    row.isa = plan.module().isa, row.kernel = &kernel, row.method = info_of(plan, variant).name;
     row.step = stated_step(plan, variant);
-    row.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan.job.solver_tolerance;
+    row.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan.run.solver_tolerance;
     row.shape = shape_of(plan, kernel, false);
     runners_.push_back(runner);
     // Rows of the picture, as in the paper, for the packets taken unasked; a tile must hold them.
     constexpr std::uint32_t widest_run = 32;
-    if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > widest_run || !kernel_makes_rays(plan)) return;
-    runner.scanlines = true, row.shape = shape_of(plan, kernel, true);
+    if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > widest_run || !plan.job().camera) return;
+    runner.plan.run.scanlines = true, row.shape = shape_of(plan, kernel, true);
     runners_.push_back(runner);
 }
 
 RunReport Comparer::draw(const Runner& runner, Film& film) const {
-    const PlanAs as(*runner.plan, runner.variant);
-    runner.plan->job.scanlines = runner.scanlines;
-    return render(*runner.plan, film, {.stop = stop_});
+    return render_with_errors(runner.plan, film, {.stop = stop_});
 }
 
 /// Also warms up caches and clocks.
@@ -241,7 +237,7 @@ void Comparer::compare_pictures() {
     std::map<std::size_t, Film> films;
     for (std::size_t i = 0; i < runners_.size() && !stopped(); ++i) {
         Runner& runner = runners_[i];
-        const FilmDescription& size = runner.plan->scene.film;
+        const FilmDescription& size = runner.plan.description().film;
         Film film(size.width, size.height, {"color", "status", "object"});
         const RunReport report = draw(runner, film);
         if (report.interrupted) return;
@@ -271,7 +267,7 @@ void Comparer::compare_pictures() {
 void Comparer::take_times(unsigned round) {
     const double all = double(runners_.size() * (options_.rounds + 1));
     for (std::size_t i = 0; i < runners_.size(); ++i) {
-        const FilmDescription& film = runners_[i].plan->scene.film;
+        const FilmDescription& film = runners_[i].plan.description().film;
         Film picture(film.width, film.height, film.layers);
         const RunReport report = draw(runners_[i], picture);
         if (stopped()) return;

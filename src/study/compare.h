@@ -1,8 +1,8 @@
 /// Vectorization strategies side by side: the same picture by every kernel, through the path that `render` takes.
 #pragma once
 
-#include "render/render.h"
 #include "accuracy/timing.h"
+#include "render/render.h"
 
 #include <array>
 #include <optional>

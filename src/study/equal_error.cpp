@@ -1,11 +1,8 @@
 #include "study/equal_error.h"
 
+#include "accuracy/error_curves.h"
 #include "error.h"
-#include "rays/camera.h"
-#include "study/error_study.h"
-#include "rays/list_rays.h"
 #include "render/run.h"
-#include "render/schedule.h"
 
 #include <algorithm>
 #include <limits>
@@ -18,10 +15,10 @@ namespace {
 constexpr double wasteful = 3;
 /// Candidates are timed in turn, this often, so that a busy moment of the machine is no one's alone; and no more if they take that much
 /// longer than the quickest.
-constexpr unsigned rounds = 9;
+constexpr unsigned timed_rounds = 9;
 constexpr double slow = 1.5;
 
-struct Timed {
+struct TimedVariant {
     Variant variant;
     double gradients;
     double least = std::numeric_limits<double>::infinity();  ///< seconds
@@ -30,7 +27,7 @@ struct Timed {
 /// Some of the picture's tiles, from all parts of it: a ray's neighbours count, in its packet and for what the packet asks of the scene.
 WorkList sample_of(const Plan& plan) {
     constexpr std::size_t rays = 32768;
-    const WorkList all = cut(plan, shown_part(plan), Schedule::tiles);
+    const WorkList all = cut(plan, plan.view.window, Schedule::tiles);
     const double whole = std::accumulate(all.costs.begin(), all.costs.end(), 0.0);
     const std::size_t every = static_cast<std::size_t>(whole / rays) | 1;  // odd, so that it is no column of the picture
     WorkList sample;
@@ -38,19 +35,20 @@ WorkList sample_of(const Plan& plan) {
     return sample;
 }
 
-double seconds_of(Plan& plan, const Variant& variant) {
-    const PlanAs as(plan, variant);
+double seconds_of(const Plan& own, const Variant& variant) {
+    const Plan plan = plan_by(own, variant);
+    const Job job = plan.job();
     TileRays rays;
-    if (!kernel_makes_rays(plan)) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
-    return run_tiles(plan, plan.job, sample_of(plan), rays, [](const Tile&, const RayEnd*, const RayList&, const Halt&) {}).seconds;
+    if (!job.camera) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
+    return run_tiles(plan, job, sample_of(plan), rays, [](const Tile&, const RayEnd*, const RayList&, const Halt&) {}).seconds;
 }
 
 }  // namespace
 
-Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* stop) {
-    StudyOptions options;
+Candidates find_candidates(const Plan& plan, double pixels, const std::atomic<bool>* stop) {
+    CurveOptions options;
     options.pixel_bound = pixels;
-    const ErrorStudy study = study_error(plan, options, {}, stop);
+    const ErrorCurves study = measure_curves(plan, options, {}, stop);
     if (!is_known(study.reference)) throw RunError("--equal-error: " + what_is_unknown(study.reference));
     Candidates found;
     for (const StudyCurve& curve : study.curves) {
@@ -65,9 +63,9 @@ Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* s
     return found;
 }
 
-std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
+std::optional<Variant> cheapest_for(const Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
                                     const std::atomic<bool>* stop) {
-    std::vector<Timed> served;
+    std::vector<TimedVariant> served;
     double thriftiest = std::numeric_limits<double>::infinity();
     for (const Candidate& candidate : candidates) {
         if (candidate.precision != kernel.precision) continue;
@@ -77,17 +75,17 @@ std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const 
         served.push_back({*variant, candidate.gradients});
         thriftiest = std::min(thriftiest, candidate.gradients);
     }
-    std::erase_if(served, [&](const Timed& timed) { return timed.gradients > wasteful * thriftiest; });
+    std::erase_if(served, [&](const TimedVariant& timed) { return timed.gradients > wasteful * thriftiest; });
     double least = std::numeric_limits<double>::infinity();
-    for (unsigned round = 0; round < rounds; ++round) {
-        for (Timed& timed : served) {
+    for (unsigned round = 0; round < timed_rounds; ++round) {
+        for (TimedVariant& timed : served) {
             if (stop && stop->load(std::memory_order_relaxed)) return {};
             timed.least = std::min(timed.least, seconds_of(plan, timed.variant));
             least = std::min(least, timed.least);
         }
-        if (round > 0) std::erase_if(served, [&](const Timed& timed) { return timed.least > slow * least; });
+        if (round > 0) std::erase_if(served, [&](const TimedVariant& timed) { return timed.least > slow * least; });
     }
-    const auto best = std::min_element(served.begin(), served.end(), [](const Timed& a, const Timed& b) { return a.least < b.least; });
+    const auto best = std::min_element(served.begin(), served.end(), [](const TimedVariant& a, const TimedVariant& b) { return a.least < b.least; });
     if (best == served.end()) return {};
     return best->variant;
 }

@@ -3,6 +3,7 @@
 
 #include "plan/variant.h"
 
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -19,10 +20,10 @@ struct Candidate {
 
 /// Of each method the thriftiest step by which 99 % of the rays end within `pixels` of where they should.
 using Candidates = std::vector<Candidate>;
-Candidates find_candidates(Plan& plan, double pixels, const std::atomic<bool>* stop);
+Candidates find_candidates(const Plan& plan, double pixels, const std::atomic<bool>* stop);
 
 /// The candidate that is the quickest by this kernel, of a sample of the picture's tiles; nothing where none is in its precision, or it refuses them all.
-std::optional<Variant> cheapest_for(Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
+std::optional<Variant> cheapest_for(const Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
                                     const std::atomic<bool>* stop);
 
 }  // namespace kagero

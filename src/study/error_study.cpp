@@ -1,34 +1,25 @@
-#include "render/operation_count.h"
-#include "study/study.h"
+#include "study/error_study.h"
+
+#include "render/trace.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 
 namespace kagero {
 namespace {
 
-/// The share of the rays that may end otherwise than they should, or nobody knows how, where the others are within a bound.
-constexpr double most_astray = 0.01;
 /// Rays whose energy is followed step by step.
 constexpr std::size_t drift_rays = 8;
-/// Points that do more work per ray than this many times the cheapest are not worth their wait.
-constexpr double absurd_work = 200, absurd_work_quick = 60;
-/// Gradients and steps of all rays beyond which a quick study takes no finer step: counted, as a clock would not choose the same
-/// points twice.
-constexpr double most_work_quick = 2e7;
-/// The same before a method has shown as many steps as others, but enough for its order.
-constexpr double hopeless_work_quick = 4e8;
-constexpr std::size_t steps_for_order = 3;
-/// A finer step gains nothing where the error, below this share of the scene, falls to no less than so much of what it was.
-constexpr double resolved = 1e-5, hardly_less = 0.7;
-/// Work rises where a point does so many times that of the one before; the next will, of a tenth of the tolerance or half the step.
-constexpr double rises_by = 1.2, next_tolerance = 1.5, next_halving = 2;
 /// A quick study measures errors on all rays and threads, but times one block of neighbours in so many.
 constexpr std::size_t rays_in_a_block = 64, blocks_per_one = 4;
-/// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
-/// this.
-constexpr double far_beyond = 30;
-constexpr std::uint32_t least_steps = 1000;
+/// Seconds to spend on the repeated runs of each point, if four times the asked repetitions reach so far.
+constexpr double seconds_per_point = 0.15;
+/// The same of a quick study.
+constexpr double seconds_per_quick_point = 0.25;
+/// Of the pictures that are compared, in pixels.
+constexpr std::uint32_t picture_width = 128;
 
 /// As many steps as 99 % of the rays take: what a ray may go on for where nothing stops it. In a space where light runs in circles it would
 /// else go round for as long as the scene allows.
@@ -38,165 +29,143 @@ std::uint32_t enough_steps(const std::vector<RayEnd>& ends) {
     return static_cast<std::uint32_t>(spread_of(std::move(steps)).p99) + 1;
 }
 
-}  // namespace
+/// The plan with rays that meet nothing, and take so many steps at most; a plan without surfaces stays as it is.
+Plan without_surfaces(Plan plan, std::uint32_t most_steps) {
+    if (!plan.scene->geometry->kernel_view()) return plan;
+    plan.run.surfaces = false;
+    plan.run.max_steps = std::min(plan.run.max_steps, most_steps);
+    return plan;
+}
+
+/// One point of the study with what is needed to time it again.
+struct Timed {
+    Variant variant;
+    std::size_t curve, point;
+    double estimate = 0;  ///< seconds of one run with and one without surfaces
+    unsigned repeats = 0;
+    std::uint32_t most_steps = 0;  ///< without surfaces
+    std::vector<double> with{}, without{};  ///< ns per ray
+};
+
+/// An error study while it is made.
+class Study {
+public:
+    Study(const Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop)
+        : progress_(progress), stop_(stop), builder_(plan, options, stop) {
+        study_.options = options;
+    }
+
+    ErrorStudy run();
+
+private:
+    const Plan& plan() const { return builder_.plan(); }
+    bool stopped() const { return builder_.stopped(); }
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+    /// The share of the time that passes before any run is repeated.
+    double climbing() const { return study_.options.quick ? 0.6 : 0.3; }
+    void report(double done) const {
+        if (progress_) progress_(done, seconds());
+    }
+    Plan on_timed_threads(const Variant& variant) const;
+    void choose_drift_rays();
+    void choose_timed_rays();
+    void climb_all();
+    bool time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& report, const std::vector<RayEnd>& ends);
+    void choose_shown();
+    void take_times();
+    void keep_times();
+    void choose_cheapest();
+    Cheapest cheapest(double error, const char* measure, Spread RayErrors::*spread) const;
+    void follow_energy();
+    void compare_pictures();
+    double gradients_of(const Timed& timed) const { return study_.curves[timed.curve].points[timed.point].gradients; }
+    const Timed* nearest_in_work(const std::string& method, double gradients) const;
+    std::vector<const Timed*> rivals() const;
+
+    const Progress& progress_;
+    const std::atomic<bool>* stop_;
+    const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    CurveBuilder builder_;
+    ErrorStudy study_;
+    std::vector<RayStart> drift_rays_, timed_rays_;
+    std::size_t most_bent_ = 0;  ///< of the calm rays of the sample: the one whose energy is drawn
+    std::vector<Timed> timed_;
+};
 
 ErrorStudy Study::run() {
-    study_.sample = sample_rays(plan_, study_.options.width, study_.options.height);
-    bound_steps();
-    reference_ = trace_reference(plan_, study_.sample, study_.reference, study_.options.deadline, stop_);
-    keep_decided();
-    for (std::size_t i = 0; i < reference_.ends.size(); ++i)
-        study_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
+    builder_.prepare();
     choose_drift_rays();
     choose_timed_rays();
-    if (!study_.options.pixel_bound || is_known(study_.reference)) climb_all();
+    climb_all();
+    static_cast<ErrorCurves&>(study_) = builder_.take();
     choose_shown();
-    if (!study_.options.pixel_bound) {
-        take_times();
-        choose_cheapest();
-        study_.strategies = strategy_times(plan_, study_.sample.starts, study_.options.threads, stop_);
-        follow_energy();
-        compare_pictures();
-    }
+    take_times();
+    choose_cheapest();
+    study_.strategies = strategy_times(plan(), study_.sample.starts, study_.options.threads, stop_);
+    follow_energy();
+    compare_pictures();
     study_.interrupted = stopped();
     study_.seconds = seconds();
     return std::move(study_);
 }
 
-/// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end far beyond
-/// what the middle one of those needs that end by themselves.
-void Study::bound_steps() {
-    std::vector<RayEnd> ends;
-    trace(plan_, study_.sample.starts, ends, watch());
-    std::vector<double> steps;
-    for (const RayEnd& end : ends)
-        if (end.status != Status::step_limit) steps.push_back(end.steps);
-    const auto enough = static_cast<std::uint32_t>(std::min(1e9, far_beyond * spread_of(std::move(steps)).p50));
-    plan_.job.max_steps = std::min(plan_.job.max_steps, std::max(least_steps, enough));
-}
-
-/// Rays without a reference have no error; they would only take time.
-void Study::keep_decided() {
-    std::size_t kept = 0;
-    SampleRays& sample = study_.sample;
-    for (std::size_t i = 0; i < reference_.ends.size(); ++i) {
-        if (!reference_.decided[i]) continue;
-        sample.starts[kept] = sample.starts[i], sample.pixels[kept] = sample.pixels[i];
-        reference_.ends[kept] = reference_.ends[i], reference_.conditioning[kept] = reference_.conditioning[i];
-        ++kept;
-    }
-    if (kept == 0) throw RunError("no ray of this scene ends in a way that two methods agree on: there is no error to measure");
-    sample.starts.resize(kept), sample.pixels.resize(kept);
-    reference_.ends.resize(kept), reference_.conditioning.resize(kept);
-    reference_.decided.assign(kept, true);
+Plan Study::on_timed_threads(const Variant& variant) const {
+    Plan timed = plan_by(plan(), variant);
+    timed.run.threads = study_.options.threads;
+    return timed;
 }
 
 /// Spread over the picture, and well-conditioned: their energy says something of the method, not of the ray.
 void Study::choose_drift_rays() {
+    const ReferenceRays& rays = builder_.reference_rays();
     constexpr double calm = 100;
     std::vector<std::size_t> good;
-    for (std::size_t i = 0; i < reference_.ends.size(); ++i) {
-        const Status status = reference_.ends[i].status;
-        if (!reference_.decided[i] || (status != Status::hit && status != Status::escaped)) continue;
-        if (!(reference_.conditioning[i] < calm)) continue;
-        if (good.empty() || reference_.conditioning[i] > reference_.conditioning[most_bent_]) most_bent_ = i;
+    for (std::size_t i = 0; i < rays.ends.size(); ++i) {
+        const Status status = rays.ends[i].status;
+        if (!rays.decided[i] || (status != Status::hit && status != Status::escaped)) continue;
+        if (!(rays.conditioning[i] < calm)) continue;
+        if (good.empty() || rays.conditioning[i] > rays.conditioning[most_bent_]) most_bent_ = i;
         good.push_back(i);
     }
     const std::size_t wanted = std::min(drift_rays, good.size());
     for (std::size_t k = 0; k < wanted; ++k)
-        drift_rays_.push_back(study_.sample.starts[good[(2 * k + 1) * good.size() / (2 * wanted)]]);
+        drift_rays_.push_back(builder_.curves().sample.starts[good[(2 * k + 1) * good.size() / (2 * wanted)]]);
 }
 
 void Study::choose_timed_rays() {
-    const std::vector<RayStart>& all = study_.sample.starts;
+    const std::vector<RayStart>& all = builder_.curves().sample.starts;
     for (std::size_t i = 0; i < all.size(); ++i)
         if (!study_.options.quick || i / rays_in_a_block % blocks_per_one == 0) timed_rays_.push_back(all[i]);
 }
 
 void Study::climb_all() {
-    const StudyOptions& options = study_.options;
-    const LadderChoice choice{options.quick, options.full, options.strategy, options.precision, options.pixel_bound > 0};
-    const auto ladders = choose_ladders(plan_, choice, study_.refused);
-    for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
-        if (options.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
-        climb(ladders[i]);
-        tell(climbing() * double(i + 1) / double(ladders.size()));
-    }
+    builder_.climb_all([&](double done) { report(climbing() * done); },
+                       [&](const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run, const std::vector<RayEnd>& ends) {
+                           return time(variant, curve, point, run, ends);
+                       });
 }
 
-/// Finer and finer steps until rounding stops the method, or its cost is absurd.
-void Study::climb(const Ladder& ladder) {
-    StudyCurve& curve = study_.curves.emplace_back();
-    curve.info = &info_of(plan_, ladder.variant), curve.method = curve.info->name;
-    curve.strategy = ladder.variant.kernel->strategy, curve.precision = ladder.variant.kernel->precision;
-    curve.rescaled = ladder.variant.rescaled, curve.own = ladder.own, curve.loose = ladder.loose;
-    const double size = scene_size(plan_);
-    std::vector<double> steps, errors;
-    Variant variant = ladder.variant;
-    double work_before = 0;
-    for (std::size_t n = 0; n < ladder.steps.size() && !stopped(); ++n) {
-        variant.step = ladder.steps[n];
-        if (ladder.loose && !set_loose_tolerance(variant)) break;
-        Timed timed{variant, study_.curves.size() - 1, curve.points.size(), 0, 0, 0, {}, {}};
-        const auto measured = measure(timed);
-        if (!measured) break;
-        const StudyPoint& point = *measured;
-        curve.points.push_back(point), timed_.push_back(std::move(timed));
-        steps.push_back(variant.step), errors.push_back(point.errors.position.p90);
-        const double work = std::max(point.gradients, point.steps);
-        if (point.errors.compared > 0) least_work_ = std::min(least_work_, work);
-        const bool enough = n + 1 >= ladder.least;
-        const double error = errors.back(), before = n > 0 ? errors[n - 1] : error;
-        if (enough && error < resolved * size && error > hardly_less * before) {
-            curve.stopped = "rounding: a finer step gains nothing";
-            break;
-        }
-        const double limit = study_.options.quick ? absurd_work_quick : absurd_work;
-        // Long steps of implicit methods may cost more than shorter ones, whose equations are solved sooner.
-        const bool rises = n > 0 && work > rises_by * work_before;
-        work_before = work;
-        const double next = (curve.info->adaptive ? next_tolerance : next_halving) * work;
-        if (enough && rises && next > limit * least_work_) {
-            curve.stopped =
-                "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
-            break;
-        }
-        const double most_work = enough ? most_work_quick : hopeless_work_quick;
-        if (rises && study_.options.quick && n + 1 >= steps_for_order && next * double(study_.sample.starts.size()) > most_work) {
-            curve.stopped = "a finer step is too much work for a quick study";
-            break;
-        }
+/// A first time of a point, and how well its method keeps H. False where there was no time.
+bool Study::time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run, const std::vector<RayEnd>& ends) {
+    Timed timed{variant, curve, builder_.curves().curves[curve].points.size(), 0, 0, enough_steps(ends)};
+    const bool quick = study_.options.quick;
+    double seconds = run.seconds;
+    std::vector<RayEnd> unused;
+    if (quick) {
+        const RunReport alone = trace(on_timed_threads(variant), timed_rays_, unused, builder_.watch());
+        if (alone.interrupted) return false;
+        seconds = alone.seconds;
     }
-    const Slope slope = slope_of(steps, errors, curve.info->order, size);
-    curve.floor = slope.floor;
-    if (!curve.info->adaptive) curve.order = slope.order;
-    if (curve.points.empty()) study_.curves.pop_back();
-    else if (study_.options.pixel_bound) close_in(curve, variant);
-}
-
-/// Bisects between the longest step that is within the bound and the next longer one, which is not.
-void Study::close_in(StudyCurve& curve, Variant variant) {
-    constexpr int doublings = 3, bisections = 4;
-    const auto measured = [&](double step) {
-        variant.step = step;
-        Timed timed{variant, 0, 0, 0, 0, 0, {}, {}};
-        return measure(timed);
-    };
-    const auto within = [&](const StudyPoint& point) { return is_within(point, study_.options.pixel_bound, &RayErrors::pixels, study_.reference); };
-    auto longest = std::find_if(curve.points.begin(), curve.points.end(), within);
-    if (longest == curve.points.end()) return;
-    if (curve.loose) variant.solver_tolerance = longest->solver_tolerance;
-    const auto insert = [&](double step) {
-        const auto point = measured(step);
-        if (!point) return false;
-        longest = curve.points.insert(longest, *point);
-        if (!within(*point)) ++longest;
-        return true;
-    };
-    for (int i = 0; i < doublings && longest == curve.points.begin(); ++i)
-        if (!insert(2 * longest->step)) return;
-    for (int i = 0; i < bisections && longest != curve.points.begin(); ++i)
-        if (!insert(std::sqrt(std::prev(longest)->step * longest->step))) return;
+    const Plan bare = without_surfaces(quick ? on_timed_threads(variant) : plan_by(plan(), variant), timed.most_steps);
+    const RunReport without = trace(bare, timed_rays_, unused, builder_.watch());
+    if (without.interrupted) return false;
+    const double timed_rays = double(timed_rays_.size());
+    point.steps_without = double(without.counters.steps) / timed_rays;
+    timed.estimate = (seconds + without.seconds) * plan().run.threads / study_.options.threads;
+    if (quick) timed.with = {1e9 * seconds / timed_rays}, timed.without = {1e9 * without.seconds / timed_rays};
+    point.drift = energy_drift(plan(), variant, drift_rays_);
+    timed_.push_back(std::move(timed));
+    return true;
 }
 
 /// Packets in double precision; where they were not studied, what was.
@@ -213,83 +182,121 @@ void Study::choose_shown() {
             }
 }
 
-/// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False where
-/// that was not measured, rounding is all there is, or this space leaves no equations to solve.
-bool Study::set_loose_tolerance(Variant& variant) const {
-    for (const StudyCurve& curve : study_.curves) {
-        if (curve.info != &info_of(plan_, variant) || curve.loose || curve.precision != Precision::float64) continue;
-        for (const StudyPoint& point : curve.points) {
-            if (point.step != variant.step || !(point.errors.direction.p50 > 1e-13) || point.iterations == 0) continue;
-            variant.solver_tolerance = 0.01 * std::min(1.0, point.errors.direction.p50);
-            return true;
-        }
+/// The repetitions are interleaved: what disturbs the machine for a while disturbs every method.
+void Study::take_times() {
+    double total = 0, done = 0;
+    unsigned most = 0;
+    for (Timed& timed : timed_) {
+        // Short runs are disturbed more easily, and cost little to repeat.
+        const double wanted = std::min(4.0, std::ceil(seconds_per_point / (timed.estimate * study_.options.repeats)));
+        timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, wanted));
+        if (study_.options.quick)
+            timed.repeats = static_cast<unsigned>(std::clamp(seconds_per_quick_point / timed.estimate, 1.0, double(timed.repeats)));
+        total += timed.estimate * timed.repeats, done += timed.estimate * double(timed.with.size());
+        most = std::max(most, timed.repeats);
     }
-    return false;
-}
-
-/// Nothing where there was no time.
-std::optional<StudyPoint> Study::measure(Timed& timed) {
-    if (stopped()) return {};
-    const Variant& variant = timed.variant;
-    StudyPoint point;
-    point.step = variant.step, point.stated_step = stated_step(plan_, variant);
-    point.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan_.job.solver_tolerance;
-    const double rays = double(study_.sample.starts.size());
-    {
-        PlanAs as(plan_, variant);
-        std::vector<RayEnd> ends;
-        const RunReport report = trace(plan_, study_.sample.starts, ends, watch());
-        if (report.interrupted) return {};
-        point.errors = compare_rays(plan_, reference_, ends);
-        const Counters& work = report.counters;
-        point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
-        point.operations = operations_of(plan_, work) / rays;
-        point.queries = double(work.queries) / rays, point.iterations = double(work.active_iterations) / rays;
-        if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
-        if (study_.options.pixel_bound) return point;
-        timed.most_steps = enough_steps(ends);
-        double seconds = report.seconds;
-        if (study_.options.quick) {
-            as.on_threads(study_.options.threads);
-            const RunReport alone = trace(plan_, timed_rays_, ends, watch());
-            if (alone.interrupted) return {};
-            seconds = alone.seconds;
+    if (study_.options.quick) study_.options.repeats = 1;
+    const double rays = double(timed_rays_.size());
+    for (unsigned repeat = 0; repeat < most; ++repeat)
+        for (Timed& timed : timed_) {
+            if (stopped()) return keep_times();
+            if (repeat >= timed.repeats || repeat < timed.with.size()) continue;
+            std::vector<RayEnd> ends;
+            const RunReport with = trace(on_timed_threads(timed.variant), timed_rays_, ends, builder_.watch());
+            const RunReport without = trace(without_surfaces(on_timed_threads(timed.variant), timed.most_steps), timed_rays_, ends, builder_.watch());
+            if (with.interrupted || without.interrupted) return keep_times();
+            timed.with.push_back(1e9 * with.seconds / rays), timed.without.push_back(1e9 * without.seconds / rays);
+            done += timed.estimate;
+            report(climbing() + (0.95 - climbing()) * done / total);
         }
-        as.without_surfaces(timed.most_steps);
-        const RunReport without = trace(plan_, timed_rays_, ends, watch());
-        if (without.interrupted) return {};
-        const double timed_rays = double(timed_rays_.size());
-        point.steps_without = double(without.counters.steps) / timed_rays;
-        timed.estimate = (seconds + without.seconds) * plan_.threads / study_.options.threads;
-        if (study_.options.quick) timed.with = {1e9 * seconds / timed_rays}, timed.without = {1e9 * without.seconds / timed_rays};
+    keep_times();
+}
+
+void Study::keep_times() {
+    for (const Timed& timed : timed_) {
+        StudyPoint& point = study_.curves[timed.curve].points[timed.point];
+        point.time = timing_of(timed.with), point.time_without = timing_of(timed.without);
     }
-    point.drift = energy_drift(plan_, variant, drift_rays_);
-    return point;
 }
 
-bool is_known(const ReferenceStory& reference) {
-    return double(reference.undecided) <= most_astray * double(reference.decided + reference.undecided);
+Cheapest Study::cheapest(double error, const char* measure, Spread RayErrors::*spread) const {
+    Cheapest best{error, measure, 0, 0, false};
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < study_.curves.size(); ++c)
+        for (std::size_t p = 0; p < study_.curves[c].points.size(); ++p) {
+            const StudyPoint& point = study_.curves[c].points[p];
+            if (!is_within(point, error, spread, study_.reference) || !(point.time.median < least)) continue;
+            least = point.time.median;
+            best.curve = c, best.point = p, best.found = true;
+        }
+    return best;
 }
 
-std::string what_is_unknown(const ReferenceStory& reference) {
-    return "no two methods agree on how " + std::to_string(reference.undecided) + " of " + std::to_string(reference.decided + reference.undecided) + " rays end";
+void Study::choose_cheapest() {
+    study_.cheapest = {cheapest(0.25, "pixels", &RayErrors::pixels), cheapest(1e-3, "pixels", &RayErrors::pixels),
+                       cheapest(1e-6, "direction", &RayErrors::direction)};
 }
 
-bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
-    const RayErrors& e = point.errors;
-    if (reference.decided == 0 || !is_known(reference) || double(e.flips) > most_astray * double(reference.decided)) return false;
-    if (e.compared + e.ill == 0) return true;  // rays that are all captured end nowhere in particular
-    // Of what is closer to the reference than that is to the truth nobody knows how close it is to that.
-    const double unknown = spread == &RayErrors::pixels ? reference.pixels.p99 : spread == &RayErrors::position ? reference.uncertainty.p99 : reference.direction.p99;
-    return (e.*spread).p99 <= error && unknown <= error;
+/// Of the points of a method that are shown, the one whose gradient evaluations per ray are nearest to so many.
+const Timed* Study::nearest_in_work(const std::string& method, double gradients) const {
+    const Timed* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Timed& timed : timed_) {
+        const StudyCurve& curve = study_.curves[timed.curve];
+        if (curve.method != method || curve.loose || !study_.shows(curve)) continue;
+        const double off = std::abs(std::log(std::max(1.0, gradients_of(timed)) / gradients));
+        if (off < least) least = off, nearest = &timed;
+    }
+    return nearest;
 }
 
-ErrorStudy study_error(Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
-    struct Restore {
-        Plan& plan;
-        std::uint32_t max_steps = plan.job.max_steps;
-        ~Restore() { plan.job.max_steps = max_steps; }
-    } const restore{plan};
+/// The scene's own method at about the scene's step, and what typical ones of low order do with about as much work.
+std::vector<const Timed*> Study::rivals() const {
+    const std::string own = plan().method().name;
+    const Timed* mine = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Timed& timed : timed_) {
+        const StudyCurve& curve = study_.curves[timed.curve];
+        if (!curve.own || curve.loose || !study_.shows(curve)) continue;
+        const double wanted = curve.info->adaptive ? plan().run.tolerance : plan().run.step;
+        const double off = std::abs(std::log(timed.variant.step / wanted));
+        if (off < least) least = off, mine = &timed;
+    }
+    if (!mine) return {};
+    std::vector<const Timed*> all{mine};
+    const double work = gradients_of(*mine);
+    constexpr std::uint32_t highest_order = 4;
+    for (std::uint32_t i = 0; i < plan().module().integrator_count; ++i) {
+        const IntegratorInfo& info = plan().module().integrators[i];
+        if (!info.typical || info.adaptive || info.order > highest_order || info.name == own) continue;
+        if (const Timed* rival = nearest_in_work(info.name, work)) all.push_back(rival);
+    }
+    return all;
+}
+
+void Study::follow_energy() {
+    if (drift_rays_.empty() || plan().scene->straight) return;
+    for (const Timed* timed : rivals()) {
+        if (stopped()) return;
+        study_.energy.push_back(energy_trace(plan(), timed->variant, study_.sample.starts[most_bent_]));
+        study_.energy.back().gradients = gradients_of(*timed);
+    }
+}
+
+void Study::compare_pictures() {
+    if (plan().scene->straight || stopped()) return;
+    const std::vector<const Timed*> all = rivals();
+    std::vector<Variant> variants;
+    for (const Timed* timed : all) variants.push_back(timed->variant);
+    study_.pictures = picture_errors(plan(), picture_width, study_.reference.variant, variants, stop_);
+    for (std::size_t i = 0; i < study_.pictures.size(); ++i) study_.pictures[i].gradients = gradients_of(*all[i]);
+    if (!stopped()) study_.map = error_map(plan(), picture_width, study_.reference.variant, stop_);
+    report(1);
+}
+
+}  // namespace
+
+ErrorStudy study_error(const Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
     return Study(plan, options, progress, stop).run();
 }
 

@@ -1,7 +1,9 @@
 #include "study/picture_error.h"
 
-#include "rays/camera.h"
+#include "accuracy/end_errors.h"
 #include "accuracy/ray_errors.h"
+#include "rays/camera.h"
+#include "render/trace.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,24 +11,22 @@
 namespace kagero {
 namespace {
 
-std::unique_ptr<Plan> small_plan(const Plan& plan, std::uint32_t width) {
-    SceneDescription scene = plan.scene;
+/// The plan of a picture at most `width` pixels wide.
+Plan small_plan(const Plan& plan, std::uint32_t width, std::uint32_t rays_per_pixel) {
+    SceneDescription scene = plan.description();
     const double share = std::min(1.0, double(width) / scene.film.width);
     const auto scaled = [&](std::uint32_t n) { return std::max(1u, static_cast<std::uint32_t>(std::lround(n * share))); };
     scene.film.width = scaled(scene.film.width), scene.film.height = scaled(scene.film.height);
+    scene.film.spp = rays_per_pixel;
     scene.film.layers = {"color"};
-    Options options = plan.options;
-    options.crop = {0, 0, 0, 0};
-    auto small = make_plan(std::move(scene), options);
-    small->job.max_steps = plan.job.max_steps, small->job.step = plan.job.step;  // the scene's is in units that lengths no longer have
-    return small;
+    return remade(plan, std::move(scene), plan.run.wish.isa);
 }
 
 /// Null where the run was interrupted.
-std::unique_ptr<Film> picture(Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
-    const PlanAs as(plan, variant);
-    auto film = std::make_unique<Film>(plan.scene.film.width, plan.scene.film.height, std::vector<std::string>{"color"});
-    const RunReport report = render(plan, *film, {.stop = stop});
+std::unique_ptr<Film> picture(const Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
+    const FilmDescription& size = plan.description().film;
+    auto film = std::make_unique<Film>(size.width, size.height, std::vector<std::string>{"color"});
+    const RunReport report = render(plan_by(plan, variant), *film, {.stop = stop});
     seconds = report.seconds;
     return report.interrupted ? nullptr : std::move(film);
 }
@@ -54,36 +54,33 @@ void compare(const Film& should, const Film& is, PictureError& error) {
 }  // namespace
 
 ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& reference, const std::atomic<bool>* stop) {
-    const auto small = small_plan(plan, width);
-    Film film(small->scene.film.width, small->scene.film.height, {"color", "position_error"});
-    small->scene.film.spp = 1;
-    if (kernel_makes_rays(*small)) small->job.camera = &small->camera;
-    if (render(*small, film, {.stop = stop}).interrupted) return {};
+    const Plan small = small_plan(plan, width, 1);
+    Film film(small.description().film.width, small.description().film.height, {"color", "position_error"});
+    if (render_with_errors(small, film, {.stop = stop}).interrupted) return {};
     ErrorMap map{film.width(), film.height(), {}, {}, {}};
     const std::size_t pixels = std::size_t(map.width) * map.height;
     map.color.assign(film.plane("color"), film.plane("color") + 3 * pixels);
     map.estimate.assign(film.plane("position_error"), film.plane("position_error") + pixels);
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < map.height; ++y)
-        for (std::uint32_t x = 0; x < map.width; ++x) starts.push_back(pixel_ray(*small, x, y));
+        for (std::uint32_t x = 0; x < map.width; ++x) starts.push_back(pixel_ray(small, x, y));
     std::vector<RayEnd> should, is;
-    if (trace(*small, starts, is, {.stop = stop}).interrupted) return {};
-    const PlanAs as(*small, reference);
-    if (trace(*small, starts, should, {.stop = stop}).interrupted) return {};
+    if (trace(small, starts, is, {.stop = stop}).interrupted) return {};
+    if (trace(plan_by(small, reference), starts, should, {.stop = stop}).interrupted) return {};
     for (std::size_t i = 0; i < pixels; ++i)
-        map.truth.push_back(float(pixel_error(*small, in_space(*small, should[i]), in_space(*small, is[i]))));
+        map.truth.push_back(float(pixel_error(small, in_space(small, should[i]), in_space(small, is[i]))));
     return map;
 }
 
 std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, const Variant& reference,
                                          const std::vector<Variant>& variants, const std::atomic<bool>* stop) {
-    const auto small = small_plan(plan, width);
+    const Plan small = small_plan(plan, width, plan.description().film.spp);
     double unused = 0;
-    const auto should = picture(*small, reference, stop, unused);
+    const auto should = picture(small, reference, stop, unused);
     std::vector<PictureError> errors;
     for (const Variant& variant : variants) {
         PictureError error;
-        const auto is = should ? picture(*small, variant, stop, error.seconds) : nullptr;
+        const auto is = should ? picture(small, variant, stop, error.seconds) : nullptr;
         if (!is) break;
         const IntegratorInfo& info = info_of(plan, variant);
         error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision, error.step = stated_step(plan, variant);

@@ -1,8 +1,10 @@
 #include "study/profile.h"
 
+#include "accuracy/end_errors.h"
+#include "accuracy/timing.h"
+#include "plan/names.h"
 #include "render/operation_count.h"
 #include "study/peak.h"
-#include "accuracy/timing.h"
 
 #include <algorithm>
 #include <chrono>
@@ -68,15 +70,15 @@ void keep_least(const Recording& before, Recording& now) {
         now.tiles[i].processor = std::min(now.tiles[i].processor, before.tiles[i].processor);
 }
 
-bool run(Plan& plan, Film& film, Way& way, const std::atomic<bool>* stop) {
-    plan.threads = way.threads;
-    plan.options.schedule = name_of(way.schedule);
+bool run(Plan plan, Film& film, Way& way, const std::atomic<bool>* stop) {
+    plan.run.threads = way.threads;
+    plan.run.schedule = way.schedule;
     Recording recording;
     Watch watch;
     watch.stop = stop;
     recording.round = way.times.size();
     if (way.recorded) watch.recording = &recording;
-    const RunReport report = render(plan, film, watch);
+    const RunReport report = render_with_errors(plan, film, watch);
     if (report.interrupted) return false;
     way.times.push_back(report.seconds);
     const bool quicker = !way.best.rays || report.seconds < way.best.seconds;
@@ -116,7 +118,7 @@ std::optional<double> correlation_of(const Recording& recording) {
 }
 
 void count_operations(const Plan& plan, Profile& profile) {
-    if (plan.straight) return;
+    if (plan.scene->straight) return;
     profile.operations = operations_of(plan);
     profile.all_operations = operations_of(plan, profile.report.counters);
 }
@@ -164,13 +166,12 @@ std::optional<double> correlation(const std::vector<double>& a, const std::vecto
     return std::clamp(ab / size, -1.0, 1.0);
 }
 
-Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progress, const std::atomic<bool>* stop) {
+Profile profile(const Plan& plan, Film& film, unsigned repeats, const Progress& progress, const std::atomic<bool>* stop) {
     const auto begin = std::chrono::steady_clock::now();
-    const unsigned threads = plan.threads;
-    const std::string asked = plan.options.schedule;
+    const unsigned threads = plan.run.threads;
     const Schedule own = schedule_of(plan);
     std::vector<Way> ways = ways_of(threads, own);
-    const Peak peak(*plan.module, plan.kernel->precision);
+    const Peak peak(plan.module(), plan.run.kernel->precision);
     std::vector<Roof> roofs;
     for (const unsigned n : thread_counts(threads)) roofs.push_back({n});
 
@@ -188,8 +189,6 @@ Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progre
         if (r == 0 && !repeats)
             rounds = unsigned(std::clamp(enough_profiled / passed(), double(least_profiled), double(most_profiled)));
     }
-    plan.threads = threads;
-    plan.options.schedule = asked;
     result.repeats = unsigned(ways.back().times.size());
     if (result.repeats == 0) return result;
     for (Way& way : ways) way.times.resize(result.repeats);  // of an interrupted round some had begun

@@ -46,9 +46,9 @@ struct Profile {
     bool interrupted = false;
 };
 
-/// Renders `film` over and over, all ways in turn. `plan` is put into different states and back.
+/// Renders `film` over and over, all ways in turn.
 /// `repeats`: how many rounds; 0: three, and up to fifty where the picture takes so little time that one round says little.
-Profile profile(Plan& plan, Film& film, unsigned repeats, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+Profile profile(const Plan& plan, Film& film, unsigned repeats, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
 
 /// Pearson's; nothing where one of them does not vary.
 std::optional<double> correlation(const std::vector<double>& a, const std::vector<double>& b);

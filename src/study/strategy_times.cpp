@@ -1,7 +1,7 @@
 #include "study/strategy_times.h"
 
 #include "modules/modules.h"
-#include "render/render.h"
+#include "render/trace.h"
 
 #include <algorithm>
 
@@ -14,8 +14,7 @@ constexpr double enough_seconds = 1;
 
 struct TimedKernel {
     StrategyTime result;
-    Plan* plan;
-    Variant variant;
+    Plan plan;  ///< by that kernel
     std::vector<double> times;
 };
 
@@ -24,18 +23,18 @@ bool alike(const KernelInfo& a, const KernelInfo& b) {
 }
 
 /// The first kernel of each strategy, form and precision that serves the scene, as `render` would take it.
-void add_runners(std::vector<TimedKernel>& runners, Plan& plan, const Plan& like) {
+void add_runners(std::vector<TimedKernel>& runners, const Plan& plan, const Plan& like) {
     const std::size_t before = runners.size();
-    for (std::uint32_t i = 0; i < plan.module->kernel_count; ++i) {
-        const KernelInfo& kernel = plan.module->kernels[i];
+    for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i) {
+        const KernelInfo& kernel = plan.module().kernels[i];
         if (kernel.form == Form::gang) continue;
         const bool taken = std::any_of(runners.begin() + std::ptrdiff_t(before), runners.end(),
                                        [&](const TimedKernel& runner) { return alike(*runner.result.kernel, kernel); });
         if (taken) continue;
-        auto variant = find_variant(plan, like.scene.integrator.method, kernel, 0);
+        auto variant = find_variant(plan, like.method().name, kernel, 0);
         if (!variant) continue;
-        variant->step = info_of(plan, *variant).adaptive ? like.job.tolerance : like.job.step;
-        runners.push_back({{plan.module->isa, &kernel, {}}, &plan, *variant, {}});
+        variant->step = info_of(plan, *variant).adaptive ? like.run.tolerance : like.run.step;
+        runners.push_back({{plan.module().isa, &kernel, {}}, plan_by(plan, *variant), {}});
     }
 }
 
@@ -43,26 +42,24 @@ void add_runners(std::vector<TimedKernel>& runners, Plan& plan, const Plan& like
 
 std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<RayStart>& rays, unsigned threads,
                                          const std::atomic<bool>* stop) {
-    std::vector<std::unique_ptr<Plan>> plans;
     std::vector<TimedKernel> runners;
-    for (const std::string& isa : isas_for(plan.options.isa == "auto" ? "all" : plan.options.isa)) {
-        Options options = plan.options;
-        options.isa = isa, options.threads = threads;
-        SceneDescription scene = plan.scene;
-        scene.integrator.lanes = 0;  // not every instruction set has packets of them
-        Plan& one = *plans.emplace_back(make_plan(std::move(scene), options));
-        one.job.max_steps = plan.job.max_steps, one.job.step = plan.job.step;  // the scene's is in units that lengths no longer have
+    const std::string& wished = plan.run.wish.isa;
+    const std::vector<std::string> isas = isas_for(wished == "auto" ? "all" : wished);
+    for (const std::string& isa : isas) {
+        SceneDescription description = plan.description();
+        description.integrator.lanes = 0;  // not every instruction set has packets of them
+        Plan one = remade(plan, std::move(description), isa);
+        one.run.threads = threads;
         add_runners(runners, one, plan);
     }
     const auto stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };
     std::vector<RayEnd> ends;
     double spent = 0;
     for (unsigned round = 0; round < most_rounds; ++round) {
-        if (round >= least_rounds && spent > enough_seconds * double(plans.size())) break;
+        if (round >= least_rounds && spent > enough_seconds * double(isas.size())) break;
         for (TimedKernel& runner : runners) {
             if (stopped()) break;
-            const PlanAs as(*runner.plan, runner.variant);
-            const RunReport report = trace(*runner.plan, rays, ends, {.stop = stop});
+            const RunReport report = trace(runner.plan, rays, ends, {.stop = stop});
             if (report.interrupted) break;
             runner.times.push_back(1e9 * report.seconds / double(rays.size()));
             spent += report.seconds;

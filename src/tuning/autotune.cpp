@@ -1,9 +1,7 @@
 #include "tuning/autotune.h"
 
+#include "accuracy/error_curves.h"
 #include "error.h"
-#include "study/error_study.h"
-#include "plan/kernels.h"
-#include "tuning/precision.h"
 
 #include <algorithm>
 #include <sstream>
@@ -18,54 +16,46 @@ constexpr double float_cost = 0.5;
 
 /// The kernel that does for the plan what a curve shows of packets: by the strategy and lanes asked for, as errors do not depend on them.
 /// Null where there is none, or the scene states another method or precision.
-const KernelInfo* kernel_for(Plan& plan, const StudyCurve& curve) {
-    if (plan.scene.integrator.method_place && curve.method != plan.scene.integrator.method) return nullptr;
-    if (plan.options.precision != "auto" && plan.options.precision != name_of(curve.precision)) return nullptr;
-    KernelWish wish = wish_of(plan);
+const KernelInfo* kernel_for(const Plan& plan, const StudyCurve& curve) {
+    if (plan.description().integrator.method_place && curve.method != plan.method().name) return nullptr;
+    KernelWish wish = plan.run.wish;
+    if (wish.precision && *wish.precision != curve.precision) return nullptr;
     wish.precision = curve.precision;
-    const PlanAs as(plan, *find_variant(plan, curve.method, curve.strategy, curve.precision, plan.job.step));
-    return find_kernel(plan, wish);
-}
-
-/// The scene's own words for what the plan does now.
-void tell_scene(Plan& plan, const StudyCurve& curve, const StudyPoint& point) {
-    IntegratorDescription& text = plan.scene.integrator;
-    text.method = curve.method;
-    if (curve.info->adaptive) text.tolerance = point.step;
-    else text.step = point.stated_step;
-    text.solver_tolerance = plan.job.solver_tolerance;
+    return find_kernel(*plan.scene, find_variant(plan, curve.method, curve.strategy, curve.precision, plan.run.step)->method, wish);
 }
 
 /// Why no point of a study is within the bound.
-std::string why_not(const ErrorStudy& study, const IntegratorDescription& stated) {
+std::string why_not(const ErrorCurves& study, const Plan& plan) {
     if (!is_known(study.reference)) return what_is_unknown(study.reference);
-    return "by no " + (stated.method_place ? "step of " + stated.method : std::string("method")) + " that was tried" +
+    return "by no " + (plan.description().integrator.method_place ? std::string("step of ") + plan.method().name : std::string("method")) + " that was tried" +
            (study.interrupted ? " before its time was up" : "");
 }
 
 /// What a scene states of steps is for where nothing is seen to meet the bound.
-void remark_on_stated(Plan& plan, const IntegratorDescription& stated, bool adaptive) {
-    const IntegratorDescription& chosen = plan.scene.integrator;
+std::vector<std::string> remarks_on_stated(const Plan& plan) {
+    const IntegratorDescription& stated = plan.description().integrator;
+    std::vector<std::string> remarks;
     const auto say = [&](const char* key, double value) {
         std::ostringstream remark;
-        remark << "integrator." << key << " = " << value << " is not taken: for integrator.max_pixel_error, " << chosen.method << " takes "
-               << (adaptive ? "tolerance " : "step ") << (adaptive ? chosen.tolerance : chosen.step);
-        plan.remarks.push_back(remark.str());
+        remark << "integrator." << key << " = " << value << " is not taken: for integrator.max_pixel_error, " << plan.method().name << " takes "
+               << (plan.method().adaptive ? "tolerance " : "step ") << (plan.method().adaptive ? plan.run.tolerance : stated_step(*plan.scene, plan.run));
+        remarks.push_back(remark.str());
     };
     if (stated.step_place) say("step", stated.step);
     if (stated.tolerance_place) say("tolerance", stated.tolerance);
+    return remarks;
 }
 
 /// Of rays that turn their neighbours apart a pixel is not that of a straight ray.
-void remark_on_ill_conditioned(Plan& plan) {
+std::vector<std::string> remarks_on_ill_conditioned(const MethodTrial& trial) {
     constexpr double few = 0.01;
-    if (!(plan.pilot->ill_conditioned > few)) return;
+    if (!(trial.ill_conditioned > few)) return {};
     std::ostringstream remark;
     remark.precision(2);
-    remark << "integrator.max_pixel_error: " << 100 * plan.pilot->ill_conditioned
+    remark << "integrator.max_pixel_error: " << 100 * trial.ill_conditioned
            << " % of the pilot's rays turn their neighbours apart more than a thousandfold; the pixel of such a ray is a thousandth of what it shows, "
               "not that of a straight ray";
-    plan.remarks.push_back(remark.str());
+    return {remark.str()};
 }
 
 struct Choice {
@@ -76,7 +66,7 @@ struct Choice {
 };
 
 /// The cheapest point of a study that is within the bound, and by what kernel; nulls where there is none.
-Choice cheapest_within(Plan& plan, const ErrorStudy& study, double bound) {
+Choice cheapest_within(const Plan& plan, const ErrorCurves& study, double bound) {
     Choice best;
     for (const StudyCurve& curve : study.curves) {
         const KernelInfo* kernel = kernel_for(plan, curve);
@@ -89,51 +79,72 @@ Choice cheapest_within(Plan& plan, const ErrorStudy& study, double bound) {
     return best;
 }
 
-void take(Plan& plan, const ErrorStudy& study, const Choice& choice) {
-    const auto& [curve, point, kernel, cost] = choice;
-    if (const double compared = double(point->errors.compared + point->errors.ill); compared > 0) {
-        plan.pilot->estimate = std::max(point->errors.pixels.p99, study.reference.pixels.p99);
-        plan.pilot->ill_conditioned = double(point->errors.ill) / compared;
+/// The plan by the method, step and kernel of a choice, and what the trial showed of it.
+RunConfig run_by(const Plan& plan, const Choice& choice) {
+    auto variant = find_variant(plan, choice.curve->method, *choice.kernel, choice.point->step);
+    if (choice.curve->loose) variant->solver_tolerance = choice.point->solver_tolerance;
+    RunConfig run = run_by(plan, *variant);
+    run.max_steps = plan.description().integrator.max_steps;
+    return run;
+}
+
+/// What a trial of some rays showed; `failure` is why there is no reference to measure by, or empty.
+MethodTrial trial_of(const Plan& plan, const ErrorCurves& study, const Choice& choice, const std::string& failure) {
+    MethodTrial trial;
+    trial.rays = study.sample.starts.size(), trial.bound = plan.description().integrator.max_pixel_error, trial.met = choice.point != nullptr;
+    if (!choice.point) {
+        trial.why_not = failure.empty() ? why_not(study, plan) : failure;
+        return trial;
     }
-    auto variant = find_variant(plan, curve->method, *kernel, point->step);
-    if (curve->loose) variant->solver_tolerance = point->solver_tolerance;
-    follow(plan, *variant);
-    plan.job.max_steps = plan.scene.integrator.max_steps;
-    const IntegratorDescription stated = plan.scene.integrator;
-    tell_scene(plan, *curve, *point);
-    remark_on_stated(plan, stated, curve->info->adaptive);
-    remark_on_ill_conditioned(plan);
+    const RayErrors& errors = choice.point->errors;
+    if (const double compared = double(errors.compared + errors.ill); compared > 0) {
+        trial.estimate = std::max(errors.pixels.p99, study.reference.pixels.p99);
+        trial.ill_conditioned = double(errors.ill) / compared;
+    }
+    return trial;
+}
+
+Decision decision_of(const MethodTrial& trial) {
+    if (trial.met)
+        return {"a pilot of " + std::to_string(trial.rays) + " rays: 99 % of them within " + plain_number(trial.estimate) + " pixels, of " +
+                    plain_number(trial.bound) + " allowed", true, {}};
+    return {"what a pilot chose", false, "no way to keep within " + plain_number(trial.bound) + " pixels was seen: " + trial.why_not};
+}
+
+std::string remark_on_unmet(const Plan& plan, const MethodTrial& trial) {
+    std::ostringstream remark;
+    remark << "integrator.max_pixel_error = " << trial.bound << " is not seen to be met: " << trial.why_not << "; " << plan.method().name << " takes its own step";
+    return remark.str();
 }
 
 }  // namespace
 
-void fit_to_error(Plan& plan, const Progress& progress, double time_limit) {
-    const double bound = plan.scene.integrator.max_pixel_error;
-    StudyOptions options;
+Plan autotune(Plan plan, const Progress& progress, double time_limit) {
+    CurveOptions options;
     options.width = options.height = pilot_grid;
-    options.quick = true, options.pixel_bound = bound;
-    options.threads = plan.threads;
+    options.quick = true, options.pixel_bound = plan.description().integrator.max_pixel_error;
     options.deadline = Deadline(time_limit);
-    ErrorStudy study;
-    std::string why;
+    ErrorCurves study;
+    std::string failure;
     try {
-        study = study_error(plan, options, progress);
+        study = measure_curves(plan, options, progress);
     } catch (const RunError& error) {  // there is nothing to measure by: the picture can be drawn all the same
-        why = error.what();
+        failure = error.what();
     }
-    const Choice choice = cheapest_within(plan, study, bound);
-    Pilot& pilot = plan.pilot.emplace();
-    pilot.rays = study.sample.starts.size(), pilot.bound = bound, pilot.met = choice.point != nullptr;
-    if (choice.point) return take(plan, study, choice);
-    pilot.why_not = why.empty() ? why_not(study, plan.scene.integrator) : why;
-    std::ostringstream remark;
-    remark << "integrator.max_pixel_error = " << bound << " is not seen to be met: " << pilot.why_not << "; " << plan.scene.integrator.method << " takes its own step";
-    plan.remarks.push_back(remark.str());
-}
-
-void settle(Plan& plan, const Progress& progress, double time_limit) {
-    if (plan.scene.integrator.max_pixel_error > 0) fit_to_error(plan, progress, time_limit);
-    else choose_precision(plan);
+    const Choice choice = cheapest_within(plan, study, options.pixel_bound);
+    const MethodTrial trial = trial_of(plan, study, choice, failure);
+    const auto remark = [&](const std::vector<std::string>& more) { plan.remarks.insert(plan.remarks.end(), more.begin(), more.end()); };
+    if (trial.met) {
+        plan.run = run_by(plan, choice);
+        plan.decisions.motion = motion_decisions(*plan.scene, plan.run, true);
+        remark(remarks_on_stated(plan));
+        remark(remarks_on_ill_conditioned(trial));
+    } else {
+        remark({remark_on_unmet(plan, trial)});
+    }
+    plan.decisions.tuning.push_back(decision_of(trial));
+    plan.method_trial = trial;
+    return plan;
 }
 
 }  // namespace kagero

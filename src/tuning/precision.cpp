@@ -1,9 +1,10 @@
 #include "tuning/precision.h"
 
-#include "rays/camera.h"
-#include "plan/kernels.h"
 #include "accuracy/ray_errors.h"
 #include "pixels/shade.h"
+#include "plan/names.h"
+#include "rays/camera.h"
+#include "render/trace.h"
 
 #include <cmath>
 
@@ -25,14 +26,14 @@ constexpr double most_extra_steps = 1.2;
 
 /// What speaks for double before any ray is followed; empty where nothing does.
 std::string plain_reason(const Plan& plan) {
-    const FilmDescription& film = plan.scene.film;
-    if (plan.options.precision != "auto") return "--precision " + plan.options.precision;
-    if (plan.kernel->strategy != Strategy::packet) return "one ray at a time is hardly quicker in float";
+    const FilmDescription& film = plan.description().film;
+    if (plan.run.wish.precision) return std::string("--precision ") + name_of(*plan.run.wish.precision);
+    if (plan.run.kernel->strategy != Strategy::packet) return "one ray at a time is hardly quicker in float";
     for (const std::string& layer : film.layers) {
         if (needs_of(layer) & need_any_error) return "float would be most of what layer " + layer + " shows";
         if (needs_of(layer) & need_footprint) return "layer " + layer + " shows differences of neighbours, and of their roundings in float";
     }
-    if (plan.module->integrators[plan.job.integrator].adaptive && !plan.straight && plan.job.tolerance < least_float_tolerance)
+    if (plan.method().adaptive && !plan.scene->straight && plan.run.tolerance < least_float_tolerance)
         return "integrator.tolerance is below what float can hold";
     if (double(film.width) * film.height * film.spp < worthwhile) return "so small a picture gains nothing";
     return {};
@@ -51,8 +52,18 @@ double total_steps(const std::vector<RayEnd>& ends) {
     return steps;
 }
 
-/// What speaks for double in the ends of rays that were followed both ways.
-std::string measured_reason(const Plan& plan, const std::vector<RayEnd>& in_double, const std::vector<RayEnd>& in_float, FloatTrial& trial) {
+/// Null where there is none.
+const KernelInfo* kernel_in_float(const Plan& plan) {
+    KernelWish wish = plan.run.wish;
+    wish.precision = Precision::float32;
+    return find_kernel(*plan.scene, plan.run.method, wish);
+}
+
+/// What speaks for double in the ends of rays that are traced in both precisions; empty where nothing does.
+std::string measured_reason(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
+    std::vector<RayStart> starts;
+    for (const auto& [x, y] : sample_pixels(plan.description().film, trial_grid, trial_grid)) starts.push_back(film_ray(plan, x, y));
+    const std::vector<RayEnd> in_double = ends_of(plan, starts), in_float = ends_of(plan_in_float, starts);
     std::vector<double> apart;
     std::size_t strays = 0;
     for (std::size_t i = 0; i < in_double.size(); ++i) {
@@ -72,25 +83,23 @@ std::string measured_reason(const Plan& plan, const std::vector<RayEnd>& in_doub
 
 }  // namespace
 
-void choose_precision(Plan& plan) {
-    if (plan.options.precision == "float") return;
-    FloatTrial& trial = plan.float_trial.emplace();
+Plan choose_precision(Plan plan) {
+    if (plan.run.wish.precision == Precision::float32) return plan;
+    PrecisionTrial trial;
     trial.why_not = plain_reason(plan);
-    if (!trial.why_not.empty()) return;
-    KernelWish wish = wish_of(plan);
-    wish.precision = Precision::float32;
-    const KernelInfo *in_float = find_kernel(plan, wish), *in_double = plan.kernel;
-    if (!in_float) {
-        trial.why_not = "no kernel in float serves the method and integrator.lanes";
-        return;
+    if (trial.why_not.empty()) {
+        Plan in_float = plan;
+        in_float.run.kernel = kernel_in_float(plan);
+        if (!in_float.run.kernel) trial.why_not = "no kernel in float serves the method and integrator.lanes";
+        else if (camera_needs_double(*plan.scene, plan.view)) trial.why_not = "so near a horizon float cannot hold the momentum";
+        else trial.why_not = measured_reason(plan, in_float, trial);
+        if (trial.why_not.empty()) plan.run.kernel = in_float.run.kernel;
     }
-    std::vector<RayStart> starts;
-    for (const auto& [x, y] : sample_pixels(plan.scene.film, trial_grid, trial_grid)) starts.push_back(film_ray(plan, x, y));
-    const std::vector<RayEnd> expected = ends_of(plan, starts);
-    plan.kernel = in_float;
-    trial.why_not = camera_needs_double(plan) ? "so near a horizon float cannot hold the momentum"
-                                              : measured_reason(plan, expected, ends_of(plan, starts), trial);
-    if (!trial.why_not.empty()) plan.kernel = in_double;
+    const bool taken = trial.why_not.empty();
+    plan.decisions.tuning.push_back({taken ? "float: 99 % of " + std::to_string(trial.rays) + " rays ended within " + plain_number(trial.apart) +
+                                                 " pixels of where double ends them" : "float", taken, trial.why_not});
+    plan.precision_trial = trial;
+    return plan;
 }
 
 }  // namespace kagero

@@ -1,0 +1,87 @@
+#include "appearance/paints.h"
+
+#include "appearance/blackbody.h"
+
+#include <algorithm>
+#include <map>
+
+namespace kagero {
+namespace {
+
+/// Images and their copies by path, so that one used twice is read once.
+struct Images {
+    bool wanted;
+    std::map<std::string, std::shared_ptr<const Image>> whole;
+    std::map<std::pair<std::string, Mapping>, std::shared_ptr<const std::vector<Image>>> coarser;
+};
+
+LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
+    LoadedPaint loaded{paint, nullptr, nullptr};
+    if (paint.kind != Paint::Kind::texture || !images.wanted) return loaded;
+    auto& image = images.whole[paint.texture];
+    if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.place));
+    auto& coarser = images.coarser[{paint.texture, mapping}];
+    if (!coarser) coarser = std::make_shared<const std::vector<Image>>(coarser_images(*image, mapping));
+    loaded.image = image, loaded.coarser = coarser;
+    return loaded;
+}
+
+LoadedSky load(const SkyDescription& description, Images& images) {
+    return {load(description.paint, Mapping::sphere, images), description.pole};
+}
+
+ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometry, Images& images) {
+    ShadedObject shaded;
+    shaded.geometry = &geometry;
+    shaded.shading = object.shading;
+    if (object.shape == Shape::disk) {
+        shaded.normal = object.normal;
+        shaded.inner = object.inner, shaded.outer = object.outer, shaded.temperature = object.temperature;
+        if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
+    }
+    const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
+    const Mapping mapping = object.shape == Shape::sphere ? Mapping::sphere : Mapping::plane;
+    if (has_faces)
+        for (const Paint& face : object.faces) shaded.paints.push_back(load(face, mapping, images));
+    else
+        shaded.paints.push_back(load(object.paint, mapping, images));
+    if (std::any_of(shaded.paints.begin(), shaded.paints.end(), has_pattern)) shaded.charts = charts_of(geometry.mesh);
+    return shaded;
+}
+
+}  // namespace
+
+Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool textures) {
+    Images images{textures, {}, {}};
+    sky_ = load(scene.sky, images);
+    far_sky_ = load(scene.far_sky, images);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+        objects_.push_back(load(scene.objects[i], geometry.objects()[i], images));
+}
+
+Float3 Paints::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
+                             double redshift, const Patch& patch) const {
+    return object_color(objects_[surface], primitive, point, toward, redshift, patch);
+}
+
+Float3 Paints::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
+    const LoadedSky& sky = far ? far_sky_ : sky_;
+    return kagero::sky_color(sky.paint, sky.axes, direction, footprint);
+}
+
+int Paints::sky_probes(bool far, const Footprint& footprint) const {
+    const LoadedPaint& paint = (far ? far_sky_ : sky_).paint;
+    return paint.image ? kagero::sky_probes(*paint.image, footprint) : 0;
+}
+
+bool Paints::sky_has_pattern() const {
+    return has_pattern(sky_.paint) || has_pattern(far_sky_.paint);
+}
+
+bool Paints::surfaces_have_patterns() const {
+    return std::any_of(objects_.begin(), objects_.end(), [](const ShadedObject& object) {
+        return std::any_of(object.paints.begin(), object.paints.end(), has_pattern);
+    });
+}
+
+}  // namespace kagero

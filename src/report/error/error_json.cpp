@@ -1,0 +1,150 @@
+#include "report/error/error_json.h"
+
+#include "plan/names.h"
+#include "report/json.h"
+#include "report/machine.h"
+
+namespace kagero {
+namespace {
+
+// Keys keep the order they are given in; NaN and infinities, which JSON does not have, are written as null.
+Json json_of(const Spread& spread) {
+    return {{"p50", spread.p50}, {"p90", spread.p90}, {"p99", spread.p99}, {"max", spread.max}};
+}
+
+Json json_of(const Timing& time) {
+    return {{"median", time.median}, {"min", time.min}, {"max", time.max}};
+}
+
+Json json_of(const std::optional<double>& number) {
+    return number ? Json(*number) : Json();
+}
+
+Json json_of(const ReferenceStory& story) {
+    Json status;
+    for (std::uint32_t s = 0; s < status_count; ++s) status[name_of(static_cast<Status>(s))] = story.status[s];
+    return {{"method", story.method},
+            {story.adaptive ? "tolerance" : "step", story.step},
+            {"confirmed_by", story.confirmed_by},
+            {story.confirmed_adaptive ? "confirmed_tolerance" : "confirmed_step", story.confirmed_step},
+            {"uncertainty", json_of(story.uncertainty)},
+            {"direction_uncertainty", json_of(story.direction)},
+            {"pixels_uncertainty", json_of(story.pixels)},
+            {"decided", story.decided},
+            {"undecided", story.undecided},
+            {"status", status}};
+}
+
+Json json_of(const StudyPoint& point) {
+    const RayErrors& errors = point.errors;
+    return {{"step", point.stated_step},
+            {"ns_per_ray", json_of(point.time)},
+            {"gradients_per_ray", point.gradients},
+            {"steps_per_ray", point.steps},
+            {"position", json_of(errors.position)},
+            {"direction", json_of(errors.direction)},
+            {"pixels", json_of(errors.pixels)},
+            {"flips", errors.flips},
+            {"energy_drift",
+             {{"max", point.drift.max}, {"first_tenth", point.drift.first_tenth}, {"last_tenth", point.drift.last_tenth}}},
+            {"above_quarter_pixel", errors.above_quarter_pixel},
+            {"compared", errors.compared},
+            {"ill_conditioned", {{"rays", errors.ill}, {"pixels_over_conditioning", json_of(errors.ill_pixels)}}},
+            {"ns_per_ray_without_surfaces", json_of(point.time_without)},
+            {"steps_per_ray_without_surfaces", point.steps_without},
+            {"queries_per_ray", point.queries},
+            {"iterations_per_ray", point.iterations},
+            {"lane_occupancy", point.occupancy},
+            {"solver_tolerance", point.solver_tolerance}};
+}
+
+Json json_of(const StudyCurve& curve) {
+    Json points = Json::array();
+    for (const StudyPoint& point : curve.points) points.push_back(json_of(point));
+    return {{"method", curve.method},
+            {"strategy", name_of(curve.strategy)},
+            {"precision", name_of(curve.precision)},
+            {"order", json_of(curve.order)},
+            {"points", points},
+            {"stated_order", curve.info->order},
+            {"adaptive", curve.info->adaptive},
+            {"rescaled", curve.rescaled},
+            {"loose", curve.loose},
+            {"floor", json_of(curve.floor)},
+            {"stopped", curve.stopped.empty() ? Json() : Json(curve.stopped)}};
+}
+
+Json cheapest_json(const ErrorStudy& study) {
+    Json all = Json::array();
+    for (const Cheapest& best : study.cheapest) {
+        Json row{{"error", best.error}, {"method", nullptr}, {"step", nullptr}, {"precision", nullptr}, {"ns_per_ray", nullptr}};
+        if (best.found) {
+            const StudyCurve& curve = study.curves[best.curve];
+            const StudyPoint& point = curve.points[best.point];
+            row["method"] = curve.method, row["step"] = point.stated_step, row["precision"] = name_of(curve.precision);
+            row["ns_per_ray"] = point.time.median;
+        }
+        row["measure"] = best.measure;
+        row["solver_tolerance"] = best.found ? Json(study.curves[best.curve].points[best.point].solver_tolerance) : Json();
+        all.push_back(row);
+    }
+    return all;
+}
+
+Json strategies_json(const ErrorStudy& study) {
+    Json all = Json::array();
+    for (const StrategyTime& one : study.strategies)
+        all.push_back({{"isa", one.isa},
+                       {"strategy", name_of(one.kernel->strategy)},
+                       {"form", one.kernel->form == Form::none ? Json() : Json(name_of(one.kernel->form))},
+                       {"precision", name_of(one.kernel->precision)},
+                       {"lanes", one.kernel->lanes},
+                       {"ns_per_ray", json_of(one.time)}});
+    return all;
+}
+
+Json pictures_json(const ErrorStudy& study) {
+    Json all = Json::array();
+    for (const PictureError& picture : study.pictures)
+        all.push_back({{"method", picture.method},
+                       {"step", picture.step},
+                       {"gradients_per_ray", picture.gradients},
+                       {"precision", name_of(picture.precision)},
+                       {"wrong_pixels", picture.wrong_pixels},
+                       {"rms", picture.rms},
+                       {"psnr_db", json_of(picture.psnr)},
+                       {"seconds", picture.seconds}});
+    return all;
+}
+
+}  // namespace
+
+std::string error_json(const Plan& plan, const ErrorStudy& study) {
+    Json json;
+    json["reference"] = json_of(study.reference);
+    json["curves"] = Json::array();
+    for (const StudyCurve& curve : study.curves) json["curves"].push_back(json_of(curve));
+    json["cheapest"] = cheapest_json(study);
+    json["strategies"] = strategies_json(study);
+    json["pictures"] = pictures_json(study);
+    json["refused"] = study.refused;
+    json["scene"] = plan.description().path;
+    json["hamiltonian"] = plan.description().space.hamiltonian;
+    json["integrator"] = plan.method().name;
+    json["straight"] = plan.scene->straight;
+    json["sample"] = {{"width", study.sample.width},
+                      {"height", study.sample.height},
+                      {"rays", study.sample.starts.size()},
+                      {"ill_conditioned", study.ill_conditioned},
+                      {"pixel_angle", study.sample.pixel_angle}};
+    json["isa"] = plan.module().isa;
+    json["compiler"] = plan.module().compiler;
+    json["machine"] = processor_name();
+    json["threads"] = study.options.threads;
+    json["repetitions"] = study.options.repeats;
+    json["seconds"] = study.seconds;
+    json["interrupted"] = study.interrupted;
+    return text_of(json);
+}
+
+}  // namespace kagero

@@ -1,0 +1,166 @@
+#include "report/profile/profile_charts.h"
+
+#include "report/chart.h"
+#include "report/numbers.h"
+#include "report/profile/profile_numbers.h"
+
+#include <algorithm>
+
+namespace kagero {
+namespace {
+
+constexpr const char* blue = "#2f6fb0";
+constexpr const char* green = "#3a8f5c";
+constexpr const char* orange = "#c9741f";
+constexpr const char* purple = "#8457a6";
+constexpr const char* grey = "#8a94a3";
+constexpr const char* red = "#b5403a";
+
+std::string rectangle(double x, double y, double w, double h, const std::string& css, const std::string& tip = "") {
+    return "<rect x=\"" + fixed(x, 2) + "\" y=\"" + fixed(y, 2) + "\" width=\"" + fixed(w, 2) + "\" height=\"" + fixed(h, 2) +
+           "\" style=\"" + css + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
+}
+
+std::string anchored_text(double x, double y, const std::string& anchor, const std::string& text) {
+    return "<text x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" text-anchor=\"" + anchor + "\">" + text + "</text>\n";
+}
+
+std::string svg(double width, double height, const std::string& title, const std::string& body) {
+    return "<svg viewBox=\"0 0 " + fixed(width, 0) + " " + fixed(height, 0) + "\" role=\"img\" aria-label=\"" + title +
+           "\" xmlns=\"http://www.w3.org/2000/svg\">\n" + body + "</svg>\n";
+}
+
+std::string seconds_text(double seconds) {
+    return seconds >= 1 ? rounded(seconds) + " s" : rounded(1e3 * seconds) + " ms";
+}
+
+/// What all tiles cover.
+Tile extent_of(const std::vector<TileRecord>& tiles) {
+    Tile all{~0u, ~0u, 0, 0};
+    for (const TileRecord& t : tiles)
+        all = {std::min(all.x0, t.tile.x0), std::min(all.y0, t.tile.y0), std::max(all.x1, t.tile.x1), std::max(all.y1, t.tile.y1)};
+    return all;
+}
+
+/// The film's tiles at (left, top), as wide as `width`; `share` of each is 0 … 1.
+template <class Share>
+std::string film_of_tiles(const Profile& profile, double left, double top, double width, const Share& share) {
+    const Tile all = extent_of(profile.recording.tiles);
+    const double scale = width / double(all.x1 - all.x0);
+    std::string body;
+    for (const TileRecord& t : profile.recording.tiles)
+        body += rectangle(
+            left + scale * (t.tile.x0 - all.x0), top + scale * (t.tile.y0 - all.y0), scale * (t.tile.x1 - t.tile.x0),
+            scale * (t.tile.y1 - t.tile.y0), "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + seconds_text(t.processor));
+    return body;
+}
+
+}  // namespace
+
+std::string stages_chart(const Profile& profile, double write_seconds) {
+    const auto stages = stages_of(profile, write_seconds);
+    double all = 0;
+    for (const auto& stage : stages) all += stage.second;
+    BarChart chart{"Seconds of all threads, stage by stage", {}};
+    for (const auto& [name, seconds] : stages)
+        chart.bars.push_back({name, name == "integrate" ? blue : grey,
+                              seconds_text(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
+    return svg_of(chart);
+}
+
+std::string threads_chart(const Profile& profile) {
+    constexpr double left = 72, width = 850, row = 26;
+    const RunReport& report = profile.report;
+    const double scale = width / report.seconds, shift = report.predict_seconds;
+    std::string body;
+    for (std::size_t i = 0; i < report.threads.size(); ++i) {
+        body += anchored_text(left - 8, row * double(i) + 18, "end", "thread " + std::to_string(i));
+        body += rectangle(left, row * double(i) + 3, width, row - 6, "fill:var(--panel);stroke:var(--line)");
+        if (shift > 0)
+            body += rectangle(left, row * double(i) + 3, scale * shift, row - 6, "fill:" + std::string(orange), "predict");
+    }
+    for (const TileRecord& t : profile.recording.tiles) {
+        const double y = row * t.thread + 3, x = left + scale * (shift + t.begin);
+        const std::string tip =
+            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " + seconds_text(t.end - t.begin);
+        body += rectangle(x, y, scale * (t.traced - t.begin), row - 6,
+                          "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tip);
+        body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6, "fill:" + std::string(green),
+                          tip);
+    }
+    const double below = row * double(report.threads.size());
+    body += anchored_text(left, below + 16, "start", "0") + anchored_text(left + width, below + 16, "end", seconds_text(report.seconds));
+    return svg(940, below + 24, "What every thread did when", body);
+}
+
+std::string tiles_map(const Profile& profile) {
+    constexpr double width = 455;
+    const Tile all = extent_of(profile.recording.tiles);
+    // By area: tiles at the film's edge are smaller.
+    const auto area = [](const TileRecord& t) { return double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0); };
+    double predicted = 0, measured = 0;
+    for (const TileRecord& t : profile.recording.tiles)
+        predicted = std::max(predicted, t.predicted / area(t)), measured = std::max(measured, t.processor / area(t));
+    std::string body = anchored_text(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
+                       anchored_text(485 + width / 2, 14, "middle", "measured");
+    body += film_of_tiles(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
+    body += film_of_tiles(profile, 485, 22, width, [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
+    return svg(940, 24 + width * double(all.y1 - all.y0) / double(all.x1 - all.x0), "Predicted and measured cost of tiles", body);
+}
+
+std::string prediction_chart(const Profile& profile) {
+    const double unit = seconds_per_predicted(profile);
+    Series tiles{"tiles", blue, Mark::circle, false, false, false, {}, {}, true};
+    double most = 0;
+    for (const TileRecord& t : profile.recording.tiles) {
+        tiles.points.push_back({1e3 * unit * t.predicted, 1e3 * t.processor});
+        tiles.tips.push_back("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0));
+        most = std::max({most, tiles.points.back()[0], tiles.points.back()[1]});
+    }
+    const Series ideal{"as predicted", grey, Mark::none, true, false, false, {{0, 0}, {most, most}}, {}};
+    return svg_of(LineChart{"Predicted against measured cost of tiles",
+                            {"predicted, milliseconds (scaled to the same sum)", false},
+                            {"measured, milliseconds of processor time", false},
+                            {ideal, tiles},
+                            {},
+                            0,
+                            "",
+                            0});
+}
+
+std::string scaling_chart(const Profile& profile) {
+    Series measured{"measured", blue, Mark::circle, false, false, true, {}, {}};
+    Series machine{"multiply-adds alone", grey, Mark::circle, false, false, true, {}, {}};
+    for (const ThreadsTime& time : profile.scaling) {
+        machine.points.push_back({double(time.threads), time.machine});
+        machine.tips.push_back(std::to_string(time.threads) + " threads: " + fixed(time.machine, 2));
+        measured.points.push_back({double(time.threads), time.speedup});
+        measured.tips.push_back(std::to_string(time.threads) + " threads: " + seconds_text(time.seconds));
+    }
+    const double most = double(profile.scaling.back().threads);
+    const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {most, most}}, {}};
+    return svg_of(LineChart{"Speed over threads",
+                            {"threads", false},
+                            {"times as fast as one thread", false},
+                            {ideal, machine, measured},
+                            {},
+                            0,
+                            "",
+                            0});
+}
+
+std::string roofline_chart(const Profile& profile) {
+    const double threads = double(profile.report.threads.size()), peak = profile.peak_of_all / threads;
+    const auto bar = [&](const std::string& label, const char* color, double rate) {
+        return Bar{label, color, rounded(1e-9 * rate) + " GFLOP/s, " + fixed(100 * ratio(rate, peak)) + " %", rate};
+    };
+    BarChart chart{"Floating-point operations per second of one thread", {}};
+    chart.bars.push_back(bar("multiply-adds alone", purple, peak));
+    chart.bars.push_back(bar("integrating and landing", blue, ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine)));
+    chart.bars.push_back(bar("tracing", blue, ratio(profile.all_operations, tracing_seconds(profile))));
+    chart.bars.push_back(bar("the whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
+    return svg_of(chart);
+}
+
+}  // namespace kagero

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -59,16 +61,101 @@ bool starts_with(const std::string& text, const std::string& start) {
     return text.rfind(start, 0) == 0;
 }
 
+/// A header and the source file of the same name: "src/plan/view".
+std::string unit_of(const std::string& path) {
+    return path.substr(0, path.rfind('.'));
+}
+
+/// Which units each unit includes, of the files below a room; `prefix` comes before what is written between quotes.
+std::map<std::string, std::set<std::string>> include_graph(const std::string& room, const std::string& prefix) {
+    std::map<std::string, std::set<std::string>> graph;
+    for (const Source& source : sources_below(room)) {
+        if (source.path.ends_with(".in")) continue;
+        const std::string own = unit_of(source.path);
+        std::set<std::string>& included = graph[own];
+        for (const std::string& name : source.includes)
+            if (const std::string other = unit_of(prefix + name); other != own && fs::exists(fs::path(KAGERO_SOURCE) / (prefix + name))) included.insert(other);
+    }
+    return graph;
+}
+
+/// The first cycle of a graph, "a > b > a", or "".
+std::string cycle_in(const std::map<std::string, std::set<std::string>>& graph) {
+    std::vector<std::string> path;
+    std::set<std::string> done;
+    const std::function<std::string(const std::string&)> visit = [&](const std::string& unit) -> std::string {
+        if (std::find(path.begin(), path.end(), unit) != path.end()) {
+            std::string text;
+            for (auto one = std::find(path.begin(), path.end(), unit); one != path.end(); ++one) text += *one + " > ";
+            return text + unit;
+        }
+        if (done.count(unit) || !graph.count(unit)) return "";
+        path.push_back(unit);
+        for (const std::string& other : graph.at(unit))
+            if (const std::string cycle = visit(other); !cycle.empty()) return cycle;
+        path.pop_back();
+        done.insert(unit);
+        return "";
+    };
+    for (const auto& [unit, included] : graph)
+        if (const std::string cycle = visit(unit); !cycle.empty()) return cycle;
+    return "";
+}
+
+/// The folder of a unit, below src or kernels: "src/report/error/error_map" → "report/error".
+std::string folder_of(const std::string& path) {
+    const std::size_t first = path.find('/'), last = path.rfind('/');
+    return first == last ? "" : path.substr(first + 1, last - first - 1);
+}
+
+std::map<std::string, std::set<std::string>> folder_graph(const std::map<std::string, std::set<std::string>>& units) {
+    std::map<std::string, std::set<std::string>> folders;
+    for (const auto& [unit, included] : units)
+        for (const std::string& other : included)
+            if (folder_of(unit) != folder_of(other)) folders[folder_of(unit)].insert(folder_of(other));
+    return folders;
+}
+
+/// From the lowest layer to the highest; includes point to the same layer or down.
+const std::vector<std::string> kernel_layers{"simd", "numeric", "autodiff", "hamiltonians", "equations", "observers", "integrators", "orbits", "recipe",
+                                             "intersection", "methods", "formula", "events", "trace", "adjoint", "comparison"};
+const std::vector<std::vector<std::string>> program_layers{
+    {"scene", "film", "modules", "formula"}, {"geometry"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"}, {"render"}, {"accuracy"}, {"tuning"},
+    {"study"}, {"stability"}, {"report"}, {"cli"}};
+
 TEST(Kernels, IncludeDownwards) {
-    const std::vector<std::string> order{"numeric", "hamiltonians", "stepping", "formula", "tracing"};
-    const auto height = [&](const std::string& room) { return std::find(order.begin(), order.end(), room) - order.begin(); };
+    const auto height = [&](const std::string& room) { return std::find(kernel_layers.begin(), kernel_layers.end(), room) - kernel_layers.begin(); };
     for (const Source& source : sources_below("kernels")) {
         // Templates the build writes units from, and the module, join the rooms.
         if (source.path.ends_with(".cpp.in") || room_of(source.path).empty()) continue;
+        EXPECT_LT(height(room_of(source.path)), std::ptrdiff_t(kernel_layers.size())) << source.path << " lies in a folder that is no layer";
         for (const std::string& name : source.includes) {
-            if (!starts_with(name, "kernels/") || name == "kernels/abi.h") continue;
+            if (!starts_with(name, "kernels/") || room_of(name).empty()) continue;
             EXPECT_LE(height(room_of(name)), height(room_of(source.path))) << source.path << " includes " << name;
         }
+    }
+}
+
+// A header and its implementation are one: a cycle through both would tie them together as well.
+TEST(Kernels, HaveNoCycles) {
+    EXPECT_EQ(cycle_in(include_graph("kernels", "")), "");
+}
+
+TEST(Program, HasNoCycles) {
+    const auto units = include_graph("src", "src/");
+    EXPECT_GT(units.size(), 80u);
+    EXPECT_EQ(cycle_in(units), "");
+    EXPECT_EQ(cycle_in(folder_graph(units)), "");
+}
+
+// Verbs, the program and the image module are reached through tables and function pointers.
+TEST(Program, ImplementsHeadersInFilesOfTheirNames) {
+    for (const Source& source : sources_below("src")) {
+        if (!source.path.ends_with(".cpp") || starts_with(source.path, "src/cli/verbs/") || source.path == "src/cli/main.cpp" ||
+            starts_with(source.path, "src/film/openimageio/"))
+            continue;
+        ASSERT_FALSE(source.includes.empty()) << source.path;
+        EXPECT_EQ("src/" + source.includes.front(), unit_of(source.path) + ".h") << source.path << " must include its own header first";
     }
 }
 
@@ -114,39 +201,30 @@ TEST(Kernels, HamiltoniansAreFormulas) {
 }
 
 TEST(Program, IncludesDownwards) {
-    const std::map<std::string, std::vector<std::string>> may_see{
-        {"film", {"film", "modules"}},
-        {"modules", {"modules"}},
-        {"formula", {"formula"}},
-        {"scene", {"scene", "film", "formula"}},  // film: reading images
-        {"render", {"render", "scene", "film", "modules", "formula"}},
-        {"stability", {"stability", "render", "scene", "film", "modules", "formula"}},
-        {"report", {"report", "stability", "render", "scene", "film", "modules", "formula"}},
-        {"cli", {"cli", "report", "stability", "render", "scene", "film", "modules", "formula"}},
+    const auto height = [](const std::string& path) {
+        const std::string room = path.substr(0, path.find('/'));
+        for (std::size_t i = 0; i < program_layers.size(); ++i)
+            if (std::count(program_layers[i].begin(), program_layers[i].end(), room)) return int(i);
+        return -1;
     };
     for (const Source& source : sources_below("src")) {
-        const std::string room = room_of(source.path);
-        for (const std::string& name : source.includes) {
-            const std::size_t slash = name.find('/');
-            const std::string other = name.substr(0, slash);
-            if (slash == std::string::npos || !may_see.count(other)) continue;
-            ASSERT_TRUE(may_see.count(room)) << source.path << " includes " << name;
-            const auto& seen = may_see.at(room);
-            EXPECT_NE(std::find(seen.begin(), seen.end(), other), seen.end()) << source.path << " includes " << name;
-        }
+        const int own = height(source.path.substr(4));
+        if (source.path.find('/', 4) == std::string::npos) continue;  // src/error.h
+        EXPECT_GE(own, 0) << source.path << " lies in a folder that is no layer";
+        for (const std::string& name : source.includes) EXPECT_LE(height(name), own) << source.path << " includes " << name;
     }
 }
 
 TEST(Program, SeesOfTheKernelsTheirAbiAlone) {
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes)
-            EXPECT_TRUE(!starts_with(name, "kernels/") || name == "kernels/abi.h") << source.path << " includes " << name;
+            EXPECT_TRUE(!starts_with(name, "kernels/") || name == "kernels/abi.h" || name == "kernels/assertion.h") << source.path << " includes " << name;
 }
 
 TEST(Program, KeepsEachLibraryInItsRoom) {
     const std::vector<std::pair<const char*, const char*>> homes{
         {"OpenImageIO/", "src/film/openimageio/"}, {"toml++/", "src/scene/toml.cpp"}, {"assimp/", "src/geometry/mesh.cpp"},
-        {"CLI/", "src/cli/"}, {"rtcore.h", "src/scene/"}, {"nlohmann/", "src/report/"}, {"nlohmann/", "src/geometry/gltf_check.cpp"},
+        {"CLI/", "src/cli/"}, {"rtcore.h", "src/geometry/"}, {"nlohmann/", "src/report/"}, {"nlohmann/", "src/geometry/gltf_check.cpp"},
     };
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes) {
@@ -175,6 +253,14 @@ TEST(House, HasHeadersReadOnce) {
         for (const Source& source : sources_below(room))
             EXPECT_EQ(std::count(source.lines.begin(), source.lines.end(), "#pragma once"), source.path.ends_with(".h"))
                 << source.path;
+}
+
+// One idea each.
+TEST(House, KeepsFoldersSmall) {
+    std::map<std::string, int> files;
+    for (const char* room : {"kernels", "src", "tests"})
+        for (const Source& source : sources_below(room)) ++files[source.path.substr(0, source.path.rfind('/'))];
+    for (const auto& [folder, count] : files) EXPECT_LE(count, 24) << folder;
 }
 
 // About 300 lines, and never more than 350.

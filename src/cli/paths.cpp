@@ -4,7 +4,7 @@
 #include "cli/verb.h"
 #include "plan/names.h"
 #include "render/trace.h"
-#include "report/write_rays.h"
+#include "report/csv/write_rays.h"
 
 #include <ostream>
 

@@ -5,7 +5,7 @@
 #include "modules/modules.h"
 #include "plan/names.h"
 #include "report/json.h"
-#include "report/numbers.h"
+#include "report/text/numbers.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include "plan/names.h"
 #include "render/operation_count.h"
 #include "report/json.h"
-#include "report/numbers.h"
+#include "report/text/numbers.h"
 #include "report/thread_shares.h"
 
 namespace kagero {

@@ -1,7 +1,7 @@
 #include "report/stability_report.h"
 
 #include "report/json.h"
-#include "report/page.h"
+#include "report/text/page.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #include "report/thread_shares.h"
 
-#include "report/numbers.h"
+#include "report/text/numbers.h"
 
 namespace kagero {
 

@@ -1,5 +1,5 @@
 // The reader of rays: any text gives rays or an InputError.
-#include "report/rays_csv.h"
+#include "report/csv/read_rays.h"
 #include "target.h"
 
 #include <sstream>

@@ -1,6 +1,6 @@
 // Step control: a smaller tolerance gives a smaller error, and each ray is accepted or rejected for itself.
-#include "../greatest.h"
-#include "steps.h"
+#include "tests/support/greatest.h"
+#include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
 

@@ -1,6 +1,6 @@
 // One step of eq. (9) against closed forms: its implicit half is a quadratic equation for eq. (16) and for eq. (17). Where that has no
 // real root, or only one beyond a fold, which no ray that starts with τ = 0 can reach, the step must say that it is unsolved.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
 

@@ -1,5 +1,5 @@
 // Between the ends of a step dense output follows the ray with the order it states.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include <algorithm>
 #include <cmath>

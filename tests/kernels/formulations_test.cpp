@@ -1,6 +1,6 @@
 // Three formulations of one ray, each from the same H by automatic differentiation: Hamilton's equations (Satoh 2003, eq. 7), the
 // geodesic equation with Christoffel symbols (eq. 6), and the ray equation of a refracting medium (eq. 5): they accelerate a ray alike.
-#include "spaces.h"
+#include "tests/kernels/spaces.h"
 
 #include "kernels/observers/observers.h"
 

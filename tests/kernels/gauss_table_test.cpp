@@ -1,5 +1,5 @@
 // The table that the compiler computes for Gauss–Legendre collocation against closed forms and against what defines it.
-#include "spaces.h"
+#include "tests/kernels/spaces.h"
 
 #include "kernels/integrators/gauss.h"
 

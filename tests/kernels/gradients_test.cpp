@@ -1,7 +1,7 @@
 // The derivatives that the tape writes against the complex step, f'(x) = Im f(x + iε)/ε, which subtracts nothing and so is exact to
 // rounding; and second derivatives of nested duals against the complex step of first ones.
 
-#include "spaces.h"
+#include "tests/kernels/spaces.h"
 
 #include "kernels/trace/packets.h"
 

@@ -1,5 +1,5 @@
 // Eq. (16) as it is printed against the perfect square that the kernels compute.
-#include "spaces.h"
+#include "tests/kernels/spaces.h"
 
 #include "bench/kernels/printed_schwarzschild.h"
 

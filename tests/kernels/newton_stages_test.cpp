@@ -1,6 +1,6 @@
 // Steps that fixed-point iteration cannot take: Newton's method solves the same equations, on the branch that grows out of the
 // start.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include "kernels/hamiltonians/fiber.h"
 #include "kernels/hamiltonians/fisheye.h"

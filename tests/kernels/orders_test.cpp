@@ -1,5 +1,5 @@
 // The error of every method falls with the power of the step that its table states, for position, momentum, H and parameter alike.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include <algorithm>
 #include <optional>

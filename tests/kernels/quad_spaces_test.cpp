@@ -1,6 +1,6 @@
 // Every Hamiltonian on quadruple precision, compiled once for all tests that need it.
 
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include "kernels/integrators/shared_steps.h"
 #include "kernels/methods/steppers.h"

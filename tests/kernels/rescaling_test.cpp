@@ -1,5 +1,5 @@
 // A time transformation changes the pace, not the ray: what is reached at τ with Ω·(H − H0) is reached at λ with H.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 namespace kagero::test {
 namespace {

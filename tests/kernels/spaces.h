@@ -1,7 +1,7 @@
 /// Every Hamiltonian of this build as a list of types, with its default parameters and rays to try it on.
 #pragma once
 
-#include "places.h"
+#include "tests/kernels/places.h"
 
 // First, because the templates below call these functions on a type without a namespace to find them by.
 #include "kernels/numeric/quad.h"

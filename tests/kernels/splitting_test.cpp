@@ -1,5 +1,5 @@
 // The parts that Hamiltonians are split into: that they sum to H, and that flows given in closed form are flows.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include "kernels/integrators/gauss.h"
 

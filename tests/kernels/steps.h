@@ -1,7 +1,7 @@
 /// Steps of one method in one space, taken through `SpaceKernel` as the tracing loop takes them.
 #pragma once
 
-#include "spaces.h"
+#include "tests/kernels/spaces.h"
 
 #include "kernels/methods/space_kernel.h"
 

@@ -1,5 +1,5 @@
 // The reverse sweep: its adjoints against differences of rays, its sums against operations counted by hand.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include "kernels/adjoint/rounding.h"
 #include "kernels/adjoint/sweep.h"

@@ -1,6 +1,6 @@
 // What the table says of a method is so, and what it does not say is not: symmetric methods go back the way they came, symplectic
 // ones keep the volume element dq ∧ dp.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
 

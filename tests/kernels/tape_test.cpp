@@ -1,6 +1,6 @@
 // What the tape simplifies keeps its value, what it differentiates is the derivative: random expressions, recorded and evaluated
 // again node by node, against the same expressions evaluated directly.
-#include "steps.h"
+#include "tests/kernels/steps.h"
 
 #include <cstdio>
 #include <memory>

@@ -2,7 +2,7 @@
 
 #include "plan/names.h"
 #include "report/error/method_style.h"
-#include "report/numbers.h"
+#include "report/text/numbers.h"
 
 #include <algorithm>
 #include <charconv>

@@ -5,8 +5,8 @@
 #include "report/error/error_map.h"
 #include "report/machine.h"
 #include "report/error/method_style.h"
-#include "report/numbers.h"
-#include "report/page.h"
+#include "report/text/numbers.h"
+#include "report/text/page.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,9 +2,9 @@
 
 #include "film/image.h"
 #include "film/png.h"
-#include "report/chart.h"
-#include "report/numbers.h"
-#include "report/page.h"
+#include "report/text/chart.h"
+#include "report/text/numbers.h"
+#include "report/text/page.h"
 
 #include <algorithm>
 #include <cmath>

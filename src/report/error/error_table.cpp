@@ -1,7 +1,7 @@
 #include "report/error/error_table.h"
 
 #include "plan/names.h"
-#include "report/numbers.h"
+#include "report/text/numbers.h"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/abi.h"
-#include "report/chart.h"
+#include "report/text/chart.h"
 
 #include <vector>
 

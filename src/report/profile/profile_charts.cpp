@@ -1,7 +1,7 @@
 #include "report/profile/profile_charts.h"
 
-#include "report/chart.h"
-#include "report/numbers.h"
+#include "report/text/chart.h"
+#include "report/text/numbers.h"
 #include "report/profile/profile_numbers.h"
 
 #include <algorithm>

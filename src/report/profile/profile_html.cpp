@@ -3,8 +3,8 @@
 #include "error.h"
 #include "plan/names.h"
 #include "report/machine.h"
-#include "report/numbers.h"
-#include "report/page.h"
+#include "report/text/numbers.h"
+#include "report/text/page.h"
 #include "report/profile/profile_charts.h"
 #include "report/profile/profile_numbers.h"
 

@@ -1,7 +1,7 @@
 /// What the reports of a profile have in common: ratios of what was measured.
 #pragma once
 
-#include "report/numbers.h"
+#include "report/text/numbers.h"
 #include "report/thread_shares.h"
 #include "study/profile.h"
 

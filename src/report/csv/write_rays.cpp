@@ -1,0 +1,91 @@
+#include "report/csv/write_rays.h"
+
+#include "plan/names.h"
+#include "report/text/numbers.h"
+
+#include <ostream>
+
+namespace kagero {
+
+namespace {
+
+constexpr std::size_t flush_size = 1 << 16;
+
+/// Quoted only where the text has something that would end the field.
+std::string csv_text(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
+
+void append_vector(std::string& row, const double (&v)[3]) {
+    for (const double x : v) {
+        row += ',';
+        append_exact(row, x);
+    }
+}
+
+void append_number(std::string& row, double x) {
+    row += ',';
+    append_exact(row, x);
+}
+
+std::string object_name(const Plan& plan, const RayEnd& end) {
+    if (end.status != Status::hit || plan.description().objects.empty()) return "";
+    return csv_text(plan.description().objects.at(end.surface).name);
+}
+
+void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end) {
+    row += std::to_string(ray) + ',' + name_of(end.status) + ',' + object_name(plan, end);
+    append_vector(row, end.q);
+    append_vector(row, end.v);
+    append_vector(row, end.p);
+    append_number(row, end.pt);
+    append_number(row, end.parameter);
+    row += ',' + std::to_string(end.steps) + ',' + std::to_string(end.gradients);
+    append_number(row, end.energy_error);
+    row += ',' + (end.status == Status::failed ? csv_text(why_failed(*plan.scene, plan.run.kernel->precision, end.failure)) : std::string()) + '\n';
+}
+
+void append_point(std::string& row, const PathPoint& point) {
+    row += std::to_string(point.ray) + ',' + std::to_string(point.step);
+    append_number(row, point.parameter);
+    append_vector(row, point.q);
+    append_vector(row, point.v);
+    append_vector(row, point.p);
+    append_number(row, point.pt);
+    append_number(row, point.energy);
+    row += '\n';
+}
+
+void flush(std::ostream& out, std::string& rows) {
+    out.write(rows.data(), static_cast<std::streamsize>(rows.size()));
+    rows.clear();
+}
+
+}  // namespace
+
+void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends) {
+    std::string rows = "ray,status,object,x,y,z,dx,dy,dz,px,py,pz,pt,parameter,steps,gradients,energy_error,reason\n";
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        append_end(rows, plan, i, ends[i]);
+        if (rows.size() > flush_size) flush(out, rows);
+    }
+    flush(out, rows);
+}
+
+void write_path_header(std::ostream& out) {
+    out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy\n";
+}
+
+void write_paths(std::ostream& out, const std::vector<PathPoint>& points) {
+    std::string rows;
+    for (const PathPoint& point : points) {
+        append_point(rows, point);
+        if (rows.size() > flush_size) flush(out, rows);
+    }
+    flush(out, rows);
+}
+
+}  // namespace kagero

@@ -1,0 +1,285 @@
+#include "report/text/chart.h"
+
+#include "report/text/numbers.h"
+#include "report/text/page.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace kagero {
+
+std::string power_of_ten(int exponent) {
+    static const char* const figures[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    if (exponent >= 0 && exponent <= 5) return std::string("1") + std::string(static_cast<std::size_t>(exponent), '0');
+    std::string text = exponent < 0 ? "10⁻" : "10";
+    for (const char c : std::to_string(std::abs(exponent))) text += figures[c - '0'];
+    return text;
+}
+
+namespace {
+
+// Sizes in SVG units; the picture scales to the width of its page.
+constexpr double chart_width = 940, chart_height = 520;
+constexpr double plot_left = 72, plot_top = 14, plot_bottom = chart_height - 52;
+constexpr double label_height = 13, label_letter = 6.2, label_margin = 18;
+
+std::string general(double value) {
+    char buffer[40];
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 6).ptr};
+}
+
+/// One axis: values to places, and where its ticks are.
+struct Scale {
+    bool logarithmic;
+    double least, greatest, from, to;
+    double place(double value) const {
+        const double share =
+            logarithmic ? std::log10(value / least) / std::log10(greatest / least) : (value - least) / (greatest - least);
+        return from + share * (to - from);
+    }
+    bool shows(double value) const { return std::isfinite(value) && value >= least && value <= greatest; }
+};
+
+struct Tick {
+    double value;
+    std::string label;
+};
+
+/// Powers of ten, thinned out over many decades, with twos and fives between over few.
+std::vector<Tick> logarithmic_ticks(const Scale& scale) {
+    const int first = static_cast<int>(std::floor(std::log10(scale.least))),
+              last = static_cast<int>(std::floor(std::log10(scale.greatest) + 1e-9));
+    const int stride = std::max(1, (last - first + 9) / 10);
+    const bool few = std::log10(scale.greatest / scale.least) < 3.5;
+    std::vector<Tick> ticks;
+    for (int e = first; e <= last; ++e)
+        for (const int digit : {1, 2, 5}) {
+            const double value = digit * std::pow(10.0, e);
+            if (value < scale.least * (1 - 1e-9) || value > scale.greatest * (1 + 1e-9)) continue;
+            if (digit == 1 && (e - first) % stride == 0) ticks.push_back({value, power_of_ten(e)});
+            if (digit != 1 && few)
+                ticks.push_back({value, e >= 0 && e <= 5 ? general(value) : std::to_string(digit) + "·" + power_of_ten(e)});
+        }
+    return ticks;
+}
+
+std::vector<Tick> linear_ticks(const Scale& scale) {
+    const double span = scale.greatest - scale.least;
+    const double raw = span / 6, unit = std::pow(10.0, std::floor(std::log10(raw)));
+    const double step = unit * (raw / unit > 5 ? 10 : raw / unit > 2 ? 5 : raw / unit > 1 ? 2 : 1);
+    std::vector<Tick> ticks;
+    for (double v = std::ceil(scale.least / step) * step; v <= scale.greatest * (1 + 1e-12); v += step)
+        ticks.push_back({v, general(std::abs(v) < 1e-9 * span ? 0 : v)});
+    return ticks;
+}
+
+std::vector<Tick> ticks_of(const Scale& scale) {
+    return scale.logarithmic ? logarithmic_ticks(scale) : linear_ticks(scale);
+}
+
+Scale scale_of(const LineChart& chart, int axis, double from, double to) {
+    const bool logarithmic = (axis == 0 ? chart.x : chart.y).logarithmic;
+    double least = std::numeric_limits<double>::infinity(), greatest = -least;
+    for (const Series& series : chart.series)
+        for (const auto& point : series.points) {
+            double value = point[static_cast<std::size_t>(axis)];
+            if (!std::isfinite(value) || (logarithmic && !(value > 0))) continue;
+            if (axis == 1 && logarithmic) value = std::max(value, chart.least_y);
+            least = std::min(least, value), greatest = std::max(greatest, value);
+        }
+    if (!(least <= greatest)) least = logarithmic ? 1 : 0, greatest = 10;
+    if (logarithmic) {
+        // Whole decades upward; sideways a little air suffices.
+        if (axis == 1)
+            return {true, std::pow(10.0, std::floor(std::log10(least))), std::pow(10.0, std::ceil(std::log10(greatest) + 1e-9)),
+                    from, to};
+        return {true, least / 1.25, greatest * 1.25, from, to};
+    }
+    return {false, least, greatest > least ? greatest : least + 1, from, to};
+}
+
+std::string line(double x1, double y1, double x2, double y2, const std::string& style) {
+    return "<line x1=\"" + fixed(x1) + "\" y1=\"" + fixed(y1) + "\" x2=\"" + fixed(x2) + "\" y2=\"" + fixed(y2) + "\" style=\"" +
+           style + "\"/>\n";
+}
+
+std::string text(double x, double y, const std::string& anchor, const std::string& kind, const std::string& words,
+                 const std::string& more = "") {
+    return "<text x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" text-anchor=\"" + anchor + "\" class=\"" + kind + "\"" + more +
+           ">" + html_text(words) + "</text>\n";
+}
+
+std::string mark_of(const Series& series, double x, double y) {
+    const double r = series.strong ? 4.2 : 3.2;
+    const auto polygon = [&](std::initializer_list<std::array<double, 2>> corners) {
+        std::string points;
+        for (const auto& [dx, dy] : corners) points += fixed(x + r * dx) + "," + fixed(y + r * dy) + " ";
+        return "<polygon points=\"" + points + "\" style=\"fill:" + series.color + "\">";
+    };
+    switch (series.mark) {
+        case Mark::circle:
+            return "<circle cx=\"" + fixed(x) + "\" cy=\"" + fixed(y) + "\" r=\"" + fixed(r) + "\" style=\"fill:" + series.color +
+                   "\">";
+        case Mark::square:
+            return polygon({{-.9, -.9}, {.9, -.9}, {.9, .9}, {-.9, .9}});
+        case Mark::triangle:
+            return polygon({{0, -1.2}, {1.1, .8}, {-1.1, .8}});
+        case Mark::diamond:
+            return polygon({{0, -1.25}, {1.25, 0}, {0, 1.25}, {-1.25, 0}});
+        case Mark::cross:
+            return polygon({{-1, -.4},
+                            {-.4, -.4},
+                            {-.4, -1},
+                            {.4, -1},
+                            {.4, -.4},
+                            {1, -.4},
+                            {1, .4},
+                            {.4, .4},
+                            {.4, 1},
+                            {-.4, 1},
+                            {-.4, .4},
+                            {-1, .4}});
+        case Mark::none:
+            return "<g>";
+    }
+    return "<g>";
+}
+
+const char* closing(Mark mark) {
+    return mark == Mark::none ? "</g>" : mark == Mark::circle ? "</circle>" : "</polygon>";
+}
+
+std::string draw(const Series& series, const Scale& x, const Scale& y) {
+    std::string path, marks;
+    bool pen_down = false;
+    for (std::size_t i = 0; i < series.points.size(); ++i) {
+        const auto& [a, b] = series.points[i];
+        if (!x.shows(a) || !y.shows(b)) {
+            pen_down = false;
+            continue;
+        }
+        path += (pen_down ? "L" : "M") + fixed(x.place(a)) + " " + fixed(y.place(b)) + " ";
+        pen_down = true;
+        if (series.mark == Mark::none) continue;
+        marks += mark_of(series, x.place(a), y.place(b));
+        if (i < series.tips.size()) marks += "<title>" + html_text(series.tips[i]) + "</title>";
+        marks += std::string(closing(series.mark)) + "\n";
+    }
+    if (series.scattered) return marks;
+    return "<path d=\"" + path + "\" style=\"fill:none;stroke:" + series.color +
+           ";stroke-width:" + (series.strong ? "2.8" : "1.4") + ";stroke-linejoin:round" +
+           (series.dashed   ? ";stroke-dasharray:5 4"
+            : series.dotted ? ";stroke-dasharray:1.5 3"
+                            : "") +
+           "\"/>\n" + marks;
+}
+
+/// Where a line ends that is labelled, and where its label goes.
+struct Label {
+    const Series* series;
+    double x, y, at;
+};
+
+/// Labels in one column beside the plot, in the order of the lines' ends, moved apart until none covers another.
+std::string draw_labels(const LineChart& chart, const Scale& x, const Scale& y) {
+    std::vector<Label> labels;
+    for (const Series& series : chart.series)
+        for (std::size_t i = series.points.size(); i-- > 0;)
+            if (const auto& [a, b] = series.points[i]; x.shows(a) && y.shows(b)) {
+                labels.push_back({&series, x.place(a), y.place(b), y.place(b)});
+                break;
+            }
+    std::stable_sort(labels.begin(), labels.end(), [](const Label& a, const Label& b) { return a.y < b.y; });
+    const double room = std::max(1.0, double(labels.size()) - 1), apart = std::min(label_height, (plot_bottom - plot_top) / room);
+    for (std::size_t i = 0; i < labels.size(); ++i) labels[i].at = std::max(labels[i].at, i ? labels[i - 1].at + apart : plot_top + 6);
+    for (std::size_t i = labels.size(); i-- > 0;)
+        labels[i].at = std::min(labels[i].at, i + 1 < labels.size() ? labels[i + 1].at - apart : plot_bottom);
+    std::string svg;
+    for (const Label& label : labels) {
+        svg += "<path d=\"M" + fixed(label.x + 5) + " " + fixed(label.y) + " L" + fixed(x.to + 6) + " " + fixed(label.at) +
+               " h8\" style=\"fill:none;stroke:" + label.series->color + ";stroke-width:.7;opacity:.45\"/>\n";
+        svg += text(x.to + label_margin, label.at + 4, "start", label.series->strong ? "label strong" : "label", label.series->label,
+                    " style=\"fill:" + label.series->color + "\"");
+    }
+    return svg;
+}
+
+std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
+    std::string svg;
+    if (chart.doubtful > y.least && chart.y.logarithmic) {
+        const double edge = y.place(std::min(chart.doubtful, y.greatest));
+        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(x.to - x.from) + "\" height=\"" +
+               fixed(plot_bottom - edge) + "\" style=\"fill:var(--soft);opacity:.12\"/>\n";
+        svg += text(plot_left + 8, std::min(edge + 15, plot_bottom - 4), "start", "label", chart.doubtful_label);
+    }
+    for (const Tick& tick : ticks_of(x)) {
+        svg += line(x.place(tick.value), plot_top, x.place(tick.value), plot_bottom, "stroke:var(--grid)");
+        svg += text(x.place(tick.value), plot_bottom + 18, "middle", "tick", tick.label);
+    }
+    for (const Tick& tick : ticks_of(y)) {
+        svg += line(plot_left, y.place(tick.value), x.to, y.place(tick.value), "stroke:var(--grid)");
+        svg += text(plot_left - 8, y.place(tick.value) + 4, "end", "tick", tick.label);
+    }
+    svg += line(plot_left, plot_bottom, x.to, plot_bottom, "stroke:var(--ink)") +
+           line(plot_left, plot_top, plot_left, plot_bottom, "stroke:var(--ink)");
+    svg += text(0.5 * (x.from + x.to), chart_height - 10, "middle", "axis", chart.x.title);
+    svg += text(0, 0, "middle", "axis", chart.y.title,
+                " transform=\"translate(16 " + fixed(0.5 * (plot_top + plot_bottom)) + ") rotate(-90)\"");
+    for (const Bound& bound : chart.bounds) {
+        if (!y.shows(bound.y)) continue;
+        svg += line(plot_left, y.place(bound.y), x.to, y.place(bound.y), "stroke:var(--soft);stroke-dasharray:2 3");
+        svg += text(plot_left + 8, y.place(bound.y) - 4, "start", "label", bound.label);
+    }
+    return svg;
+}
+
+std::string opening(double w, double h, const std::string& title) {
+    return "<svg viewBox=\"0 0 " + fixed(w, 0) + " " + fixed(h, 0) + "\" role=\"img\" aria-label=\"" + html_text(title) +
+           "\" xmlns=\"http://www.w3.org/2000/svg\">\n";
+}
+
+}  // namespace
+
+std::string svg_of(const LineChart& chart) {
+    std::size_t longest = 25;
+    for (const Series& series : chart.series) longest = std::max(longest, series.label.size());
+    const double right = chart_width - label_margin - label_letter * double(longest);
+    const Scale x = scale_of(chart, 0, plot_left, right), y = scale_of(chart, 1, plot_bottom, plot_top);
+    const auto shown = [&](const auto& point) { return x.shows(point[0]) && y.shows(point[1]); };
+    if (std::none_of(chart.series.begin(), chart.series.end(), [&](const Series& one) { return std::any_of(one.points.begin(), one.points.end(), shown); }))
+        return "";
+    std::string svg = opening(chart_width, chart_height, chart.title) + draw_axes(chart, x, y) + draw_labels(chart, x, y);
+    for (const bool strong : {false, true})
+        for (const Series& series : chart.series)
+            if (series.strong == strong) svg += draw(series, x, y);
+    return svg + "</svg>\n";
+}
+
+std::string svg_of(const BarChart& chart) {
+    constexpr double row = 30, letter = 7.2, value_width = 150;
+    double label_width = 190;
+    for (const Bar& bar : chart.bars) label_width = std::max(label_width, letter * double(bar.label.size()) + 10);
+    const double total = row * double(chart.bars.size()) + 12, span = chart_width - label_width - value_width;
+    double greatest = 0;
+    for (const Bar& bar : chart.bars) greatest = std::max({greatest, bar.value, bar.greatest});
+    const auto place = [&](double value) {
+        return label_width + (greatest > 0 && std::isfinite(value) ? span * value / greatest : 0);
+    };
+    std::string svg = opening(chart_width, total, chart.title);
+    for (std::size_t i = 0; i < chart.bars.size(); ++i) {
+        const Bar& bar = chart.bars[i];
+        const double y = 6 + row * double(i), middle = y + 0.5 * row;
+        svg += text(label_width - 10, middle + 4, "end", "axis", bar.label);
+        svg += "<rect x=\"" + fixed(label_width) + "\" y=\"" + fixed(y + 5) + "\" width=\"" +
+               fixed(place(bar.value) - label_width) + "\" height=\"" + fixed(row - 10) +
+               "\" rx=\"2\" style=\"fill:" + bar.color + "\"/>\n";
+        if (bar.greatest > 0)
+            svg += line(place(bar.least), middle, place(bar.greatest), middle, "stroke:var(--ink);stroke-width:1.5");
+        svg += text(std::max(place(bar.value), place(bar.greatest)) + 8, middle + 4, "start", "tick", bar.value_text);
+    }
+    return svg + "</svg>\n";
+}
+
+}  // namespace kagero

@@ -1,0 +1,314 @@
+// Accretion disks: their edges, their colours, and the redshift of their orbiting matter against closed forms.
+#include "tests/support/plan_fixture.h"
+#include "appearance/redshift.h"
+#include "appearance/blackbody.h"
+#include "scene/vector3.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace kagero::test {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+const char* const disk = R"([space]
+hamiltonian = "schwarzschild"
+rg = 1
+[integrator]
+escape_radius = 60
+[camera]
+position = [0, -29.5, 5.2]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+fov = 50
+[film]
+size = [48, 32]
+layers = ["color", "redshift", "status", "object", "depth"]
+[sky]
+color = [0, 0, 1]
+[[object]]
+name = "disk"
+shape = "disk"
+center = [0, 0, 0]
+inner = 1.6
+outer = 15
+color = [1, 1, 1]
+)";
+
+Film picture(const Plan& plan) {
+    Film film = film_of(plan);
+    render(plan, film);
+    return film;
+}
+
+/// The rays of all pixels and their ends, positions relative to `space.center`.
+struct Traced {
+    std::vector<CameraRay> rays;
+    std::vector<RayEnd> ends;
+
+    explicit Traced(const Plan& plan) {
+        std::vector<RayStart> starts;
+        for (std::uint32_t y = 0; y < plan.description().film.height; ++y)
+            for (std::uint32_t x = 0; x < plan.description().film.width; ++x) {
+                rays.push_back(camera_ray(plan, x + 0.5, y + 0.5));
+                starts.push_back(rays.back().start);
+            }
+        trace(plan, starts, ends);
+        for (RayEnd& end : ends)
+            for (std::size_t k = 0; k < 3; ++k) end.q[k] -= plan.description().space.center[k];
+    }
+};
+
+/// Frequency seen over that at infinity: 1/√(1 − r_g/r) at rest; falling from rest with the speed v = √(r_g/r) it is 1/(1 + v cos
+/// χ) at the angle χ of the ray from the outward direction, because the energy at infinity is that of ∂_t = u + v e_r.
+double frequency_of_infinity(const Plan& plan, const RayStart& s, std::uint32_t i) {
+    const double r = std::hypot(s.q[0], s.q[1], s.q[2]);
+    if (plan.description().camera.observer != "falling") return 1 / std::sqrt(1 - 1 / r);
+    const CameraRays& c = plan.camera;
+    Double3 d;
+    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + (i % c.width + 0.5) * c.right[k] + (i / c.width + 0.5) * c.down[k];
+    return 1 / (1 + std::sqrt(1 / r) * dot(unit(d), {s.q[0] / r, s.q[1] / r, s.q[2] / r}));
+}
+
+// 1/g = (1 − Ω L/E) / √(1 − 3r_g/2r) over the observer's own: L and E of the light are those the ray starts with,
+// L/E = −(q × p)_z / |p_t|.
+TEST(Redshift, OfCircularOrbitsIsTheClosedForm) {
+    for (const auto& [center, observer] :
+         {std::pair{"[0,0,0]", "static"}, {"[0.5,1,-0.25]", "static"}, {"[0,0,0]", "zamo"}, {"[0,0,0]", "falling"}}) {
+        const auto plan = plan_of_text(disk, {std::string("space.center=") + center, std::string("object.disk.center=") + center,
+                                              std::string("camera.observer=") + observer});
+        const Traced traced(*plan);
+        int hits = 0;
+        double least = 10, greatest = 0;
+        for (std::size_t i = 0; i < traced.ends.size(); ++i) {
+            const RayEnd& end = traced.ends[i];
+            if (end.status != Status::hit) continue;
+            const RayStart& s = traced.rays[i].start;
+            const double own = frequency_of_infinity(*plan, s, static_cast<std::uint32_t>(i));
+            const double r = std::hypot(end.q[0], end.q[1], end.q[2]);
+            const double momentum = -(s.q[0] * s.p[1] - s.q[1] * s.p[0]) / std::abs(s.pt),
+                         omega = std::sqrt(0.5) / std::pow(r, 1.5);
+            const double expected = own * std::sqrt(1 - 1.5 / r) / (1 - omega * momentum);
+            const double g = redshift_of(*plan, {&end, &traced.rays[i]});
+            // Of the integration there is the error of p where the ray ends; the rest is rounding.
+            EXPECT_NEAR(g / expected, 1, 1e-9) << i << " " << observer;
+            least = std::min(least, g), greatest = std::max(greatest, g), ++hits;
+        }
+        EXPECT_GT(hits, 200);
+        EXPECT_LT(least, 0.4);
+        EXPECT_GT(greatest, 1.2);
+    }
+}
+
+// Matter orbits in the right-handed sense about the normal: seen from −y with the normal up, the left side comes nearer.
+TEST(Redshift, TheApproachingSideIsBlue) {
+    const auto up = plan_of_text(disk, {}), down = plan_of_text(disk, {"object.disk.normal=[0,0,-1]"});
+    Film a = picture(*up), b = picture(*down);
+    int compared = 0;
+    for (std::uint32_t y = 0; y < 32; ++y)
+        for (std::uint32_t x = 0; x < 20; ++x) {
+            const double left = *a.pixel("redshift", x, y), right = *a.pixel("redshift", 47 - x, y);
+            if (*a.pixel("status", x, y) != 0) continue;
+            EXPECT_GT(left, right);
+            EXPECT_GT(*a.pixel("color", x, y), *a.pixel("color", 47 - x, y));
+            EXPECT_NEAR(*b.pixel("redshift", 47 - x, y), left, 1e-6);
+            ++compared;
+        }
+    EXPECT_GT(compared, 50);
+}
+
+TEST(Redshift, OfAColorIsItsFourthPower) {
+    const auto plan = plan_of_text(disk, {});
+    Film film = picture(*plan);
+    for (std::uint32_t y = 0; y < 32; ++y)
+        for (std::uint32_t x = 0; x < 48; ++x)
+            if (*film.pixel("object", x, y) == 1) {
+                EXPECT_NEAR(*film.pixel("color", x, y) / std::pow(*film.pixel("redshift", x, y), 4), 1, 1e-5);
+            }
+}
+
+// The edges are Embree's to find, alone and in packets.
+TEST(Disk, IsTheSamePictureWhateverTheStrategyAndTheThreads) {
+    Options options = with_strategy("packet");
+    Film packet = picture(*plan_of_text(disk, {}, options)), scalar = picture(*plan_of_text(disk, {}, with_strategy("scalar")));
+    options.threads = 3;
+    Film threaded = picture(*plan_of_text(disk, {}, options));
+    for (const char* layer : {"color", "redshift", "status"})
+        for (std::uint32_t y = 0; y < 32; ++y)
+            for (std::uint32_t x = 0; x < 48; ++x) {
+                ASSERT_EQ(*packet.pixel(layer, x, y), *scalar.pixel(layer, x, y)) << layer << " " << x << "," << y;
+                ASSERT_EQ(*packet.pixel(layer, x, y), *threaded.pixel(layer, x, y)) << layer << " " << x << "," << y;
+            }
+}
+
+TEST(Redshift, IsNoneWithoutAHole) {
+    for (const char* space : {"space.rg=0", "space={hamiltonian=\"flat\"}"}) {
+        const auto plan = plan_of_text(disk, {space});
+        const Traced traced(*plan);
+        for (std::size_t i = 0; i < traced.ends.size(); ++i)
+            EXPECT_NEAR(redshift_of(*plan, {&traced.ends[i], &traced.rays[i]}), 1, 16 * epsilon) << space;
+    }
+}
+
+// Light from rest at infinity is seen at 1/√(1 − r_g/r_o) of its frequency; a captured ray has none.
+TEST(Redshift, OfTheSkyIsTheObservers) {
+    for (const char* observer : {"static", "falling"}) {
+        const auto plan = plan_of_text(disk, {"object.disk.outer=2", std::string("camera.observer=") + observer});
+        const Traced traced(*plan);
+        int escaped = 0, captured = 0;
+        for (std::size_t i = 0; i < traced.ends.size(); ++i) {
+            const double g = redshift_of(*plan, {&traced.ends[i], &traced.rays[i]});
+            const bool is_escaped = traced.ends[i].status == Status::escaped,
+                       is_captured = traced.ends[i].status == Status::captured;
+            escaped += is_escaped, captured += is_captured;
+            if (is_escaped) {
+                EXPECT_NEAR(g, frequency_of_infinity(*plan, traced.rays[i].start, static_cast<std::uint32_t>(i)), 32 * epsilon);
+            }
+            if (is_captured) {
+                EXPECT_EQ(g, 0);
+            }
+        }
+        EXPECT_GT(escaped, 100);
+        EXPECT_GT(captured, 5);
+    }
+}
+
+TEST(Redshift, NothingOrbitsWithinTheOrbitOfLight) {
+    const auto plan = plan_of_text(disk, {"object.disk.inner=0.5"});
+    for (const double r : {1.2, 1.49, 1.51, 3.0}) {
+        RayEnd end{};
+        end.status = Status::hit, end.q[0] = r, end.p[2] = 1, end.pt = 1;
+        const CameraRay seen{{}, 1};
+        EXPECT_EQ(redshift_of(*plan, {&end, &seen}) > 0, r > 1.5) << r;
+    }
+}
+
+// u^t = (r^{3/2} + a√M) / (r^{3/4} √(r^{3/2} − 3M√r ± 2a√M)) of circular orbits (Bardeen, Press and Teukolsky 1972).
+TEST(Redshift, OfKerrsOrbitsIsTheClosedForm) {
+    const Catalogue known = catalogue("auto");
+    bool built = false;
+    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i) built |= std::string(known.hamiltonians[i].name) == "kerr";
+    if (!built) GTEST_SKIP() << "without kerr";
+    for (const double sense : {1.0, -1.0}) {
+        const auto plan = plan_of_text(disk, {"space={hamiltonian=\"kerr\", mass=0.5, spin=0.8}", "object.disk.inner=4",
+                                              "object.disk.normal=[0,0," + std::to_string(sense) + "]"});
+        const Traced traced(*plan);
+        std::size_t hits = 0;
+        for (std::size_t i = 0; i < traced.ends.size(); ++i) {
+            const RayEnd& end = traced.ends[i];
+            if (end.status != Status::hit) continue;
+            ++hits;
+            const double a = 0.4 * sense, root = std::sqrt(0.5);
+            const double r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a), rr = std::pow(r, 1.5);
+            const double ut = (rr + a * root) / (std::pow(r, 0.75) * std::sqrt(rr - 1.5 * std::sqrt(r) + 2 * a * root));
+            const double spun = (end.q[0] * end.p[1] - end.q[1] * end.p[0]) * sense;
+            const double sent = ut * (end.pt + root / (rr + a * root) * spun);
+            EXPECT_NEAR(redshift_of(*plan, {&end, &traced.rays[i]}) * sent / traced.rays[i].frequency, 1, 1e-11) << i;
+        }
+        EXPECT_GT(hits, 100u);
+    }
+}
+
+// Within the ergosphere matter sends light of negative energy, which no sky does: it is seen there, by a zamo and by whoever rests in the
+// coordinates, and has its redshift. The frequency sent is the closed form above.
+TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
+    const Catalogue known = catalogue("auto");
+    bool built = false;
+    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i) built |= std::string(known.hamiltonians[i].name) == "kerr";
+    if (!built) GTEST_SKIP() << "without kerr";
+    for (const auto& [observer, look_at] : {std::pair{"zamo", "[10,-1.9,0]"}, {"coordinate", "[0,-10,0]"}}) {
+        const Overrides overrides{"space={hamiltonian=\"kerr\", mass=1, spin=0.998}", "object.disk.inner=1.62", "object.disk.outer=9",
+                                  "camera.position=[0,-1.9,0.25]", "camera.fov=80", "film.size=[24,16]", "integrator.max_steps=100000",
+                                  std::string("camera.observer=") + observer, std::string("camera.look_at=") + look_at};
+        const auto plan = plan_of_text(disk, overrides);
+        const Traced traced(*plan);
+        int negative = 0;
+        for (std::size_t i = 0; i < traced.ends.size(); ++i) {
+            const RayEnd& end = traced.ends[i];
+            const bool below = traced.rays[i].start.pt < 0;
+            EXPECT_FALSE(below && end.status == Status::escaped) << i;
+            if (end.status != Status::hit || !below) continue;
+            ++negative;
+            const double a = 0.998, r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a), rr = std::pow(r, 1.5);
+            const double ut = (rr + a) / (std::pow(r, 0.75) * std::sqrt(rr - 3 * std::sqrt(r) + 2 * a));
+            const double sent = ut * (end.pt + (end.q[0] * end.p[1] - end.q[1] * end.p[0]) / (rr + a));
+            const double g = redshift_of(*plan, {&end, &traced.rays[i]});
+            EXPECT_GT(g, 0) << i;
+            EXPECT_NEAR(g * sent / traced.rays[i].frequency, 1, 1e-6) << observer << ' ' << i;
+        }
+        EXPECT_GT(negative, 10) << observer;
+        // Where there is the sky alone such a ray ends at once.
+        const auto sky = plan_of_text(std::string(disk).substr(0, std::string(disk).find("[[object]]")),
+                                      {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
+        const Traced alone(*sky);
+        for (std::size_t i = 0; i < alone.ends.size(); ++i)
+            EXPECT_TRUE(alone.rays[i].start.pt > 0 || alone.ends[i].status == Status::captured) << observer << ' ' << i;
+    }
+}
+
+TEST(Disk, HasRoundEdgesAndAHole) {
+    const auto plan = plan_of_text(
+        disk, {"space={hamiltonian=\"flat\"}", "camera.type=orthographic", "camera.position=[0,0,5]", "camera.up=[0,1,0]",
+               "camera.height=4", "film.size=[240,160]", "object.disk.inner=0.7", "object.disk.outer=1.8"});
+    Film film = picture(*plan);
+    for (std::uint32_t y = 0; y < 160; ++y)
+        for (std::uint32_t x = 0; x < 240; ++x) {
+            const double r = std::hypot(x - 119.5, y - 79.5) / 40;
+            if (std::abs(r - 0.7) < 1e-5 || std::abs(r - 1.8) < 1e-5) continue;
+            const bool on_disk = r > 0.7 && r < 1.8;
+            ASSERT_EQ(*film.pixel("status", x, y), on_disk ? 0 : 1) << x << "," << y;
+            ASSERT_EQ(*film.pixel("depth", x, y), on_disk ? 5.0f : 0.0f);
+        }
+}
+
+// u runs once around from +x in the right-handed sense about the normal, v from the inner to the outer edge.
+TEST(Disk, PaintGoesAroundAndOutward) {
+    const auto plan = plan_of_text(disk, {"object.disk.inner=1", "object.disk.outer=3", "object.disk.checker=[2,2]"});
+    const auto bright = [&](double x, double y) { return plan->scene->paints->surface_color(0, 0, {x, y, 0}, {0, 0, -1})[0] == 1; };
+    for (const double along : {-0.9, -0.1, 0.1, 0.9})
+        for (const double r : {1.1, 1.9, 2.1, 2.9}) {
+            const double across = std::sqrt(1 - along * along);
+            EXPECT_EQ(bright(r * along, r * across), r < 2);
+            EXPECT_EQ(bright(r * along, -r * across), r > 2);
+        }
+}
+
+TEST(Disk, IsHottestAtItsInnerEdge) {
+    std::string text = disk;
+    const std::string paint = "color = [1, 1, 1]";
+    text.replace(text.find(paint), paint.size(), "temperature = 6000");
+    const auto plan = plan_of_text(text, {});
+    const auto seen = [&](double r, double g) { return plan->scene->paints->surface_color(0, 0, {0, r, 0}, {0, 0, -1}, g); };
+    const auto expect_color = [](const Float3& color, double kelvin) {
+        const auto expected = blackbody_color(kelvin);
+        const double unit = blackbody_luminance(6000);
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(color[k], expected[k] / unit, 1e-6 * expected[0] / unit) << kelvin;
+    };
+    expect_color(seen(1.6, 1), 6000);
+    expect_color(seen(1.6, 1.5), 9000);
+    expect_color(seen(1.6 * 16, 1), 750);
+    EXPECT_EQ(seen(2, 0), (Float3{0, 0, 0}));
+}
+
+TEST(Disk, NeedsOrbits) {
+    const auto refusal = [](const Override& change) -> std::string {
+        try {
+            plan_of_text(disk, {change});
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(refusal("object.disk.center=[0,0,1]"), "-D object.disk.center=[0,0,1]: object.disk.center = [0, 0, 1]: expected space.center, "
+                                                     "[0, 0, 0], as a disk's matter orbits the hole");
+    EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.center=[0,0,1]", "space.rg=0"}));
+    EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.normal=[0,1,1]"}));
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -1,0 +1,256 @@
+// Every function on packets does in each lane what the scalar function of the same name does, and means what it says.
+#include "tests/kernels/spaces.h"
+
+#include "kernels/trace/packets.h"
+
+#include <cstring>
+
+namespace kagero::test {
+namespace {
+
+template <class V>
+class LanesOf : public ::testing::Test {};
+using PacketTypes = ::testing::Types<PacketDouble, PacketFloat>;
+struct PacketName {
+    template <class V>
+    static std::string GetName(int) { return std::is_same_v<ScalarOf<V>, double> ? "double" : "float"; }
+};
+TYPED_TEST_SUITE(LanesOf, PacketTypes, PacketName);
+
+/// Numbers of either sign over many orders of magnitude.
+template <class V>
+V random_packet(Random& random, double decades = 6) {
+    V v;
+    for (int i = 0; i < lane_count<V>; ++i)
+        set_lane(v, i, ScalarOf<V>((random(0, 1) < 0.5 ? -1 : 1) * std::pow(10.0, random(-decades, decades))));
+    return v;
+}
+template <class V>
+V absolute(const V& v) {
+    V a;
+    for (int i = 0; i < lane_count<V>; ++i) set_lane(a, i, std::abs(get_lane(v, i)));
+    return a;
+}
+
+constexpr int rounds = 200;
+
+/// f on packets and on scalars: the same in every lane.
+template <class V, class F, class... Packets>
+void expect_lanewise(const char* name, const F& f, const Packets&... x) {
+    const V together = f(x...);
+    for (int i = 0; i < lane_count<V>; ++i) {
+        const ScalarOf<V> alone = f(get_lane(x, i)...);
+        EXPECT_EQ(get_lane(together, i), alone) << name << " in lane " << i;
+    }
+}
+
+TYPED_TEST(LanesOf, ArithmeticIsThatOfScalars) {
+    using V = TypeParam;
+    Random random(1);
+    for (int round = 0; round < rounds; ++round) {
+        const V a = random_packet<V>(random), b = random_packet<V>(random), c = random_packet<V>(random);
+        expect_lanewise<V>("+", [](const auto& x, const auto& y) { return x + y; }, a, b);
+        expect_lanewise<V>("-", [](const auto& x, const auto& y) { return x - y; }, a, b);
+        expect_lanewise<V>("*", [](const auto& x, const auto& y) { return x * y; }, a, b);
+        expect_lanewise<V>("/", [](const auto& x, const auto& y) { return x / y; }, a, b);
+        expect_lanewise<V>("negation", [](const auto& x) { return -x; }, a);
+        expect_lanewise<V>("abs", [](const auto& x) { return abs(x); }, a);
+        expect_lanewise<V>("min", [](const auto& x, const auto& y) { return min(x, y); }, a, b);
+        expect_lanewise<V>("max", [](const auto& x, const auto& y) { return max(x, y); }, a, b);
+        expect_lanewise<V>("sqrt", [](const auto& x) { return sqrt(x); }, absolute(a));
+        expect_lanewise<V>("rsqrt", [](const auto& x) { return rsqrt(x); }, absolute(a));
+        expect_lanewise<V>("recip", [](const auto& x) { return recip(x); }, a);
+        expect_lanewise<V>("mul_add", [](const auto& x, const auto& y, const auto& z) { return mul_add(x, y, z); }, a, b, c);
+        expect_lanewise<V>("mul_sub", [](const auto& x, const auto& y, const auto& z) { return mul_sub(x, y, z); }, a, b, c);
+        expect_lanewise<V>("neg_mul_add", [](const auto& x, const auto& y, const auto& z) { return neg_mul_add(x, y, z); }, a, b, c);
+        expect_lanewise<V>("+=", [](auto x, const auto& y) { return x += y; }, a, b);
+        expect_lanewise<V>("-=", [](auto x, const auto& y) { return x -= y; }, a, b);
+    }
+}
+
+// Where a product nearly cancels, fused or not is seen at once: a·b − rounded(a·b).
+TYPED_TEST(LanesOf, FusedOperationsFuseInPacketsExactlyIfInScalars) {
+    using V = TypeParam;
+    Random random(2);
+    for (int round = 0; round < rounds; ++round) {
+        const V a = random_packet<V>(random, 1), b = random_packet<V>(random, 1), product = a * b;
+        expect_lanewise<V>("mul_sub", [](const auto& x, const auto& y, const auto& z) { return mul_sub(x, y, z); }, a, b, product);
+        expect_lanewise<V>("mul_add", [](const auto& x, const auto& y, const auto& z) { return mul_add(x, y, -z); }, a, b, product);
+        expect_lanewise<V>("neg_mul_add", [](const auto& x, const auto& y, const auto& z) { return neg_mul_add(x, y, z); }, a, b, product);
+    }
+}
+
+TYPED_TEST(LanesOf, ReciprocalsAreGoodToFourUlp) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    Random random(3);
+    for (int round = 0; round < 10 * rounds; ++round) {
+        const V x = absolute(random_packet<V>(random, std::is_same_v<S, double> ? 100 : 15)), root = rsqrt(x), one_over = recip(x);
+        for (int i = 0; i < lane_count<V>; ++i) {
+            const Quad exact = get_lane(x, i), tolerance = 4 * static_cast<Quad>(machine_epsilon<S>);
+            EXPECT_LE(static_cast<double>(abs(get_lane(root, i) * sqrt(exact) - 1)), static_cast<double>(tolerance));
+            EXPECT_LE(static_cast<double>(abs(get_lane(one_over, i) * exact - 1)), static_cast<double>(tolerance));
+        }
+    }
+}
+
+// Where exponentials have overflowed, and where a coordinate is 0; elsewhere they are the same.
+TYPED_TEST(LanesOf, TotalReciprocalsReachZeroAndInfinity) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    const S infinity = std::numeric_limits<S>::infinity();
+    EXPECT_EQ(get_lane(total_recip(V(infinity)), 0), 0);
+    EXPECT_EQ(get_lane(total_recip(V(-infinity)), 0), 0);
+    EXPECT_EQ(get_lane(total_recip(V(S(0))), 0), infinity);
+    EXPECT_EQ(get_lane(total_recip(V(S(-0.0))), 0), -infinity);
+    EXPECT_EQ(get_lane(total_rsqrt(V(infinity)), 0), 0);
+    EXPECT_EQ(get_lane(total_rsqrt(V(S(0))), 0), infinity);
+    EXPECT_TRUE(std::isnan(get_lane(total_rsqrt(V(S(-1))), 0)));
+    EXPECT_TRUE(std::isnan(get_lane(total_recip(V(std::numeric_limits<S>::quiet_NaN())), 0)));
+    Random random(4);
+    for (int round = 0; round < rounds; ++round) {
+        const V x = absolute(random_packet<V>(random, std::is_same_v<S, double> ? 100 : 15));
+        for (int i = 0; i < lane_count<V>; ++i) {
+            EXPECT_EQ(get_lane(total_recip(x), i), get_lane(recip(x), i));
+            EXPECT_EQ(get_lane(total_rsqrt(x), i), get_lane(rsqrt(x), i));
+        }
+    }
+}
+
+// Not bit for bit, but to a few ulp; of the result, or where it passes through zero of the argument.
+TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    Random random(4);
+    const auto check = [](const char* name, const V& together, const V& x, const auto& exact) {
+        for (int i = 0; i < lane_count<V>; ++i) {
+            const double y = exact(static_cast<double>(get_lane(x, i)));
+            EXPECT_NEAR(static_cast<double>(get_lane(together, i)), y, 4 * static_cast<double>(machine_epsilon<S>) * (1 + std::abs(y)))
+                << name << " of " << get_lane(x, i);
+        }
+    };
+    for (int round = 0; round < rounds; ++round) {
+        V x;
+        for (int i = 0; i < lane_count<V>; ++i) set_lane(x, i, S(random(-1.4, 1.4)));
+        check("exp", exp(x), x, [](double a) { return std::exp(a); });
+        check("log", log(exp(x)), exp(x), [](double a) { return std::log(a); });
+        check("sin", sin(x), x, [](double a) { return std::sin(a); });
+        check("cos", cos(x), x, [](double a) { return std::cos(a); });
+        check("tan", tan(x), x, [](double a) { return std::tan(a); });
+        check("tanh", tanh(x), x, [](double a) { return std::tanh(a); });
+        for (const double other : {0.7, -0.7, 0.0})
+            check("atan2", atan2(x, V(S(other))), x, [other](double a) { return std::atan2(a, static_cast<double>(S(other))); });
+    }
+    for (const double other : {0.7, -0.7, 0.0, -0.0}) {
+        const V angle = atan2(V(S(0)), V(S(other)));
+        for (int i = 0; i < lane_count<V>; ++i) EXPECT_NEAR(get_lane(angle, i), std::atan2(0.0, other), 1e-6) << other;
+    }
+}
+
+// Over many turns and beyond where turns can be counted; in each lane what the same number gives alone, whatever stands beside it.
+TYPED_TEST(LanesOf, CircularFunctionsOverManyTurns) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    Random random(8);
+    for (int round = 0; round < 10 * rounds; ++round) {
+        V x = random_packet<V>(random, 3);
+        set_lane(x, random.below(lane_count<V>), round % 2 ? S(1e15) : std::numeric_limits<S>::infinity());
+        const V s = sin(x), c = cos(x), t = tan(x);
+        for (int i = 0; i < lane_count<V>; ++i) {
+            const S a = get_lane(x, i);
+            if (!std::isfinite(a)) {
+                EXPECT_TRUE(std::isnan(get_lane(s, i)) && std::isnan(get_lane(c, i)));
+                continue;
+            }
+            EXPECT_NEAR(get_lane(s, i), std::sin(static_cast<double>(a)), 2 * machine_epsilon<S>) << a;
+            EXPECT_NEAR(get_lane(c, i), std::cos(static_cast<double>(a)), 2 * machine_epsilon<S>) << a;
+            EXPECT_EQ(get_lane(s, i), sin(a));
+            EXPECT_EQ(get_lane(c, i), cos(a));
+            EXPECT_EQ(get_lane(t, i), tan(a));
+        }
+    }
+}
+
+TYPED_TEST(LanesOf, ComparisonsMasksAndPicks) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    Random random(5);
+    for (int round = 0; round < rounds; ++round) {
+        V a, b;
+        for (int i = 0; i < lane_count<V>; ++i) set_lane(a, i, S(random.below(3))), set_lane(b, i, S(random.below(3)));
+        const std::uint64_t less = to_bits(a < b), at_most = to_bits(a <= b), greater = to_bits(a > b), at_least = to_bits(a >= b);
+        const std::uint64_t both = to_bits((a <= b) & (a >= b)), either = to_bits((a < b) | (a > b)), neither = to_bits(!(a < b));
+        const V picked = pick(a < b, a, b);
+        for (int i = 0; i < lane_count<V>; ++i) {
+            const S x = get_lane(a, i), y = get_lane(b, i);
+            const auto bit = [i](std::uint64_t bits) { return ((bits >> i) & 1) != 0; };
+            EXPECT_EQ(bit(less), x < y);
+            EXPECT_EQ(bit(at_most), x <= y);
+            EXPECT_EQ(bit(greater), x > y);
+            EXPECT_EQ(bit(at_least), x >= y);
+            EXPECT_EQ(bit(both), x == y);
+            EXPECT_EQ(bit(either), x != y);
+            EXPECT_EQ(bit(neither), !(x < y));
+            EXPECT_EQ(get_lane(picked, i), x < y ? x : y);
+        }
+        EXPECT_EQ(any(a < b), less != 0);
+    }
+}
+
+TYPED_TEST(LanesOf, BitsBecomeMasksAndBack) {
+    using V = TypeParam;
+    constexpr int lanes = lane_count<V>;
+    static_assert(lanes < 64);
+    constexpr std::uint64_t all = (std::uint64_t(1) << lanes) - 1;
+    std::mt19937_64 engine(6);
+    for (int round = 0; round < rounds; ++round) {
+        const std::uint64_t bits = engine() & all;
+        EXPECT_EQ(to_bits(from_bits<V>(bits)), bits);
+        EXPECT_EQ(to_bits(!from_bits<V>(bits)) & all, ~bits & all);
+    }
+    EXPECT_EQ(to_bits(from_bits<V>(0)), 0u);
+    EXPECT_EQ(to_bits(from_bits<V>(all)), all);
+}
+
+TYPED_TEST(LanesOf, FiniteIsNeitherInfinityNorNan) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    using Limits = std::numeric_limits<S>;
+    const S values[] = {0, 1, -1, Limits::max(), -Limits::max(), Limits::denorm_min(), Limits::infinity(), -Limits::infinity(),
+                        Limits::quiet_NaN()};
+    for (const S value : values) {
+        for (int lane = 0; lane < lane_count<V>; ++lane) {
+            V v(S(2));
+            set_lane(v, lane, value);
+            const std::uint64_t expected = std::isfinite(value) ? 0 : std::uint64_t(1) << lane;
+            EXPECT_EQ(to_bits(!is_finite(v)), expected) << value;
+            EXPECT_EQ(is_finite(value), std::isfinite(value));
+        }
+    }
+}
+
+// A comparison with NaN is false, and min and max take their second operand then: packets as scalars.
+TYPED_TEST(LanesOf, NanIsTreatedAlike) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    const S nan = std::numeric_limits<S>::quiet_NaN();
+    const V all_nan(nan), ones(S(1));
+    EXPECT_EQ(to_bits(all_nan < ones) | to_bits(all_nan <= ones) | to_bits(all_nan > ones) | to_bits(all_nan >= ones), 0u);
+    for (const auto& [a, b] : {std::pair(nan, S(1)), std::pair(S(1), nan)}) {
+        const S packet_min = get_lane(min(V(a), V(b)), 0), packet_max = get_lane(max(V(a), V(b)), 0);
+        EXPECT_EQ(std::isnan(packet_min), std::isnan(min(a, b)));
+        EXPECT_EQ(std::isnan(packet_max), std::isnan(max(a, b)));
+    }
+}
+
+TYPED_TEST(LanesOf, SingleLanesAreReadAndWritten) {
+    using V = TypeParam;
+    using S = ScalarOf<V>;
+    V v(S(7));
+    for (int i = 0; i < lane_count<V>; ++i) set_lane(v, i, S(i));
+    for (int i = 0; i < lane_count<V>; ++i) EXPECT_EQ(get_lane(v, i), S(i));
+    EXPECT_EQ(sizeof(V), sizeof(S) * lane_count<V>);
+}
+
+}  // namespace
+}  // namespace kagero::test

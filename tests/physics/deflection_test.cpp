@@ -1,0 +1,232 @@
+// Rays around a Schwarzschild hole against elliptic integrals: angles swept, captured or escaped, what is conserved, and the
+// shadow a static observer sees. All through the library as the program uses it.
+#include "tests/support/greatest.h"
+#include "tests/support/plan_fixture.h"
+#include "tests/support/schwarzschild_orbit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+namespace kagero::test {
+namespace {
+
+constexpr double start_radius = 20;
+
+/// Orbital planes every way round: two along axes, the others at random, from a fixed seed.
+std::vector<OrbitPlane> planes() {
+    std::vector<OrbitPlane> all{{{1, 0, 0}, {0, 1, 0}}, {{0, 0, -1}, {0, 1, 0}}};
+    std::mt19937 random(16);
+    std::normal_distribution<double> normal;
+    const auto unit = [](Double3 a) {
+        const double size = std::hypot(a[0], a[1], a[2]);
+        for (double& x : a) x /= size;
+        return a;
+    };
+    while (all.size() < 9) {
+        const Double3 n = unit({normal(random), normal(random), normal(random)});
+        const Double3 w{normal(random), normal(random), normal(random)};
+        all.push_back({n, unit({n[1] * w[2] - n[2] * w[1], n[2] * w[0] - n[0] * w[2], n[0] * w[1] - n[1] * w[0]})});
+    }
+    return all;
+}
+
+struct Bundle {
+    std::vector<OrbitPlane> planes;
+    std::vector<double> impact;
+    std::vector<RayInput> rays;
+};
+
+/// Every impact parameter in every plane.
+Bundle bundle(const std::vector<double>& impacts, const Double3& center = {0, 0, 0}) {
+    Bundle bundle;
+    for (const OrbitPlane& plane : planes())
+        for (const double b : impacts) {
+            bundle.planes.push_back(plane), bundle.impact.push_back(b);
+            bundle.rays.push_back(ray_inward(plane, b, start_radius, center));
+        }
+    return bundle;
+}
+
+std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer = "") {
+    std::vector<RayEnd> ends;
+    trace(plan, start_rays(plan, rays, observer), ends);
+    return ends;
+}
+
+Double3 relative(const Plan& plan, const double (&q)[3]) {
+    const Double3& c = plan.description().space.center;
+    return {q[0] - c[0], q[1] - c[1], q[2] - c[2]};
+}
+
+/// Greatest distance of the swept angles from the elliptic integrals, by whole turns apart: windings are tested on paths.
+double worst_angle(const Plan& plan, const Bundle& bundle) {
+    const auto ends = ends_of(plan, bundle.rays);
+    double worst = 0;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        EXPECT_EQ(ends[i].status, Status::escaped) << "b = " << bundle.impact[i];
+        const double angle = bundle.planes[i].angle_of(relative(plan, ends[i].q));
+        const double expected = Orbit(bundle.impact[i]).swept_around(start_radius);
+        worst = greatest(worst, std::abs(std::remainder(angle - expected, 2 * std::numbers::pi)));
+    }
+    return worst;
+}
+
+std::string center_text(const Double3& c) {
+    return "space.center=[" + std::to_string(c[0]) + "," + std::to_string(c[1]) + "," + std::to_string(c[2]) + "]";
+}
+
+TEST(EllipticIntegrals, AgreeWithQuadrature) {
+    for (const double b : {2.7, 3.0, 5.0, 10.0}) {
+        const Orbit orbit(b);
+        // Both are good to rounding; the square root at the turning point leaves a few hundred ulp.
+        EXPECT_NEAR(orbit.swept_around(20), swept_around_by_quadrature(orbit, 20), 1e-13) << b;
+        const double r = 1.2 / orbit.ub;
+        EXPECT_NEAR(orbit.swept(20, r), swept_by_quadrature(b, 20, r), 1e-13) << b;
+        EXPECT_NEAR(orbit.radius_after(20, orbit.swept(20, r)), r, 1e-13 * r) << b;
+    }
+}
+
+class Deflection : public testing::TestWithParam<std::tuple<const char*, const char*>> {
+protected:
+    static std::unique_ptr<Plan> plan(const std::string& method, double step, const Double3& center = {0, 0, 0}) {
+        const auto [strategy, rescale] = GetParam();
+        return plan_of_file(scene_file("hole.toml"),
+                            {"integrator.escape_radius=20", "integrator.method=" + method, "integrator.step=" + std::to_string(step),
+                             std::string("integrator.rescale=") + rescale, center_text(center)},
+                            with_strategy(strategy), false);
+    }
+    /// A step that resolves the bend: about a tenth of the radius of curvature, in λ, or in τ where dλ = r dτ.
+    static double fine_step() { return std::string(std::get<1>(GetParam())) == "none" ? 0.2 : 0.1; }
+};
+
+// Gauss 12 leaves an error of (step/scale)^12 = 1e-12 at this step, times the number of steps that matter.
+TEST_P(Deflection, SweepsTheEllipticIntegral) {
+    for (const Double3& center : {Double3{0, 0, 0}, Double3{0.5, -3, 7}, Double3{100, -20, 30}}) {
+        const auto p = plan("gauss12", fine_step(), center);
+        EXPECT_LT(worst_angle(*p, bundle({3, 5, 10}, center)), 1e-9) << center_text(center);
+    }
+}
+
+// From a step to a quarter of it the error falls by 4^p, give or take half an order, until some thousand roundings of a state of
+// size 20 are left, 1e-11. The coarse error is (step/scale)^p with a constant that is 100 at most for these methods.
+TEST_P(Deflection, EveryMethodConvergesToIt) {
+    const Bundle rays = bundle({5, 10});  // at b = 3 the error of some methods changes its sign near this step
+    const auto any = plan("gauss4", 1);
+    for (std::uint32_t i = 0; i < any->module().integrator_count; ++i) {
+        const IntegratorInfo& method = any->module().integrators[i];
+        if (method.adaptive || any->module().refusal(any->job.hamiltonian, i, any->run.method.rescaled)) continue;
+        const double step = fine_step() * (method.order <= 2 ? 0.25 : 1.0), floor = 1e-11;
+        const double coarse = worst_angle(*plan(method.name, step), rays), fine = worst_angle(*plan(method.name, step / 4), rays);
+        SCOPED_TRACE(method.name);
+        EXPECT_LT(fine, coarse * std::pow(4, 0.5 - method.order) + floor) << coarse;
+        EXPECT_LT(coarse, std::min(1.0, std::pow(step, std::min(method.order, 4u)) * 100));
+    }
+}
+
+TEST_P(Deflection, ClassesAreRightNearTheCriticalRay) {
+    const auto p = plan("gauss12", fine_step());
+    for (const double distance : {1e-2, 1e-4, 1e-6}) {
+        const Bundle inside = bundle({critical_impact * (1 - distance)}), outside = bundle({critical_impact * (1 + distance)});
+        for (const RayEnd& end : ends_of(*p, inside.rays)) {
+            EXPECT_EQ(end.status, Status::captured) << "b/b_c = 1 - " << distance;
+            const Double3 q = relative(*p, end.q);
+            EXPECT_NEAR(std::hypot(q[0], q[1], q[2]), 1, 1.0001e-3);  // the horizon
+        }
+        // The angle changes by db/(b − b_c): what is 1e-13 of b when the ray has come from r = 20 is as much times 1/distance.
+        EXPECT_LT(worst_angle(*p, outside), 1e-9 + 1e-13 / distance) << "b/b_c = 1 + " << distance;
+    }
+}
+
+TEST_P(Deflection, AngularMomentumAndTimeMomentumStay) {
+    const Bundle rays = bundle({critical_impact * (1 + 1e-4), 3, 10});
+    const auto cross = [](const Double3& a, const double(&b)[3]) {
+        return Double3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    };
+    // x × p is bilinear, so symplectic methods keep it to rounding: one of |q||p| = 20 in each of up to 3600 stages, were all of
+    // the same sense.
+    const double rounding = 3600 * start_radius * std::numeric_limits<double>::epsilon();
+    for (const char* method : {"verlet", "suzuki4-nine", "gauss4", "gauss12"}) {
+        const auto p = plan(method, fine_step());
+        const auto starts = start_rays(*p, rays.rays);
+        std::vector<RayEnd> ends;
+        trace(*p, starts, ends);
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            const Double3 before = cross({starts[i].q[0], starts[i].q[1], starts[i].q[2]}, starts[i].p);
+            const Double3 after = cross(relative(*p, ends[i].q), ends[i].p);
+            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(after[k], before[k], rounding) << method;
+            EXPECT_NEAR(std::hypot(before[0], before[1], before[2]), rays.impact[i], 1e-13 * rays.impact[i]);
+            EXPECT_EQ(starts[i].pt, 1.0);
+            EXPECT_EQ(ends[i].pt, 1.0) << method;
+        }
+    }
+}
+
+TEST_P(Deflection, PathsWindAsOftenAsTheyShould) {
+    const double b = critical_impact * (1 + 1e-6);
+    const auto p = plan("gauss12", fine_step());
+    const Bundle rays = bundle({b});
+    std::vector<RayEnd> ends;
+    const auto points = trace_paths(*p, start_rays(*p, rays.rays), ends);
+    std::vector<double> swept(rays.rays.size(), 0), last(rays.rays.size(), 0);
+    for (const PathPoint& point : points) {
+        const double angle = rays.planes[point.ray].angle_of(relative(*p, point.q));
+        swept[point.ray] += std::remainder(angle - last[point.ray], 2 * std::numbers::pi), last[point.ray] = angle;
+    }
+    const double expected = Orbit(b).swept_around(start_radius);
+    EXPECT_GT(expected, 2 * 2 * std::numbers::pi);
+    for (const double angle : swept) EXPECT_NEAR(angle, expected, 1e-7);  // 1e-13 of b, times 1e6
+}
+
+INSTANTIATE_TEST_SUITE_P(Strategies, Deflection,
+                         testing::Combine(testing::Values("scalar", "packet"), testing::Values("auto", "none")),
+                         [](const auto& chosen) {
+                             return std::string(std::get<0>(chosen.param)) + "_rescale_" + std::get<1>(chosen.param);
+                         });
+
+/// The angle from the hole's centre, in degrees, between captured and escaped rays of a static observer at radius r: 64 rays at a
+/// time until the gap is below 1e-8.
+double shadow_edge(const Plan& plan, double r) {
+    double inside = 0, outside = 90;
+    while (outside - inside > 1e-8) {
+        std::vector<RayInput> rays;
+        for (int i = 0; i <= 64; ++i) {
+            const double angle = (inside + (outside - inside) * i / 64) * std::numbers::pi / 180;
+            rays.push_back({{0, -r, 0}, {std::sin(angle) * 0.6, std::cos(angle), std::sin(angle) * 0.8}});
+        }
+        const auto ends = ends_of(plan, rays, "static");
+        int first = 0;
+        while (first <= 64 && ends[static_cast<std::size_t>(first)].status == Status::captured) ++first;
+        EXPECT_GT(first, 0);
+        EXPECT_LE(first, 64);
+        for (int i = first; i <= 64; ++i) EXPECT_EQ(ends[static_cast<std::size_t>(i)].status, Status::escaped);
+        const double width = (outside - inside) / 64;
+        outside = inside + first * width, inside = outside - width;
+        if (testing::Test::HasFailure()) break;
+    }
+    return 0.5 * (inside + outside);
+}
+
+// sin θ = b_c √(1 − r_g/r) / r (Synge 1966): 45° at 3 r_g.
+TEST(StaticObserver, SeesTheShadowOfSynge) {
+    const auto plan = plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "integrator.method=gauss12", "integrator.step=0.1"}, with_strategy("packet"), false);
+    for (const double r : {3.0, 10.0, 15.0}) {
+        const double expected = std::asin(critical_impact * std::sqrt(1 - 1 / r) / r) * 180 / std::numbers::pi;
+        EXPECT_NEAR(shadow_edge(*plan, r), expected, 1e-6) << "r = " << r;
+    }
+    EXPECT_NEAR(shadow_edge(*plan, 3), 45, 1e-6);
+}
+
+// A pixel looks where start_rays would look from the same place in the same direction.
+TEST(StaticObserver, IsTheCameras) {
+    const auto plan = plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "film.size=[8, 8]", "camera.fov=40"}, with_strategy("packet"));
+    const double pixel = 2 * std::tan(20 * std::numbers::pi / 180) / 8;
+    const RayStart seen = pixel_ray(*plan, 1, 6);  // 2½ pixels left of and below the middle
+    const RayStart told = start_rays(*plan, {{{0, -10, 0}, {-2.5 * pixel, 1, -2.5 * pixel}}}, ObserverKind::static_)[0];
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(seen.p[k], told.p[k], 1e-15);
+    EXPECT_EQ(seen.pt, told.pt);
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -1,0 +1,165 @@
+// The same scene, options and instruction set give the same pixels, however the work is cut up.
+#include "tests/support/plan_fixture.h"
+#include "tests/support/program.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero::test {
+namespace {
+
+const Overrides overrides{"film.size=[100,80]",
+                          "film.layers=[\"color\",\"status\",\"steps\",\"energy_error\",\"object\",\"depth\",\"newton\",\"position_error\",\"rounding_error\"]"};
+
+constexpr const char* layers[] = {"color", "status", "steps", "energy_error", "object", "depth", "newton", "position_error", "rounding_error"};
+
+/// Equal, or both not a number.
+bool same(float a, float b) {
+    return a == b || (std::isnan(a) && std::isnan(b));
+}
+
+/// Integrated by the default, which is explicit, or by another method.
+std::unique_ptr<Plan> room(const Options& options, const Overrides& method = {}) {
+    Overrides all = overrides;
+    all.insert(all.end(), method.begin(), method.end());
+    return plan_of_file(KAGERO_SCENES "/room.toml", all, options);
+}
+/// Implicit methods as well: by fixed points, and where those are not found by Newton's method.
+const Overrides methods[] = {{}, {"integrator.method=verlet", "integrator.step=0.8"}, {"integrator.method=gauss8", "integrator.step=0.5"}};
+
+class Determinism : public ProgramTest {
+protected:
+    /// The file of a rendered film.
+    std::string exr(const std::string& name, const Film& film) const {
+        const std::string path = (directory_ / name).string();
+        write_film(film, path, {});
+        return text_of(path);
+    }
+};
+
+TEST_F(Determinism, ThreadsChangeNoByte) {
+    std::string first;
+    for (const unsigned threads : {1u, 2u, 5u}) {
+        Options options;
+        options.threads = threads;
+        const auto plan = room(options);
+        Film film(100, 80, plan->description().film.layers);
+        render(*plan, film);
+        const std::string bytes = exr("room.exr", film);
+        if (first.empty()) first = bytes;
+        EXPECT_EQ(bytes == first, true) << threads << " threads";
+    }
+}
+
+TEST_F(Determinism, FilesOfTheProgramAreTheSame) {
+    std::string first;
+    for (const char* threads : {"1", "2", "5"}) {
+        const Outcome outcome =
+            run("render '" KAGERO_SCENES "/room.toml' --size 100x80 --layers color,steps,status -o a.exr --quiet --threads " +
+                std::string(threads));
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        if (first.empty()) first = read("a.exr");
+        EXPECT_EQ(read("a.exr") == first, true) << threads << " threads";
+    }
+    EXPECT_EQ(files(), (std::set<std::string>{"a.exr"}));
+}
+
+TEST_F(Determinism, SchedulesChangeNoByte) {
+    std::string first;
+    for (const std::string& schedule : schedule_names())
+        for (const unsigned threads : {1u, 3u}) {
+            Options options;
+            options.threads = threads, options.schedule = schedule_named(schedule);
+            const auto plan = room(options);
+            Film film(100, 80, plan->description().film.layers);
+            const RunReport report = render(*plan, film);
+            EXPECT_EQ(name_of(report.schedule), schedule);
+            EXPECT_EQ(report.rays, 100u * 80u);
+            EXPECT_EQ(report.threads.size(), threads);
+            const std::string bytes = exr("room.exr", film);
+            if (first.empty()) first = bytes;
+            EXPECT_EQ(bytes == first, true) << schedule << ", " << threads << " threads";
+        }
+}
+
+TEST_F(Determinism, ACropIsAPartOfThePicture) {
+    using Crop = std::array<std::uint32_t, 4>;
+    for (const Overrides& method : methods) {
+        const auto plan = room(with_strategy("packet"), method);
+        Film whole(100, 80, plan->description().film.layers);
+        render(*plan, whole);
+        for (const Crop& crop :
+             {Crop{0, 0, 100, 80}, Crop{13, 7, 71, 41}, Crop{99, 79, 100, 80}, Crop{31, 0, 33, 80}, Crop{50, 40, 51, 41}}) {
+            Options options = with_strategy("packet");
+            options.crop = crop;
+            const auto part = room(options, method);
+            const auto [x0, y0, x1, y1] = crop;
+            Film film(x1 - x0, y1 - y0, part->description().film.layers);
+            render(*part, film);
+            for (const char* layer : layers)
+                for (std::uint32_t y = y0; y < y1; ++y)
+                    for (std::uint32_t x = x0; x < x1; ++x)
+                        ASSERT_PRED2(same, *film.pixel(layer, x - x0, y - y0), *whole.pixel(layer, x, y)) << layer << " " << x << "," << y;
+        }
+    }
+}
+
+/// Rays in packets as they are listed: `trace` would bring neighbours together first.
+std::vector<RayEnd> traced_in_order(const Plan& plan, const std::vector<RayStart>& starts) {
+    Job job = plan.job;
+    job.camera = nullptr, job.rays = starts.data();
+    std::vector<RayEnd> ends(starts.size());
+    Counters counters{};
+    const Tile all{0, 0, static_cast<std::uint32_t>(starts.size()), 1};
+    plan.run.kernel->trace(&job, &all, ends.data(), &counters);
+    return ends;
+}
+
+// What a lane's neighbours do is nothing to it.
+TEST_F(Determinism, TheOrderOfRaysChangesNoBit) {
+    for (const Overrides& method : methods) {
+        const auto plan = room(with_strategy("packet"), method);
+        std::vector<RayStart> starts;
+        for (std::uint32_t i = 0; i < 700; ++i) starts.push_back(pixel_ray(*plan, i * 37 % 100, i * 11 % 80));
+        const std::vector<RayEnd> ends = traced_in_order(*plan, starts);
+        std::rotate(starts.begin(), starts.begin() + 3, starts.end());
+        std::reverse(starts.begin() + 100, starts.end());
+        std::vector<RayEnd> turned = traced_in_order(*plan, starts);
+        std::reverse(turned.begin() + 100, turned.end());
+        std::rotate(turned.begin(), turned.end() - 3, turned.end());
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            ASSERT_EQ(ends[i].status, turned[i].status) << i;
+            ASSERT_EQ(ends[i].steps, turned[i].steps) << i;
+            ASSERT_EQ(ends[i].gradients, turned[i].gradients) << i;
+            ASSERT_EQ(ends[i].iterations, turned[i].iterations) << i;
+            ASSERT_EQ(ends[i].queries, turned[i].queries) << i;
+            for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].q[k], turned[i].q[k]) << i;
+            for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].p[k], turned[i].p[k]) << i;
+        }
+    }
+}
+
+// Sums, products, quotients and roots round alike in scalar and packet code, and both fuse where the source says so; iterations
+// of an implicit step end alike. So the paths agree to the last bit, and only Embree's scalar and packet queries could tell them
+// apart.
+TEST_F(Determinism, ScalarAndPacketAgree) {
+    for (const Overrides& method : methods) {
+        const auto packet = room(with_strategy("packet"), method), scalar = room(with_strategy("scalar"), method);
+        std::vector<RayStart> starts;
+        for (std::uint32_t y = 0; y < 80; ++y)
+            for (std::uint32_t x = 0; x < 100; ++x) starts.push_back(pixel_ray(*packet, x, y));
+        std::vector<RayEnd> a, b;
+        trace(*packet, starts, a), trace(*scalar, starts, b);
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            ASSERT_EQ(a[i].status, b[i].status) << i;
+            ASSERT_EQ(a[i].surface, b[i].surface) << i;
+            ASSERT_EQ(a[i].primitive, b[i].primitive) << i;
+            ASSERT_EQ(a[i].steps, b[i].steps) << i;
+            ASSERT_EQ(a[i].iterations, b[i].iterations) << i;
+            for (int k = 0; k < 3; ++k) ASSERT_EQ(a[i].q[k], b[i].q[k]) << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

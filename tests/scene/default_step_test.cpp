@@ -1,0 +1,86 @@
+// Steps that no scene states go with the lengths of the medium, as the space's own formula says.
+#include "tests/support/plan_fixture.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace kagero::test {
+namespace {
+
+double default_step(const std::string& hamiltonian, const std::vector<Override>& overrides = {}) {
+    static const Catalogue known = catalogue("auto");
+    const std::string text = "[space]\nhamiltonian = \"" + hamiltonian +
+                             "\"\n[camera]\nposition = [0, 0, 9]\nlook_at = [0, 0, 0]\n[film]\nsize = [4, 4]\n";
+    return load_scene_text(text, KAGERO_SCENES "/steps.toml", overrides, known).integrator.step;
+}
+
+std::string written(double number) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.17g", number);
+    return text;
+}
+
+/// The power of length that a unit is.
+int dimension_of(const std::string& unit) {
+    if (unit == "scene lengths") return 1;
+    if (!unit.starts_with("1/length")) return 0;
+    return unit == "1/length" ? -1 : -(unit.back() - '0');
+}
+
+TEST(DefaultStep, GrowsWithTheScene) {
+    const Catalogue known = catalogue("auto");
+    int media = 0;
+    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i) {
+        const HamiltonianInfo& info = known.hamiltonians[i];
+        if (!info.step_goes_with) continue;
+        EXPECT_DOUBLE_EQ(default_step(info.name), info.step) << info.name;
+        std::vector<Override> overrides{"integrator.escape_radius=350"};
+        for (std::uint32_t k = 0; k < info.parameter_count; ++k) {
+            const ParameterInfo& one = info.parameters[k];
+            overrides.push_back(std::string("space.") + one.name + '=' + written(one.fallback * std::pow(7, dimension_of(one.unit))));
+        }
+        EXPECT_NEAR(default_step(info.name, overrides), 7 * info.step, 1e-12 * info.step) << info.name;
+        ++media;
+    }
+    EXPECT_GE(media, 8);
+}
+
+// About holes and throats the default is that of the rescaled H, which has no length; without the rescaling it has.
+TEST(DefaultStep, OfSpacetimesIsALengthWhereHIsNotRescaled) {
+    const struct {
+        const char *space, *size, *method;
+    } spacetimes[] = {{"schwarzschild", "space.rg=7", "satoh4-nine"}, {"schwarzschild", "space.rg=7", "ks-s10"}, {"kerr", "space.mass=7", "gauss8"}, {"wormhole", "space.throat=7", "gauss8"}};
+    for (const auto& [space, size, method] : spacetimes) {
+        const Override by = std::string("integrator.method=") + method, none = "integrator.rescale=none";
+        const double standard = default_step(space, {"integrator.symmetry=none"});
+        EXPECT_EQ(default_step(space, {by, none}), standard) << space;
+        EXPECT_EQ(default_step(space, {size, by, none}), 7 * standard) << space;
+        const bool takes_rescaling = method == std::string("gauss8");
+        EXPECT_EQ(default_step(space, {size, by}), takes_rescaling ? standard : 7 * standard) << space << ' ' << method;
+        EXPECT_EQ(default_step(space, {size, by, none, "integrator.step=0.125"}), 0.125) << space;
+    }
+    EXPECT_EQ(default_step("fisheye", {"space.radius=7", "integrator.method=orbit-srkn11"}), 0.2);
+}
+
+// What changes over the shortest length counts: without a ripple, or with a wide one, how the index changes with height.
+TEST(DefaultStep, IsThatOfTheShortestLength) {
+    for (const char* space : {"duct", "mirage"}) {
+        const double standard = default_step(space);
+        for (const char* wavenumber : {"space.wavenumber=0", "space.wavenumber=0.1", "space.wavenumber=1"}) {
+            const double wide = default_step(space, {wavenumber});
+            EXPECT_GE(wide, standard) << space << wavenumber;
+            EXPECT_LE(wide, 1.01 * standard) << space << wavenumber;
+            EXPECT_NEAR(default_step(space, {wavenumber, "space.n3=2.4"}), 0.5 * wide, 1e-12) << space << wavenumber;
+        }
+        EXPECT_NEAR(default_step(space, {"space.wavenumber=18.849555921538759"}), 0.5 * standard, 1e-12) << space;
+        // Nothing bends light: one step to the escape sphere.
+        EXPECT_EQ(default_step(space, {"space.wavenumber=0", "space.n3=0"}), 50) << space;
+    }
+    EXPECT_EQ(default_step("mirage", {"space.n3=-0.3"}), default_step("mirage"));
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -1,0 +1,210 @@
+// Every strategy, form and width makes the same picture; and `kagero compare` says so in the words of its contract.
+#include "tests/support/hole_scene.h"
+#include "tests/support/plan_fixture.h"
+
+#include "study/compare.h"
+#include "plan/kernels.h"
+#include "report/compare_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include <atomic>
+#include <limits>
+#include <set>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+SceneDescription small_room(const Overrides& more = {}) {
+    Overrides all{"film.size=[48,40]"};
+    all.insert(all.end(), more.begin(), more.end());
+    return load_scene(KAGERO_SCENES "/room.toml", all, catalogue("auto"));
+}
+
+CompareOptions once(const std::vector<std::string>& methods) {
+    CompareOptions options;
+    options.isas = supported_isas();
+    options.methods = methods;
+    options.rounds = 1;
+    return options;
+}
+
+// Scalar and packet code round alike; per-ray sums its gradient in another order, and float is float. The pixel where an edge of
+// the checkers lies within the error of its ray has the other colour: there are few of them.
+TEST(Compare, EveryWayMakesTheSamePicture) {
+    const Comparison result = compare(small_room(), once({"gauss8", "verlet"}));
+    const std::uint64_t pixels = 48 * 40;
+    bool forms[5] = {};
+    for (const CompareRow& row : result.rows) {
+        const KernelInfo& kernel = *row.kernel;
+        SCOPED_TRACE(row.isa + " " + name_of(kernel.strategy) + " " + name_of(kernel.form) + " " + row.method + " " +
+                     name_of(kernel.precision) + " " + std::to_string(kernel.lanes) + " " + row.shape);
+        forms[static_cast<int>(kernel.form)] = true;
+        EXPECT_GT(row.seconds.median, 0);
+        EXPECT_GT(row.speedup, 0);
+        const bool exact = kernel.precision == Precision::float64 && kernel.form != Form::gradient;
+        EXPECT_LE(row.flips, exact ? 0 : pixels / 100);
+        if (exact) {
+            EXPECT_EQ(row.max_difference, 0);
+        }
+    }
+    for (const bool seen : forms) EXPECT_TRUE(seen);
+    EXPECT_EQ(result.rays, pixels);
+}
+
+void expect_statuses(const char* way, const std::set<Form>& forms) {
+    SCOPED_TRACE(way);
+    const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", {"film.size=[48,40]", way}, with_strategy("scalar"));
+    std::set<Form> seen;
+    std::vector<RayStart> starts;
+    for (std::uint32_t y = 0; y < 40; ++y)
+        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));
+    std::vector<RayEnd> should;
+    trace(*plan, starts, should);
+    for (std::uint32_t k = 0; k < plan->module().kernel_count; ++k) {
+        const KernelInfo& kernel = plan->module().kernels[k];
+        if (kernel.precision != Precision::float64 || refusal_of(*plan, kernel, plan->run.method.integrator, plan->run.method.rescaled))
+            continue;
+        plan->run.kernel = &kernel;
+        seen.insert(kernel.form);
+        std::vector<RayEnd> ends;
+        trace(*plan, starts, ends);
+        // As far as an error of rounding grows on the way: all but the rays that circle the hole, by less than this. Sums over stages that lie
+        // in lanes are of another order as well.
+        const double close = kernel.form == Form::gradient || kernel.form == Form::stages ? 1e-7 : 0;
+        for (std::size_t i = 0; i < ends.size(); ++i) {
+            ASSERT_EQ(ends[i].status, should[i].status) << k << " " << i;
+            for (int c = 0; c < 3; ++c) ASSERT_NEAR(ends[i].q[c], should[i].q[c], close) << k << " " << i;
+        }
+    }
+    EXPECT_EQ(seen, forms);
+}
+
+TEST(Compare, StatusesAgreeRayByRay) {
+    expect_statuses("integrator.symmetry=auto", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
+    expect_statuses("integrator.symmetry=none", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
+    expect_statuses("integrator.method=gauss8", {Form::none, Form::gradient, Form::stages, Form::auto_vectorized, Form::gang});
+}
+
+TEST(Compare, APerRayPlanTakesStagesWhereThereAreAny) {
+    const auto form = [](const char* method) {
+        return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method}, with_strategy("per-ray"))
+            ->run.kernel->form;
+    };
+    EXPECT_EQ(form("gauss8"), Form::stages);
+    EXPECT_EQ(form("gauss16"), Form::stages);
+    EXPECT_EQ(form("verlet"), Form::gradient);
+}
+
+// A picture that was not drawn is not told to be the same.
+TEST(Compare, AnInterruptionLeavesWhatWasNotMeasuredOpen) {
+    std::atomic<bool> stop = false;
+    CompareOptions options = once({"verlet"});
+    options.isas.resize(1);
+    int told = 0;
+    const SceneDescription scene = small_room();
+    const Comparison result = compare(scene, options, [&](double, double) { stop = ++told == 2; }, &stop);
+    EXPECT_TRUE(result.interrupted);
+    ASSERT_GT(result.rows.size(), 3u);
+    const json rows = json::parse(compare_json(scene, options, result))["rows"];
+    EXPECT_TRUE(result.rows[1].drawn);
+    EXPECT_TRUE(rows[1]["flips"].is_number());
+    EXPECT_FALSE(result.rows.back().drawn);
+    EXPECT_TRUE(rows.back()["flips"].is_null());
+    EXPECT_TRUE(rows.back()["max_difference"].is_null());
+}
+
+class CompareVerb : public HoleTest {};
+
+TEST_F(CompareVerb, ReportsInTheWordsOfTheContract) {
+    const Outcome outcome = run("compare hole.toml --rounds 1 --json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    ASSERT_FALSE(report["rows"].empty());
+    for (const json& row : report["rows"]) {
+        for (const char* key : {"strategy", "form", "method", "precision", "isa", "lanes", "registers", "shape", "threads",
+                                "seconds", "mrays_per_s", "speedup", "lane_occupancy", "max_difference", "flips"})
+            EXPECT_TRUE(row.contains(key)) << key;
+        for (const char* key : {"median", "min", "max"}) EXPECT_TRUE(row["seconds"][key].is_number()) << key;
+        EXPECT_EQ(row["threads"], 1);
+        const bool yardstick = row["strategy"] == "scalar" && row["precision"] == "double" && row["form"].is_null();
+        if (yardstick) {
+            EXPECT_EQ(row["speedup"], 1);
+        }
+    }
+}
+
+TEST_F(CompareVerb, NarrowsAndRefuses) {
+    const Outcome narrow = run("compare hole.toml --rounds 1 --strategy per-ray --json --quiet");
+    ASSERT_EQ(narrow.status, 0) << narrow.err;
+    const json narrow_report = json::parse(narrow.out);
+    for (const json& row : narrow_report["rows"])
+        EXPECT_TRUE(row["strategy"] == "per-ray" || row["speedup"] == 1) << row;
+    const Outcome seven = run("compare hole.toml --lanes 7");
+    EXPECT_EQ(seven.status, 2);
+    EXPECT_NE(seven.err.find("no kernel has 7; lanes there are: 1, "), std::string::npos) << seven.err;
+    const Outcome none = run("compare hole.toml --strategy per-ray --precision float");
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("strategy per-ray, float: there is no such kernel"), std::string::npos) << none.err;
+    EXPECT_EQ(run("compare hole.toml --methods gauss7").status, 2);
+    EXPECT_EQ(run("compare hole.toml --equal-error 0").status, 2);
+    const Outcome table = run("compare hole.toml --rounds 1 --lanes 1");
+    EXPECT_EQ(table.status, 0) << table.err;
+    EXPECT_NE(table.out.find("speedup"), std::string::npos) << table.out;
+}
+
+TEST_F(CompareVerb, TakesMethodsThatServeARescaledSpaceAlone) {
+    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
+    const Outcome outcome = run("compare air.toml --rounds 1 --strategy scalar --quiet");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("srkn6"), std::string::npos) << outcome.out;
+}
+
+TEST_F(CompareVerb, SaysWhatTheSceneDoesInVain) {
+    for (const std::string key : {"integrator.max_pixel_error", "integrator.tolerance"}) {
+        const Outcome outcome = run("compare hole.toml --rounds 1 --lanes 1 --strategy scalar --integrator rk4 -D " + key + "=0.1");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_NE(outcome.err.find(key + " has no effect"), std::string::npos) << outcome.err;
+    }
+}
+
+TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
+    const Outcome outcome = run("compare hole.toml --rounds 1 --equal-error 0.25 --precision double --json --quiet");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    EXPECT_EQ(report["equal_error"], 0.25);
+    EXPECT_GT(report["rows"].size(), 2u);
+}
+
+// By packets of that width, or by several in lockstep.
+TEST_F(CompareVerb, SixteenLanesAndMoreThereAreInEverySpace) {
+    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n"
+                      "[film]\nsize = [24, 20]\n[sky]\nchecker = true\n");
+    ASSERT_EQ(run("render air.toml -o usual.pfm --quiet --precision double").status, 0);
+    const std::string usual = read("usual.pfm");
+    for (const char* lanes : {"16", "32", "64", "128", "256"}) {
+        const Outcome outcome = run(std::string("render air.toml -o lanes.pfm --quiet --precision double --json --lanes ") + lanes);
+        ASSERT_EQ(outcome.status, 0) << lanes << ": " << outcome.err;
+        EXPECT_EQ(json::parse(outcome.out)["lanes"], std::stoi(lanes));
+        EXPECT_EQ(read("lanes.pfm"), usual) << lanes;
+    }
+}
+
+TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
+    EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 1").status, 0);
+    EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 128").status, 0);
+    const auto lanes = [&](const char* options) { return json::parse(run(std::string("explain hole.toml --json ") + options).out)["lanes"]; };
+    EXPECT_EQ(lanes("-D integrator.lanes=1 --lanes auto"), lanes(""));
+    EXPECT_EQ(lanes("-D integrator.lanes=1"), 1);
+    const Outcome none = run("render hole.toml -o a.png --quiet --lanes 7");
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("lanes there are: 1, "), std::string::npos) << none.err;
+    const Outcome elsewhere =
+        run("render hole.toml -o a.png --quiet --strategy per-ray -D space.hamiltonian=formula -D 'space.H=\"px\"'");
+    EXPECT_EQ(elsewhere.status, 2) << elsewhere.err;
+}
+
+}  // namespace
+}  // namespace kagero::test

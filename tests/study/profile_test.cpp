@@ -1,0 +1,226 @@
+// `kagero profile`: its numbers fit together, its files can be read by those they are for. How fast anything is, is not asked
+// here.
+#include "tests/support/hole_scene.h"
+#include "tests/support/plan_fixture.h"
+
+#include "render/operation_count.h"
+#include "study/profile.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+class ProfileVerb : public HoleTest {
+protected:
+    void profile(const std::string& more = "") {
+        const Outcome outcome =
+            run("profile hole.toml --size 75x70 -o report --threads 2 --repeat 1 --quiet --json all.json " + more);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+        all_ = json::parse(read("all.json"));
+    }
+    json all_;
+};
+
+TEST_F(ProfileVerb, ProfilesAPartOfThePicture) {
+    profile("--crop 10,20,40,50");
+    EXPECT_EQ(all_["rays"], 30 * 30);
+}
+
+TEST_F(ProfileVerb, WritesItsReport) {
+    profile();
+    EXPECT_EQ(read("all.json"), read("report/profile.json"));
+    for (const char* name : {"trace.json", "report.html", "hole.exr"}) EXPECT_TRUE(exists(std::string("report/") + name)) << name;
+    EXPECT_EQ(read("report/hole.exr").find("kagero/energy_error"), std::string::npos);  // nobody watched it
+    const std::string page = read("report/report.html");
+    EXPECT_EQ(page.find("<script src"), std::string::npos);
+    EXPECT_EQ(page.find("<link"), std::string::npos) << "the page needs nothing else";
+    EXPECT_NE(page.find("</html>"), std::string::npos);
+    EXPECT_EQ(page.find("nan"), std::string::npos);
+}
+
+/// Of 75 columns: walls have a pattern, for which the last quads of pixels reach beyond the film.
+constexpr int traced_width = 76;
+
+TEST_F(ProfileVerb, TellsEveryNumber) {
+    profile();
+    for (const char* key : {"scene",
+                            "isa",
+                            "strategy",
+                            "precision",
+                            "lanes",
+                            "threads",
+                            "schedule",
+                            "rays",
+                            "seconds",
+                            "steps",
+                            "gradients",
+                            "queries",
+                            "lane_occupancy",
+                            "iteration_occupancy",
+                            "queries_per_lane_step",
+                            "stages",
+                            "thread_times",
+                            "roofline",
+                            "memory",
+                            "overhead",
+                            "schedules",
+                            "scaling",
+                            "tiles"})
+        EXPECT_TRUE(all_.contains(key)) << key;
+    for (const char* stage : {"predict", "list", "integrate", "query", "refine", "shade", "write"})
+        EXPECT_GE(all_["stages"][stage].get<double>(), 0) << stage;
+    EXPECT_EQ(all_["rays"], traced_width * 70);
+    EXPECT_EQ(all_["schedules"].size(), 3u);
+    ASSERT_EQ(all_["scaling"].size(), 2u);
+    EXPECT_EQ(all_["scaling"][1]["threads"], 2);
+    EXPECT_EQ(all_["thread_times"].size(), 2u);
+    EXPECT_GT(all_["memory"]["peak_bytes"], 1 << 20);
+    const json& roof = all_["roofline"];
+    EXPECT_GT(roof["operations_per_gradient"], 5);
+    EXPECT_GT(roof["peak_gflops_one_thread"], 0);
+    EXPECT_GT(roof["share_of_peak"], 0);
+}
+
+TEST_F(ProfileVerb, TilesCoverTheFilmOnce) {
+    for (const char* schedule : {"scanline", "tiles", "predicted"}) {
+        profile(std::string("--schedule ") + schedule);
+        EXPECT_EQ(all_["schedule"], schedule);
+        std::vector<int> seen(traced_width * 70);
+        std::uint64_t gradients = 0;
+        for (const json& tile : all_["tiles"]["rows"]) {
+            for (int y = tile["y0"]; y < tile["y1"]; ++y)
+                for (int x = tile["x0"]; x < tile["x1"]; ++x) ++seen.at(std::size_t(traced_width * y + x));
+            EXPECT_LE(tile["begin"], tile["end"]);
+            EXPECT_LT(tile["thread"], 2);
+            gradients += tile["gradients"].get<std::uint64_t>();
+        }
+        EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), traced_width * 70) << schedule;
+        EXPECT_EQ(gradients, all_["gradients"]) << schedule;
+    }
+    const double correlation = all_["tiles"]["correlation"];
+    EXPECT_GE(correlation, -1);
+    EXPECT_LE(correlation, 1);
+}
+
+// What viewers ask of a trace: complete events with numbers, of which those on one thread lie inside or beside each other.
+TEST_F(ProfileVerb, TheTraceIsOne) {
+    profile();
+    const json trace = json::parse(read("report/trace.json"));
+    std::map<int, std::vector<std::pair<long long, long long>>> open;
+    std::size_t tiles = 0;
+    for (const json& event : trace["traceEvents"]) {
+        if (event["ph"] == "M") continue;
+        ASSERT_EQ(event["ph"], "X");
+        tiles += event["name"].get<std::string>().starts_with("tile ");
+        ASSERT_TRUE(event["ts"].is_number_integer() && event["dur"].is_number_integer());
+        const long long begin = event["ts"], end = begin + event["dur"].get<long long>();
+        EXPECT_GE(begin, 0);
+        EXPECT_GE(end, begin);
+        auto& outer = open[event["tid"]];
+        while (!outer.empty() && begin >= outer.back().second) outer.pop_back();
+        EXPECT_TRUE(outer.empty() || end <= outer.back().second) << event;
+        outer.emplace_back(begin, end);
+    }
+    EXPECT_EQ(tiles, all_["tiles"]["count"]);
+}
+
+TEST_F(ProfileVerb, StraightRaysHaveNoOperationsToCount) {
+    profile("-D space.rg=0");
+    EXPECT_EQ(all_["schedule"], "tiles");
+    EXPECT_TRUE(all_["tiles"]["correlation"].is_null());
+    EXPECT_EQ(all_["roofline"]["operations"], 0);
+}
+
+TEST_F(ProfileVerb, RefusesWhatItCannotDo) {
+    EXPECT_EQ(run("profile").status, 2);
+    EXPECT_EQ(run("profile hole.toml --repeat 0").status, 2);
+    EXPECT_EQ(run("profile hole.toml -o hole.toml").status, 2);
+}
+
+Options predicting() {
+    Options options;
+    options.schedule = Schedule::predicted;
+    return options;
+}
+
+/// The tiles of a picture by their places, as they were predicted and as they were traced.
+std::map<std::array<std::uint32_t, 2>, TileRecord> tiles_of(const Plan& plan) {
+    Film film(plan.description().film.width, plan.description().film.height, {"color"});
+    Recording recording;
+    Watch watch;
+    watch.recording = &recording;
+    render(plan, film, watch);
+    std::map<std::array<std::uint32_t, 2>, TileRecord> tiles;
+    for (const TileRecord& record : recording.tiles) tiles[{record.tile.x0, record.tile.y0}] = record;
+    return tiles;
+}
+
+TEST(Profile, AnInterruptionKeepsTheRoundsThatAreWhole) {
+    const auto plan = plan_of_file(scene_file("room.toml"), {"film.size=[64,40]"});
+    plan->run.threads = 1;
+    Film film(64, 40, {"color"});
+    std::atomic<bool> stop = false;
+    const auto halfway = [&](double done, double) { stop = done > 0.5; };
+    const Profile cut = profile(*plan, film, 3, halfway, &stop);
+    EXPECT_TRUE(cut.interrupted);
+    EXPECT_EQ(cut.repeats, 1u);
+    EXPECT_EQ(cut.schedules.size(), 3u);
+    EXPECT_GT(cut.stages.integrate, 0);
+    stop = false;
+    const Profile none = profile(*plan, film, 3, [&](double, double) { stop = true; }, &stop);
+    EXPECT_TRUE(none.interrupted);
+    EXPECT_EQ(none.repeats, 0u);
+}
+
+// Nothing is predicted by the clock: not even where most of a tile's time is that of its colours.
+TEST(Prediction, IsTheSameEveryTime) {
+    for (const char* scene : {"room.toml", "galaxy.toml"}) {
+        const auto plan = plan_of_file(scene_file(scene), {"film.size=[320,200]"}, predicting());
+        auto once = tiles_of(*plan);
+        for (const auto& [place, again] : tiles_of(*plan)) EXPECT_EQ(once[place].predicted, again.predicted) << scene;
+    }
+}
+
+TEST(Prediction, FollowsWhatTilesDo) {
+    const auto plan = plan_of_file(scene_file("room.toml"), {}, predicting());
+    const Operations operations = operations_of(*plan);
+    std::vector<double> predicted, done;
+    for (const auto& [place, record] : tiles_of(*plan)) {
+        const Counters& c = record.counters;
+        predicted.push_back(record.predicted);
+        done.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) + 400 * double(c.queries));
+    }
+    EXPECT_GT(*correlation(predicted, done), 0.9);
+}
+
+TEST(Prediction, IsMadeWhereItPays) {
+    const auto chosen = [](unsigned threads, const std::string& size, const std::string& spp) {
+        Options options;
+        options.threads = threads;
+        return schedule_of(*plan_of_file(scene_file("room.toml"), {"film.size=" + size, "film.spp=" + spp}, options));
+    };
+    EXPECT_EQ(chosen(1, "[320,200]", "1"), Schedule::tiles);       // no other thread waits for the last tile
+    EXPECT_EQ(chosen(2, "[1280,720]", "1"), Schedule::tiles);      // … nor long
+    EXPECT_EQ(chosen(2, "[320,200]", "1"), Schedule::predicted);
+    EXPECT_EQ(chosen(16, "[1280,720]", "1"), Schedule::predicted);
+    EXPECT_EQ(chosen(1, "[1280,720]", "16"), Schedule::predicted);  // the time left is asked for
+}
+
+TEST(Correlation, IsPearsons) {
+    EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {2, 4, 6}), 1);
+    EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {3, 2, 1}), -1);
+    EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {1, 5, 1}), 0);
+    EXPECT_FALSE(correlation({1, 1, 1}, {1, 2, 3}));
+    EXPECT_FALSE(correlation({}, {}));
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -1,0 +1,68 @@
+/// From the text of a scene to a plan, as the program makes it.
+#pragma once
+
+#include "accuracy/end_errors.h"
+#include "modules/modules.h"
+#include "plan/names.h"
+#include "rays/camera.h"
+#include "rays/start_rays.h"
+#include "render/trace.h"
+#include "scene/load.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace kagero {
+inline std::ostream& operator<<(std::ostream& out, const Override& key) { return out << key.text; }
+}  // namespace kagero
+
+namespace kagero::test {
+
+using Overrides = std::vector<Override>;
+
+inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides, const Options& options = {},
+                                          bool with_camera = true) {
+    const Purpose purpose = with_camera ? Purpose::picture : Purpose::ray_list;
+    return std::make_unique<Plan>(make_plan(load_scene(path, overrides, catalogue(options.isa)), options, purpose));
+}
+
+/// A scene of the repository.
+inline std::string scene_file(const std::string& name) { return std::string(KAGERO_SCENES "/") + name; }
+inline std::string scene_text(const std::string& name) {
+    std::ifstream file(scene_file(name));
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The text is a file only while it is read.
+inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrides& overrides, const Options& options = {},
+                                          bool with_camera = true) {
+    const auto path = std::filesystem::temp_directory_path() / ("kagero-scene-" + std::to_string(::getpid()) + ".toml");
+    std::ofstream(path) << text;
+    auto plan = plan_of_file(path.string(), overrides, options, with_camera);
+    std::filesystem::remove(path);
+    return plan;
+}
+
+/// Names of the instruction sets that were built and that this machine has.
+inline std::vector<std::string> supported_isas() {
+    std::vector<std::string> names;
+    for (const IsaInfo& isa : find_isas())
+        if (isa.supported) names.push_back(isa.name);
+    return names;
+}
+
+/// Options with a strategy: "scalar" or "packet"; listed rays end with their parameter.
+inline Options with_strategy(const std::string& strategy) {
+    Options options;
+    options.parameter = true;
+    options.strategy = strategy_named(strategy);
+    options.threads = 1;
+    return options;
+}
+
+}  // namespace kagero::test

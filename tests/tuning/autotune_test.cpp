@@ -1,0 +1,158 @@
+// integrator.max_pixel_error: what the pilot promises of its own rays holds for others.
+#include "tests/support/hole_scene.h"
+#include "tests/support/plan_fixture.h"
+#include "tests/support/sample_error.h"
+
+#include "study/error_study.h"
+#include "tuning/autotune.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+class MaxPixelError : public HoleTest {};
+
+TEST_F(MaxPixelError, IsMetByOtherRaysThanThePilots) {
+    for (const char* scene : {"room", "galaxy", "mirage", "kerr"}) {
+        for (const double bound : {0.25, 1e-3}) {
+            SCOPED_TRACE(scene);
+            const std::string path = std::string(KAGERO_SCENES) + "/" + scene + ".toml";
+            ASSERT_TRUE(std::filesystem::exists(path));
+            const auto plan = plan_of_file(path, {"integrator.max_pixel_error=" + std::to_string(bound)});
+            *plan = autotune(*plan);
+            ASSERT_TRUE(plan->method_trial && plan->method_trial->met);
+            EXPECT_LE(plan->method_trial->estimate, bound);
+            // A percentile of a thousand rays is that of a thousand others within a factor of two.
+            EXPECT_LE(error_of(*plan, 27), 2 * bound);
+        }
+    }
+}
+
+TEST_F(MaxPixelError, IsReported) {
+    const Outcome met = run("render hole.toml --size 32x16 -o a.exr --quiet --json -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(met.status, 0) << met.err;
+    EXPECT_LE(json::parse(met.out)["pixel_error_estimate"], 0.25);
+    EXPECT_EQ(json::parse(met.out)["max_pixel_error"], 0.25);
+    const Outcome missed = run("render hole.toml --size 32x16 -o b.exr --quiet --json -D integrator.max_pixel_error=1e-30");
+    EXPECT_EQ(missed.status, 4) << missed.err;
+    EXPECT_TRUE(json::parse(missed.out)["pixel_error_estimate"].is_null());
+    EXPECT_TRUE(exists("b.exr"));
+}
+
+// Deep in a shadow all rays are captured: nothing is off by anything.
+TEST_F(MaxPixelError, IsMetWhereAllRaysAreCaptured) {
+    const Outcome met = run("render hole.toml --size 16x16 -o a.exr --quiet --json -D camera.fov=0.5 -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(met.status, 0) << met.err;
+    EXPECT_EQ(json::parse(met.out)["status"]["captured"], 256);
+    EXPECT_EQ(json::parse(met.out)["pixel_error_estimate"], 0);
+    EXPECT_EQ(run("compare hole.toml --size 8x8 --rounds 1 --quiet --strategy packet --equal-error 0.25 -D camera.fov=0.5").status, 0);
+}
+
+// Seen from far away the rays around a hole are all ill-conditioned: what is promised then is another pixel, and that is said.
+TEST_F(MaxPixelError, SaysWhatAPixelIsWhereRaysAreIllConditioned) {
+    const auto plan = plan_of_file((directory_ / "hole.toml").string(), {"camera.position=[0,-10000,0]", "camera.fov=0.006", "film.size=[32,32]",
+                                                       "integrator.escape_radius=20000", "integrator.max_pixel_error=0.25"});
+    *plan = autotune(*plan);
+    ASSERT_TRUE(plan->method_trial && plan->method_trial->met);
+    EXPECT_GT(plan->method_trial->estimate, 0);
+    EXPECT_GT(plan->method_trial->ill_conditioned, 0.5);
+    ASSERT_FALSE(plan->remarks.empty());
+    EXPECT_NE(plan->remarks.back().find("turn their neighbours apart more than a thousandfold"), std::string::npos) << plan->remarks.back();
+}
+
+// Where nothing can be measured the picture is drawn all the same, as the scene says, with a warning.
+TEST_F(MaxPixelError, IsNotMetWhereNobodyKnowsHowRaysEnd) {
+    const Outcome short_of_steps = run("render hole.toml --size 16x16 -o a.exr -D integrator.max_steps=5 -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(short_of_steps.status, 4) << short_of_steps.err;
+    EXPECT_NE(short_of_steps.err.find("is not seen to be met"), std::string::npos) << short_of_steps.err;
+    EXPECT_TRUE(exists("a.exr"));
+    // Most go round in circles for ever; a few leave.
+    write("circles.toml", R"(
+space = { hamiltonian = "fisheye", n0 = 2, radius = 1 }
+camera = { position = [-1, 0, 0], look_at = [0, 0, 0], fov = 90 }
+film = { size = [8, 8] }
+integrator = { escape_radius = 6, max_steps = 2000, max_pixel_error = 0.25 }
+)");
+    const Outcome circling = run("render circles.toml -o b.exr");
+    EXPECT_EQ(circling.status, 4) << circling.err;
+    EXPECT_NE(circling.err.find("no two methods agree on how"), std::string::npos) << circling.err;
+    EXPECT_TRUE(exists("b.exr"));
+}
+
+TEST_F(MaxPixelError, IsSoughtWithinTheTimeLimit) {
+    const Outcome late = run("render hole.toml --size 16x16 -o a.exr --time-limit 1e-4 -D integrator.max_pixel_error=0.25");
+    EXPECT_EQ(late.status, 4) << late.err;
+    EXPECT_NE(late.err.find("the time was up"), std::string::npos) << late.err;
+    EXPECT_TRUE(exists("a.exr"));
+}
+
+// A sixteenth of an octave longer, a step would not do.
+TEST_F(MaxPixelError, TakesTheLongestSteps) {
+    const auto plan = plan_of_file(scene_file("room.toml"), {"film.size=[64, 64]"});
+    StudyOptions options;
+    options.width = options.height = 16, options.quick = true, options.pixel_bound = 0.25;
+    const ErrorStudy study = study_error(*plan, options);
+    std::size_t bounded = 0;
+    for (const StudyCurve& curve : study.curves) {
+        SCOPED_TRACE(curve.method);
+        const auto longest = std::find_if(curve.points.begin(), curve.points.end(), [&](const StudyPoint& point) {
+            return is_within(point, options.pixel_bound, &RayErrors::pixels, study.reference);
+        });
+        if (curve.info->adaptive || longest == curve.points.begin() || longest == curve.points.end()) continue;
+        EXPECT_LE(std::prev(longest)->step, 1.0001 * std::exp2(1.0 / 16) * longest->step);
+        ++bounded;
+    }
+    EXPECT_GE(bounded, 3u);
+}
+
+TEST_F(MaxPixelError, LooserBoundsCostLess) {
+    const auto gradients = [&](const char* bound) {
+        const Outcome outcome = run(std::string("render hole.toml --size 64x32 -o a.exr --quiet --json -D integrator.max_pixel_error=") + bound);
+        return json::parse(outcome.out)["gradients"].get<double>();
+    };
+    EXPECT_LT(gradients("1"), gradients("1e-6"));
+}
+
+TEST_F(MaxPixelError, KeepsThePrecisionThatIsAskedFor) {
+    for (const char* precision : {"double", "float"}) {
+        const Outcome outcome =
+            run(std::string("explain hole.toml --json -D integrator.max_pixel_error=0.25 --precision ") + precision);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(json::parse(outcome.out)["precision"], precision);
+    }
+}
+
+TEST_F(MaxPixelError, SaysThatAStatedStepIsNotTaken) {
+    const auto said = [&](const std::string& options) {
+        return run("explain hole.toml -D integrator.max_pixel_error=" + options).err;
+    };
+    EXPECT_NE(said("0.25 -D integrator.step=0.07").find("integrator.step = 0.07 is not taken"), std::string::npos);
+    EXPECT_NE(said("0.25 -D integrator.tolerance=1e-5").find("integrator.tolerance = 1e-05 is not taken"), std::string::npos);
+    EXPECT_EQ(said("0.25").find("is not taken"), std::string::npos);
+    EXPECT_EQ(said("1e-30 -D integrator.step=0.07").find("is not taken"), std::string::npos);
+}
+
+TEST_F(MaxPixelError, KeepsMethodStrategyAndLanesThatAreAskedFor) {
+    for (const char* asked : {"--integrator gauss8 --lanes 1", "--strategy scalar", "--integrator rk4 --strategy packet"}) {
+        SCOPED_TRACE(asked);
+        const Outcome outcome = run(std::string("render hole.toml -o a.exr --quiet --json -D integrator.max_pixel_error=0.25 ") + asked);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        const json report = json::parse(outcome.out);
+        EXPECT_LE(report["pixel_error_estimate"], 0.25);
+        for (const char* method : {"gauss8", "rk4"})
+            if (std::string(asked).find(method) != std::string::npos) {
+                EXPECT_EQ(report["integrator"], method);
+            }
+        const bool scalar = std::string(asked).find("packet") == std::string::npos;
+        EXPECT_EQ(report["strategy"], scalar ? "scalar" : "packet");
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -5,8 +5,10 @@
 #include "bench/odeint.h"
 #include "error.h"
 #include "modules/modules.h"
-#include "plan/plan.h"
-#include "report/rays_csv.h"
+#include "rays/start_rays.h"
+#include "render/trace.h"
+#include "report/csv/read_rays.h"
+#include "scene/load.h"
 
 #include <benchmark/benchmark.h>
 
@@ -31,11 +33,11 @@ Rays rays_of(const char* file) {
     Options options;
     options.threads = 1;
     const std::vector<Override> accurate{"integrator.method=gauss16", "integrator.step=0.1", "integrator.symmetry=none"};
-    const auto plan = make_plan(load_scene(KAGERO_SCENES "/hole.toml", accurate, catalogue(options.isa)), options, false);
+    const auto plan = make_plan(load_scene(KAGERO_SCENES "/hole.toml", accurate, catalogue(options.isa)), options, Purpose::ray_list);
     std::ifstream in(file);
     if (!in) throw InputError(std::string("cannot read the rays '") + file + "'");
-    Rays rays{{plan->parameters[0], plan->job.escape_radius}, start_rays(*plan, read_rays(in, file), ""), {}};
-    trace(*plan, rays.starts, rays.ends);
+    Rays rays{{plan.scene->space.parameters[0], plan.scene->limits.escape_radius}, start_rays(plan, read_rays(in, file)), {}};
+    trace(plan, rays.starts, rays.ends);
     return rays;
 }
 

@@ -2,10 +2,11 @@
 // against a loop that knows nothing but Embree, with the same rays and shading.
 #include "bench/bare_embree.h"
 #include "modules/modules.h"
-#include "tuning/autotune.h"
-#include "render/render.h"
-#include "render/schedule.h"
 #include "pixels/shade_tile.h"
+#include "plan/names.h"
+#include "render/render.h"
+#include "scene/load.h"
+#include "tuning/resolve.h"
 
 #include <benchmark/benchmark.h>
 
@@ -39,9 +40,9 @@ struct Question {
 void picture(benchmark::State& state, const Question& question) {
     const auto plan = make_plan(load_scene(KAGERO_SCENES "/room.toml", question.overrides, catalogue(question.options.isa)),
                                 question.options);
-    Film film = film_of(*plan);
+    Film film = film_of(plan);
     RunReport report;
-    for (auto _ : state) report = render(*plan, film);
+    for (auto _ : state) report = render(plan, film);
     const Counters& c = report.counters;
     const double rays = double(report.rays);
     using benchmark::Counter;
@@ -55,22 +56,21 @@ void picture(benchmark::State& state, const Question& question) {
 }
 
 /// As `kagero render` would make its picture: in float, where that is seen to do.
-std::unique_ptr<Plan> straight_room(const std::string& isa) {
+Plan straight_room(const std::string& isa) {
     Options options;
     options.isa = isa, options.threads = 1;
-    auto plan = make_plan(load_scene(KAGERO_SCENES "/room.toml", {"space.rg=0"}, catalogue(isa)), options);
-    settle(*plan);
-    return plan;
+    return resolve(load_scene(KAGERO_SCENES "/room.toml", {"space.rg=0"}, catalogue(isa)), options);
 }
 void render_ours(const Plan& plan, Film& film) {
     render(plan, film);
 }
 void render_bare(const Plan& plan, Film& film) {
-    const Tile all = shown_part(plan);
+    const Tile all = plan.view.window;
+    const Job job = plan.job();
     std::vector<RayEnd> ends;
     for (const Tile& tile : cut(plan, all, Schedule::tiles).tiles) {
         ends.resize(rays_of(tile, {}));
-        bench::bare_embree(*plan.job.camera, *plan.job.geometry, plan.job.escape_radius, tile, ends.data());
+        bench::bare_embree(*job.camera, *job.geometry, job.escape_radius, tile, ends.data());
         shade_tile(plan, tile, all, ends.data(), {}, {}, film);
     }
 }
@@ -80,8 +80,8 @@ void require_same_picture(const std::string& isa) {
     static std::set<std::string> compared;
     if (!compared.insert(isa).second) return;
     const auto plan = straight_room(isa);
-    Film ours = film_of(*plan), bare = film_of(*plan);
-    render_ours(*plan, ours), render_bare(*plan, bare);
+    Film ours = film_of(plan), bare = film_of(plan);
+    render_ours(plan, ours), render_bare(plan, bare);
     const std::size_t pixels = std::size_t{ours.width()} * ours.height();
     const float *a = ours.plane("color"), *b = bare.plane("color");
     std::size_t differing = 0;
@@ -100,8 +100,8 @@ void add_straight(const std::string& isa) {
         benchmark::RegisterBenchmark(("straight_room/" + isa + "/" + way).c_str(), [=](benchmark::State& state) {
             require_same_picture(isa);
             const auto plan = straight_room(isa);
-            Film film = film_of(*plan);
-            for (auto _ : state) draw(*plan, film);
+            Film film = film_of(plan);
+            for (auto _ : state) draw(plan, film);
         })->UseRealTime()->Unit(benchmark::kMillisecond);
     };
     add("kagero", render_ours);
@@ -110,7 +110,7 @@ void add_straight(const std::string& isa) {
 
 void add(const std::string& isa, const std::string& strategy, const std::string& precision, const Integration& integration, bool cull) {
     Question question{{}, integration.overrides};
-    question.options.isa = isa, question.options.strategy = strategy, question.options.precision = precision;
+    question.options.isa = isa, question.options.strategy = strategy_named(strategy), question.options.precision = precision_named(precision);
     question.options.threads = 1;
     question.overrides.push_back("film.size=[256,256]");
     if (!cull) question.overrides.push_back("integrator.cull=none");

@@ -68,8 +68,8 @@ struct Traced {
 /// χ) at the angle χ of the ray from the outward direction, because the energy at infinity is that of ∂_t = u + v e_r.
 double frequency_of_infinity(const Plan& plan, const RayStart& s, std::uint32_t i) {
     const double r = std::hypot(s.q[0], s.q[1], s.q[2]);
-    if (plan.description().camera.observer != "falling") return 1 / std::sqrt(1 - 1 / r);
-    const CameraRays& c = plan.camera;
+    if (plan.description().camera.observer != ObserverKind::falling) return 1 / std::sqrt(1 - 1 / r);
+    const CameraRays& c = plan.view.camera;
     Double3 d;
     for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + (i % c.width + 0.5) * c.right[k] + (i / c.width + 0.5) * c.down[k];
     return 1 / (1 + std::sqrt(1 / r) * dot(unit(d), {s.q[0] / r, s.q[1] / r, s.q[2] / r}));

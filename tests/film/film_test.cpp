@@ -1,4 +1,5 @@
 // Films on disk: what is written is what is read, in every format, and nothing is left behind when writing fails.
+#include "film/write_film.h"
 #include "film/film.h"
 
 #include "error.h"

@@ -1,4 +1,6 @@
 // Formulas as text: what they mean, and what is said of those that mean nothing.
+#include "formula/nodes.h"
+#include "formula/parser.h"
 #include "formula/formula.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Spaces whose Hamiltonian is written in the scene: the same rays as the built-in ones, and what can go wrong.
+#include "scene/print.h"
 #include "tests/support/plan_fixture.h"
 
 #include "error.h"
@@ -173,8 +174,7 @@ TEST(FormulaSpace, CamerasOfQuadraticFormsNeedNoSolve) {
             const RayStart seen = pixel_ray(*plan, x, y);
             Double3 d;
             for (std::size_t k = 0; k < 3; ++k) d[k] = plan->view.camera.corner[k] + (x + 0.5) * plan->view.camera.right[k] + (y + 0.5) * plan->view.camera.down[k];
-            RayStart solved{};
-            plan->module().start(plan->hamiltonian, plan->parameters.data(), plan->view.camera.position, d.data(), &solved);
+            const RayStart solved = plan->scene->space.start(plan->view.camera.position, d);
             expect_close(seen.p, solved.p, 1e-12);
         }
     const auto quartic = plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + 2*py^2 + pz^2)^2 - 1\"\n" + rest, {});
@@ -337,8 +337,8 @@ TEST(FormulaSpace, HelpersOfHelpersAreReadOnce) {
 
 TEST(FormulaSpace, IsPrintedWhole) {
     const std::string text = pairs[2].formula + rest;
-    const std::string once = print_scene(plan_of_text(text, {"integrator.rescale=\"1/n\""})->scene);
-    EXPECT_EQ(print_scene(plan_of_text(once, {})->scene), once);
+    const std::string once = print_scene(plan_of_text(text, {"integrator.rescale=\"1/n\""})->description());
+    EXPECT_EQ(print_scene(plan_of_text(once, {})->description()), once);
     EXPECT_NE(once.find("n = \"0.85 - 0.3*z^3 + 0.03*cos(3*pi*x)\""), std::string::npos);
     EXPECT_NE(once.find("rescale = \"1/n\""), std::string::npos);
 }

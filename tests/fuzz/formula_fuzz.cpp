@@ -1,4 +1,7 @@
 // Formulas: any text parses, compiles to a kernel's programs and starts a ray, or is refused by an InputError.
+#include "error.h"
+#include "formula/nodes.h"
+#include "formula/parser.h"
 #include "modules/modules.h"
 #include "plan/formula_space.h"
 #include "target.h"

@@ -1,4 +1,5 @@
 // The reader of rays: any text gives rays or an InputError.
+#include "error.h"
 #include "report/csv/read_rays.h"
 #include "target.h"
 

@@ -1,7 +1,9 @@
 // The reader of scenes: any text gives a scene, which is itself again when printed and read, or an InputError. Files that a scene names
 // are not opened.
-#include "plan/plan.h"
-#include "scene/description.h"
+#include "error.h"
+#include "plan/scene.h"
+#include "scene/load.h"
+#include "scene/print.h"
 #include "target.h"
 
 #include <string>

@@ -1,6 +1,7 @@
 // Surfaces: colours, orientation of textures, the clearance grid.
 #include "kernels/intersection/clearance.h"
 #include "geometry/clearance.h"
+#include "appearance/paints.h"
 #include "geometry/geometry.h"
 #include "appearance/texture.h"
 #include "tests/support/scene_fixture.h"
@@ -39,6 +40,13 @@ double distance_to_box_shell(const Double3& q, double half) {
 
 using SceneSurfaces = SceneTest;
 
+/// Geometry and paints of a scene.
+struct Loaded {
+    explicit Loaded(const SceneDescription& scene) : geometry(scene), paints(scene, geometry, true) {}
+    const SceneGeometry geometry;
+    const Paints paints;
+};
+
 TEST_F(SceneSurfaces, NoObjectsMeanNoGeometry) {
     const SceneGeometry geometry(load(head));
     EXPECT_EQ(geometry.kernel_view(), nullptr);
@@ -46,13 +54,13 @@ TEST_F(SceneSurfaces, NoObjectsMeanNoGeometry) {
 }
 
 TEST_F(SceneSurfaces, CheckerCountsSquaresAlongTheEdges) {
-    const SceneGeometry geometry(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-1, 0, 0]\nedge_u = [2, 0, 0]\n"
+    const Loaded loaded(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-1, 0, 0]\nedge_u = [2, 0, 0]\n"
                                              "edge_v = [0, 0, 1]\nchecker = [4, 2]\ncolor = [1, 1, 1]\n"));
     for (int i = 0; i < 4; ++i) {
         for (int j = 0; j < 2; ++j) {
             const float expected = (i + j) % 2 == 0 ? 1.0f : 0.25f;
             for (const std::uint32_t triangle : {0u, 1u}) {  // barycentric coordinates reach beyond a triangle
-                const Float3 color = geometry.surface_color(0, triangle, {-1 + (i + 0.5) / 2, 0, (j + 0.5) / 2}, {0, 1, 0});
+                const Float3 color = loaded.paints.surface_color(0, triangle, {-1 + (i + 0.5) / 2, 0, (j + 0.5) / 2}, {0, 1, 0});
                 EXPECT_EQ(color, (Float3{expected, expected, expected})) << i << ' ' << j;
             }
         }
@@ -63,7 +71,7 @@ TEST_F(SceneSurfaces, CheckerCountsSquaresAlongTheEdges) {
 TEST_F(SceneSurfaces, WallsShowImagesUpright) {
     write("four.ppm", four_colors);
     for (const std::string shape : {"room", "box"}) {
-        const SceneGeometry geometry(load(head + "space.center = [5, 5, 5]\n[[object]]\nshape = \"" + shape +
+        const Loaded loaded(load(head + "space.center = [5, 5, 5]\n[[object]]\nshape = \"" + shape +
                                           "\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\ntexture = \"four.ppm\"\n"));
         for (std::uint32_t face = 0; face < 6; ++face) {
             Double3 outward{}, up{};
@@ -73,7 +81,7 @@ TEST_F(SceneSurfaces, WallsShowImagesUpright) {
             const Double3 forward = scaled(outward, sense), right = cross(forward, up);
             const auto at = [&](double x, double y) {
                 const Double3 point = add(outward, add(scaled(right, x), scaled(up, y)));
-                return geometry.surface_color(0, 2 * face + (x > y ? 0 : 1), subtract(point, {5, 5, 5}), forward);
+                return loaded.paints.surface_color(0, 2 * face + (x > y ? 0 : 1), subtract(point, {5, 5, 5}), forward);
             };
             EXPECT_TRUE(close(at(-0.5, 0.5), red)) << shape << face;
             EXPECT_TRUE(close(at(0.5, 0.5), green)) << shape << face;
@@ -93,11 +101,11 @@ TEST_F(SceneSurfaces, SkyHasItsZeroMeridianInTheMiddleAndEastToTheLeft) {
         return Double3{std::cos(latitude * degree) * std::cos(longitude * degree),
                        std::cos(latitude * degree) * std::sin(longitude * degree), std::sin(latitude * degree)};
     };
-    const SceneGeometry geometry(load(head + "sky.texture = \"four.ppm\"\n"));
-    EXPECT_TRUE(close(geometry.sky_color(direction(90, 45)), red));     // north-east: upper left
-    EXPECT_TRUE(close(geometry.sky_color(direction(-90, 45)), green));  // north-west: upper right
-    EXPECT_TRUE(close(geometry.sky_color(direction(90, -45)), blue));
-    EXPECT_TRUE(close(geometry.sky_color(direction(-90, -80)), white));  // beyond the last row's middle: clamped
+    const Loaded loaded(load(head + "sky.texture = \"four.ppm\"\n"));
+    EXPECT_TRUE(close(loaded.paints.sky_color(direction(90, 45)), red));     // north-east: upper left
+    EXPECT_TRUE(close(loaded.paints.sky_color(direction(-90, 45)), green));  // north-west: upper right
+    EXPECT_TRUE(close(loaded.paints.sky_color(direction(90, -45)), blue));
+    EXPECT_TRUE(close(loaded.paints.sky_color(direction(-90, -80)), white));  // beyond the last row's middle: clamped
 
     const auto middle = sky_coordinates({1, 0, 0}, Double3{0, 0, 1});
     EXPECT_EQ(middle, (std::array<double, 2>{0.5, 0.5}));
@@ -110,15 +118,15 @@ TEST_F(SceneSurfaces, SkyHasItsZeroMeridianInTheMiddleAndEastToTheLeft) {
 
 TEST_F(SceneSurfaces, SpheresCarryAMapOfTheWorld) {
     write("four.ppm", four_colors);
-    const SceneGeometry geometry(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 2, 3]\nradius = 2\n"
+    const Loaded loaded(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 2, 3]\nradius = 2\n"
                                              "texture = \"four.ppm\"\nshading = \"lambert\"\n"));
     const double s = std::sqrt(2.0);
     const float light = static_cast<float>(1 / s);
     EXPECT_TRUE(
-        close(geometry.surface_color(0, 0, {1, 2 - s, 3 + s}, {0, 1, 0}), {light, 0, 0}));  // west, seen from outside: left
-    EXPECT_TRUE(close(geometry.surface_color(0, 0, {1, 2 + s, 3 + s}, {0, -1, 0}), {0, light, 0}));
+        close(loaded.paints.surface_color(0, 0, {1, 2 - s, 3 + s}, {0, 1, 0}), {light, 0, 0}));  // west, seen from outside: left
+    EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 + s, 3 + s}, {0, -1, 0}), {0, light, 0}));
     const double high = std::sqrt(4 - 0.04 * 0.04);
-    EXPECT_TRUE(close(geometry.surface_color(0, 0, {1, 2 - 0.04, 3 + high}, {0, 0, -1}), {static_cast<float>(high / 2), 0, 0}));  // no south in the north
+    EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 - 0.04, 3 + high}, {0, 0, -1}), {static_cast<float>(high / 2), 0, 0}));  // no south in the north
 }
 
 TEST_F(SceneSurfaces, PowersOfTwoScaleTheSceneToOrderOne) {

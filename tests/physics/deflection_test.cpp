@@ -51,7 +51,7 @@ Bundle bundle(const std::vector<double>& impacts, const Double3& center = {0, 0,
 
 std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer = "") {
     std::vector<RayEnd> ends;
-    trace(plan, start_rays(plan, rays, observer), ends);
+    trace(plan, start_rays(plan, rays, observer_of(observer)), ends);
     return ends;
 }
 
@@ -116,7 +116,7 @@ TEST_P(Deflection, EveryMethodConvergesToIt) {
     const auto any = plan("gauss4", 1);
     for (std::uint32_t i = 0; i < any->module().integrator_count; ++i) {
         const IntegratorInfo& method = any->module().integrators[i];
-        if (method.adaptive || any->module().refusal(any->job.hamiltonian, i, any->run.method.rescaled)) continue;
+        if (method.adaptive || refusal_of(*any->scene, i, any->run.method.rescaled)) continue;
         const double step = fine_step() * (method.order <= 2 ? 0.25 : 1.0), floor = 1e-11;
         const double coarse = worst_angle(*plan(method.name, step), rays), fine = worst_angle(*plan(method.name, step / 4), rays);
         SCOPED_TRACE(method.name);

@@ -240,7 +240,8 @@ TEST_P(FirstEdge, MayBeCloseToTheCamera) {
                     std::vector<RayEnd> ends(64);
                     Counters counters{};
                     const Tile all{0, 0, 8, 8};
-                    plan->run.kernel->trace(&plan->job, &all, ends.data(), &counters);
+                    const Job job = plan->job();
+                    plan->run.kernel->trace(&job, &all, ends.data(), &counters);
                     for (const RayEnd& end : ends) {
                         ASSERT_EQ(end.status, Status::hit);
                         ASSERT_NEAR(std::max({std::abs(end.q[0]), std::abs(end.q[1]), std::abs(end.q[2])}), 1, 1e-6);

@@ -15,7 +15,7 @@ std::unique_ptr<Plan> spacetime(const std::string& space, const std::string& int
     const std::string scene = "[space]\n" + space + "\n[integrator]\nmethod = \"gauss12\"\nstep = 0.1\nmax_steps = 1000000\n" + integrator +
                               "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
     Options options = with_strategy(strategy);
-    options.observer = observer;
+    options.observer = observer_of(observer);
     return plan_of_text(scene, overrides, options, false);
 }
 
@@ -25,7 +25,7 @@ std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayStart>& start
     return ends;
 }
 std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayInput>& rays, const std::string& observer = "") {
-    return ends_of(plan, start_rays(plan, rays, observer));
+    return ends_of(plan, start_rays(plan, rays, observer_of(observer)));
 }
 
 /// Where captured and escaped rays part, as a parameter in [inside, outside]: 64 rays at a time.
@@ -71,7 +71,7 @@ TEST(Kerr, CapturesWhatNothingTurnsBack) {
         for (const char* observer : {"static", "zamo", "falling"})
             for (const char* precision : {"double", "float"}) {
                 Options options = with_strategy("packet");
-                options.observer = observer, options.precision = precision_named(precision);
+                options.observer = observer_of(observer), options.precision = precision_named(precision);
                 const auto plan = plan_of_text("[space]\nhamiltonian = \"kerr\"\nspin = " + std::to_string(spin) +
                                                    "\n[integrator]\nescape_radius = 40\n[camera]\nposition = [0, -8, 1]\nlook_at = [0, 0, 0]\n"
                                                    "up = [0, 0, 1]\nfov = 90\n[film]\nsize = [40, 30]\n",
@@ -250,19 +250,19 @@ TEST(ZamoObserver, TurnsWithTheHole) {
     const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 30");
     StartMap map;
     const double q[3] = {x, 0, 0};
-    ASSERT_EQ(plan->module().observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::zamo, q, &map), Failure::none);
+    ASSERT_EQ(plan->scene->space.observe(ObserverKind::zamo, q, map), Failure::none);
     // −offset is the observer's lowered 4-velocity; its angular momentum x u_y − y u_x is zero and its energy is the lapse.
     EXPECT_NEAR(q[0] * map.offset[1] - q[1] * map.offset[0], 0, 1e-13);
     const double delta = r * r - 2 * r + a * a, big = (r * r + a * a) * (r * r + a * a) - a * a * delta;
     EXPECT_NEAR(map.offset[3], std::sqrt(r * r * delta / big), 1e-12);
     // Inside the ergosphere (r < 2 on the equator) nobody stands still, but a zamo can be.
     const double inside[3] = {std::sqrt(1.7 * 1.7 + a * a), 0, 0};
-    EXPECT_EQ(plan->module().observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::static_, inside, &map), Failure::no_observer);
-    EXPECT_EQ(plan->module().observe(plan->hamiltonian, plan->parameters.data(), ObserverKind::zamo, inside, &map), Failure::none);
+    EXPECT_EQ(plan->scene->space.observe(ObserverKind::static_, inside, map), Failure::no_observer);
+    EXPECT_EQ(plan->scene->space.observe(ObserverKind::zamo, inside, map), Failure::none);
     // Within the inner horizon (r₋ = 0.56) directions of time and of the radius are as outside.
     const double innermost[3] = {0.3, 0, 0.1};
     for (const auto kind : {ObserverKind::static_, ObserverKind::zamo})
-        EXPECT_EQ(plan->module().observe(plan->hamiltonian, plan->parameters.data(), kind, innermost, &map), Failure::no_observer);
+        EXPECT_EQ(plan->scene->space.observe(kind, innermost, map), Failure::no_observer);
 }
 
 // Every observer's light is light, and its frame orthonormal: directions d and −d add to twice the 4-velocity.
@@ -273,7 +273,7 @@ TEST(Observers, SeeNullRays) {
             if (std::string(space).find("wormhole") != std::string::npos && std::string(observer) == "falling") continue;
             std::vector<RayInput> rays;
             for (int i = 0; i < 12; ++i) rays.push_back({{3, 4, 2}, {std::cos(i * 1.1), std::sin(i * 1.1), std::cos(2.3 * i)}});
-            const auto starts = start_rays(*plan, rays, observer);
+            const auto starts = start_rays(*plan, rays, observer_of(observer));
             std::vector<RayEnd> ends;
             for (const PathPoint& point : trace_paths(*plan, starts, ends)) {
                 if (point.step > 0) continue;

@@ -164,7 +164,8 @@ TEST(CameraRay, IsTheKernelsRay) {
     const Tile tile{0, 0, 24, 18};
     std::vector<RayEnd> own(24 * 18), listed;
     Counters counters{};
-    plan->run.kernel->trace(&plan->job, &tile, own.data(), &counters);
+    const Job job = plan->job();
+    plan->run.kernel->trace(&job, &tile, own.data(), &counters);
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < 18; ++y)
         for (std::uint32_t x = 0; x < 24; ++x) starts.push_back(pixel_ray(*plan, x, y));

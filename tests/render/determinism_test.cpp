@@ -83,13 +83,12 @@ TEST_F(Determinism, SchedulesChangeNoByte) {
 }
 
 TEST_F(Determinism, ACropIsAPartOfThePicture) {
-    using Crop = std::array<std::uint32_t, 4>;
     for (const Overrides& method : methods) {
         const auto plan = room(with_strategy("packet"), method);
         Film whole(100, 80, plan->description().film.layers);
         render(*plan, whole);
-        for (const Crop& crop :
-             {Crop{0, 0, 100, 80}, Crop{13, 7, 71, 41}, Crop{99, 79, 100, 80}, Crop{31, 0, 33, 80}, Crop{50, 40, 51, 41}}) {
+        for (const Tile& crop :
+             {Tile{0, 0, 100, 80}, Tile{13, 7, 71, 41}, Tile{99, 79, 100, 80}, Tile{31, 0, 33, 80}, Tile{50, 40, 51, 41}}) {
             Options options = with_strategy("packet");
             options.crop = crop;
             const auto part = room(options, method);
@@ -106,7 +105,7 @@ TEST_F(Determinism, ACropIsAPartOfThePicture) {
 
 /// Rays in packets as they are listed: `trace` would bring neighbours together first.
 std::vector<RayEnd> traced_in_order(const Plan& plan, const std::vector<RayStart>& starts) {
-    Job job = plan.job;
+    Job job = plan.job();
     job.camera = nullptr, job.rays = starts.data();
     std::vector<RayEnd> ends(starts.size());
     Counters counters{};

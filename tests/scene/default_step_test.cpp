@@ -23,13 +23,6 @@ std::string written(double number) {
     return text;
 }
 
-/// The power of length that a unit is.
-int dimension_of(const std::string& unit) {
-    if (unit == "scene lengths") return 1;
-    if (!unit.starts_with("1/length")) return 0;
-    return unit == "1/length" ? -1 : -(unit.back() - '0');
-}
-
 TEST(DefaultStep, GrowsWithTheScene) {
     const Catalogue known = catalogue("auto");
     int media = 0;
@@ -40,7 +33,7 @@ TEST(DefaultStep, GrowsWithTheScene) {
         std::vector<Override> overrides{"integrator.escape_radius=350"};
         for (std::uint32_t k = 0; k < info.parameter_count; ++k) {
             const ParameterInfo& one = info.parameters[k];
-            overrides.push_back(std::string("space.") + one.name + '=' + written(one.fallback * std::pow(7, dimension_of(one.unit))));
+            overrides.push_back(std::string("space.") + one.name + '=' + written(one.fallback * std::pow(7, power_of_length(one.unit))));
         }
         EXPECT_NEAR(default_step(info.name, overrides), 7 * info.step, 1e-12 * info.step) << info.name;
         ++media;

@@ -1,5 +1,8 @@
 // docs/scene.md is the reference of scene files: it tells every key that the loader knows and no other, with the loader's own ranges, words
 // and defaults.
+#include "scene/load.h"
+#include "scene/print.h"
+#include "scene/toml.h"
 #include "plan/plan.h"
 #include "scene/value.h"
 

@@ -84,7 +84,7 @@ TEST_F(Stability, RunsOnSeveralInstructionSets) {
 
 TEST(StabilityCases, NoneBeginsAfterAnInterruption) {
     std::atomic<bool> stop = false;
-    const auto rows = run_stability({"inside", "trapped"}, {.precisions = {"double"}}, [&](const StabilityRow&) { stop = true; }, &stop);
+    const auto rows = run_stability({"inside", "trapped"}, {.precisions = {Precision::float64}}, [&](const StabilityRow&) { stop = true; }, &stop);
     ASSERT_EQ(rows.size(), 1u);
     EXPECT_EQ(rows[0].name, "inside");
     EXPECT_FALSE(rows[0].outcomes.empty());

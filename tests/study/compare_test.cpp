@@ -65,7 +65,7 @@ void expect_statuses(const char* way, const std::set<Form>& forms) {
     trace(*plan, starts, should);
     for (std::uint32_t k = 0; k < plan->module().kernel_count; ++k) {
         const KernelInfo& kernel = plan->module().kernels[k];
-        if (kernel.precision != Precision::float64 || refusal_of(*plan, kernel, plan->run.method.integrator, plan->run.method.rescaled))
+        if (kernel.precision != Precision::float64 || refusal_of(*plan->scene, kernel, plan->run.method))
             continue;
         plan->run.kernel = &kernel;
         seen.insert(kernel.form);

@@ -126,7 +126,7 @@ inline Compared compare(const char* scene, const std::string& method, double ste
             continue;
         }
         const double truth = pixels_apart(*plan, should, ends[i]);
-        if (truth >= clear * (precision == "float" ? 0x1p-24 : 0x1p-53) / pixel_size(plan->scene, 1))
+        if (truth >= clear * (precision == "float" ? 0x1p-24 : 0x1p-53) / pixel_size(plan->description(), 1))
             compared.pairs.push_back({estimate, truth});
     }
     return compared;

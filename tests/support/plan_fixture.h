@@ -1,7 +1,9 @@
 /// From the text of a scene to a plan, as the program makes it.
 #pragma once
 
+#include "film/write_film.h"
 #include "accuracy/end_errors.h"
+#include "appearance/redshift.h"
 #include "modules/modules.h"
 #include "plan/names.h"
 #include "rays/camera.h"
@@ -46,6 +48,17 @@ inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrid
     auto plan = plan_of_file(path.string(), overrides, options, with_camera);
     std::filesystem::remove(path);
     return plan;
+}
+
+/// Empty for "": directions are given in coordinates.
+inline std::optional<ObserverKind> observer_of(const std::string& name) {
+    if (name.empty()) return {};
+    return observer_named(name);
+}
+
+/// The redshift of a ray of the plan's camera.
+inline double redshift_of(const Plan& plan, const PixelSample& ray) {
+    return kagero::redshift_of(plan.scene->space, plan.view.spacetime, plan.description().objects, ray);
 }
 
 /// Names of the instruction sets that were built and that this machine has.

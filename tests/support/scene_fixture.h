@@ -1,6 +1,8 @@
 /// What the scene tests share: a catalogue written by hand, a scene that uses every shape, files that vanish again.
 #pragma once
 
+#include "scene/load.h"
+#include "scene/print.h"
 #include "scene/description.h"
 
 #include <gtest/gtest.h>

@@ -13,7 +13,7 @@ target_compile_options(kagero_options INTERFACE
   -fno-math-errno -fno-trapping-math
   # g++ need not look for memory to free before it has taken 400 MB: builds are quicker.
   $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=400000>)
-target_include_directories(kagero_options INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src)
+target_include_directories(kagero_options INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
 # Invariants are checked (KAGERO_ASSERT) in development builds.
 if(KAGERO_ASSERTIONS)
   target_compile_definitions(kagero_options INTERFACE KAGERO_ASSERTIONS)

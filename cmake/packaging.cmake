@@ -14,6 +14,35 @@ install(TARGETS kagero_shared EXPORT kagero LIBRARY DESTINATION ${CMAKE_INSTALL_
 install(EXPORT kagero NAMESPACE kagero:: FILE kagero-config.cmake DESTINATION ${package})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/kagero-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/kagero-config-version.cmake DESTINATION ${package})
-install(DIRECTORY ${CMAKE_SOURCE_DIR}/src/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kagero FILES_MATCHING PATTERN "*.h"
-        PATTERN cli EXCLUDE)
-install(FILES ${CMAKE_SOURCE_DIR}/kernels/abi.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kagero/kernels)
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/kagero DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+
+# The man page and bash's completion are written from the program's own help.
+find_package(Python3 COMPONENTS Interpreter)
+if(Python3_FOUND)
+  set(manual ${CMAKE_BINARY_DIR}/manual)
+  add_custom_command(OUTPUT ${manual}/kagero.1.gz ${manual}/kagero.bash
+    COMMAND Python3::Interpreter ${CMAKE_SOURCE_DIR}/cmake/manual.py $<TARGET_FILE:kagero> ${manual}
+    DEPENDS kagero ${CMAKE_SOURCE_DIR}/cmake/manual.py COMMENT "Writing the man page and bash completion")
+  add_custom_target(manual ALL DEPENDS ${manual}/kagero.1.gz ${manual}/kagero.bash)
+  install(FILES ${manual}/kagero.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(FILES ${manual}/kagero.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kagero)
+endif()
+
+# `cpack --preset deb` (or cpack in the build directory) makes a Debian package for the release that it runs on: what it depends on is read
+# from the libraries that were linked.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME kagero)
+set(CPACK_PACKAGE_CONTACT "The kagero team <kagero@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
+set(CPACK_PACKAGE_DESCRIPTION "kagero renders scenes in which light bends: around black holes, through mirages, in any space whose rays follow a Hamiltonian. The package has the program, its scenes, and the library with its headers.")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/lib ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS OFF)
+file(WRITE ${CMAKE_BINARY_DIR}/triggers "activate-noawait ldconfig\n")  # the library is found at once
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${CMAKE_BINARY_DIR}/triggers)
+set(CPACK_STRIP_FILES ON)
+include(CPack)

@@ -1,10 +1,11 @@
 /// The wall between the program and its kernel modules.
 ///
-/// `src/` is ordinary baseline x86-64; each `kagero-kernels-<isa>.so` is compiled for one instruction set. They share the plain
-/// structs below and one exported function, `kagero_kernels`. Nothing here owns memory, throws or allocates.
-///
+/// `src/` is ordinary baseline x86-64; each `kagero-kernels-<isa>.so` is compiled for one instruction set. They share the plain structs
+/// below and one exported function, `kagero_kernels`. Nothing here owns memory, throws or allocates.
 /// Coordinates on this side of the wall are those of the Hamiltonian: scene coordinates minus `space.center`.
 #pragma once
+
+#include "kernels/unit.h"
 
 #include <cstdint>
 #include <limits>
@@ -12,7 +13,6 @@
 namespace kagero {
 
 inline constexpr std::uint32_t abi_version = 26;
-
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
 /// What a strategy puts into vectors where it has a choice: per-ray the components of the gradient or the stages of a Gauss method;
@@ -45,22 +45,6 @@ enum class Failure : std::uint8_t {
 
 enum class ObserverKind : std::uint8_t { static_, zamo, falling, coordinate };
 enum class HitModel : std::uint8_t { chord, hermite };
-
-/// The unit of a parameter: a power of length, by which the parameter scales when a scene is measured in another unit of length.
-enum class Unit : std::uint8_t { number, whole_number, length, per_length, per_length_squared, per_length_cubed };
-
-/// The exponent of length in a unit.
-constexpr int power_of_length(Unit unit) {
-    switch (unit) {
-        case Unit::length: return 1;
-        case Unit::per_length: return -1;
-        case Unit::per_length_squared: return -2;
-        case Unit::per_length_cubed: return -3;
-        case Unit::number:
-        case Unit::whole_number: break;
-    }
-    return 0;
-}
 
 /// One parameter that a Hamiltonian declares; `least <= value <= greatest` is the legal range (`least_open`: `least < value`).
 struct ParameterInfo {

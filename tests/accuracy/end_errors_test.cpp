@@ -46,7 +46,7 @@ TEST(PositionError, OfChordsFallsWithTheStep) {
     const auto median = [](double step) {
         const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", {"film.size=[48,48]", "integrator.hit=chord", "integrator.method=rk4", "integrator.step=" + std::to_string(step)});
         Film film(48, 48, {"position_error"});
-        render(*plan, film);
+        render_with_errors(*plan, film);
         const float* errors = film.plane("position_error");
         std::vector<double> known;
         std::copy_if(errors, errors + 48 * 48, std::back_inserter(known), [](float error) { return error > 0; });
@@ -59,7 +59,7 @@ TEST(PositionError, OfChordsFallsWithTheStep) {
 TEST(PositionError, IsNotANumberWhereThereIsNone) {
     const auto plan = plan_of_text(hole_scene, {"integrator.method=\"gauss8\"", "integrator.max_steps=20"});
     Film film(48, 48, {"status", "position_error"});
-    render(*plan, film);
+    render_with_errors(*plan, film);
     std::size_t captured = 0, limited = 0;
     for (std::size_t i = 0; i < 48 * 48; ++i) {
         const auto status = static_cast<Status>(static_cast<int>(film.plane("status")[i]));

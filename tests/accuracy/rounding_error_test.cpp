@@ -61,7 +61,7 @@ struct Tightness {
 };
 Tightness tightness(Plan& plan) {
     Film film(plan.description().film.width, plan.description().film.height, {"rounding_error"});
-    render(plan, film);
+    render_with_errors(plan, film);
     constexpr int runs = 3;
     const double slightly = plan.run.kernel->precision == Precision::float32 ? 0x1p-20 : 0x1p-40;
     const std::vector<RayEnd> ends = ends_of(plan, 1);

@@ -110,7 +110,7 @@ inline Compared compare(const char* scene, const std::string& method, double ste
     overrides.push_back(std::string("integrator.") + key + "=" + std::to_string(step));
     const auto plan = plan_of_text(scene, overrides, options);
     Film film(48, 48, {"position_error", "rounding_error"});
-    render(*plan, film);
+    render_with_errors(*plan, film);
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < 48; ++y)
         for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));

@@ -1,0 +1,24 @@
+/// Units of the parameters of Hamiltonians.
+#pragma once
+
+#include <cstdint>
+
+namespace kagero {
+
+/// The unit of a parameter: a power of length, by which the parameter scales when a scene is measured in another unit of length.
+enum class Unit : std::uint8_t { number, whole_number, length, per_length, per_length_squared, per_length_cubed };
+
+/// The exponent of length in a unit.
+constexpr int power_of_length(Unit unit) {
+    switch (unit) {
+        case Unit::length: return 1;
+        case Unit::per_length: return -1;
+        case Unit::per_length_squared: return -2;
+        case Unit::per_length_cubed: return -3;
+        case Unit::number:
+        case Unit::whole_number: break;
+    }
+    return 0;
+}
+
+}  // namespace kagero

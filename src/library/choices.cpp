@@ -1,0 +1,50 @@
+#include "library/choices.h"
+
+#include "error.h"
+#include "modules/modules.h"
+#include "plan/names.h"
+#include "report/explanation.h"
+#include "scene/load.h"
+
+namespace kagero {
+namespace {
+
+/// Empty for "auto".
+template <class Value>
+std::optional<Value> named(const char* option, const std::string& name, std::optional<Value> (*find)(const std::string&)) {
+    const std::optional<Value> value = find(name);
+    if (!value && name != "auto") throw InputError(std::string(option) + ": there is no \"" + name + "\"");
+    return value;
+}
+
+}  // namespace
+
+Options options_of(const RunOptions& asked) {
+    Options options;
+    require_isa("isa", asked.isa);
+    options.isa = asked.isa;
+    options.strategy = named("strategy", asked.strategy, strategy_named);
+    options.precision = named("precision", asked.precision, precision_named);
+    options.threads = asked.threads;
+    return options;
+}
+
+SceneDescription description_of(const SceneSource& source, const Options& options) {
+    return load_scene(source.file, {source.overrides.begin(), source.overrides.end()}, catalogue(options.isa));
+}
+
+RunChoices choices_of(const Plan& plan) {
+    const KernelInfo& kernel = *plan.run.kernel;
+    RunChoices choices;
+    choices.hamiltonian = plan.description().space.hamiltonian, choices.integrator = plan.method().name;
+    choices.isa = plan.module().isa, choices.strategy = name_of(kernel.strategy), choices.precision = name_of(kernel.precision);
+    choices.lanes = kernel.lanes, choices.threads = plan.run.threads;
+    choices.step = stated_step(*plan.scene, plan.run);
+    if (const auto& trial = plan.method_trial)
+        choices.max_pixel_error = trial->bound, choices.estimated_error = trial->estimate, choices.bound_is_met = trial->met;
+    choices.remarks = plan.remarks;
+    choices.explanation = explanation_text(plan);
+    return choices;
+}
+
+}  // namespace kagero

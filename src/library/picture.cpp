@@ -1,0 +1,82 @@
+#include <kagero/picture.h>
+
+#include "accuracy/end_errors.h"
+#include "film/write_film.h"
+#include "library/choices.h"
+#include "report/run_json.h"
+#include "tuning/resolve.h"
+
+#include <algorithm>
+
+namespace kagero {
+
+struct Picture::Content {
+    Plan plan;
+    Film film;
+    RunReport report;
+    RunChoices choices;
+};
+
+Picture::Picture(std::unique_ptr<Content> content) : content_(std::move(content)) {}
+Picture::Picture(Picture&&) noexcept = default;
+Picture& Picture::operator=(Picture&&) noexcept = default;
+Picture::~Picture() = default;
+
+std::uint32_t Picture::width() const {
+    return content_->film.width();
+}
+
+std::uint32_t Picture::height() const {
+    return content_->film.height();
+}
+
+std::vector<std::string> Picture::layers() const {
+    std::vector<std::string> names;
+    for (const LayerInfo* layer : content_->film.layers()) names.push_back(layer->name);
+    return names;
+}
+
+std::uint32_t Picture::channels(const std::string& name) const {
+    const auto& layers = content_->film.layers();
+    const auto layer = std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* one) { return one->name == name; });
+    return layer == layers.end() ? 0 : static_cast<std::uint32_t>((*layer)->channels.size());
+}
+
+const float* Picture::pixels(const std::string& layer) const {
+    return static_cast<const Film&>(content_->film).plane(layer);
+}
+
+const RunChoices& Picture::choices() const {
+    return content_->choices;
+}
+
+bool Picture::interrupted() const {
+    return content_->report.interrupted;
+}
+
+std::uint64_t Picture::rays() const {
+    return content_->report.rays;
+}
+
+double Picture::seconds() const {
+    return content_->report.seconds;
+}
+
+void Picture::write(const std::string& path) const {
+    check_writable(path, layers(), width(), height());
+    write_film(content_->film, path, picture_metadata(content_->plan, content_->report));
+}
+
+Picture render_scene(const SceneSource& source, const RunOptions& asked) {
+    Options options = options_of(asked);
+    options.energy_error = true;  // an EXR tells it
+    Plan plan = resolve(description_of(source, options), options, Purpose::picture, {asked.progress});
+    Film film = film_of(plan);
+    Watch watch;
+    watch.progress = asked.progress, watch.stop = asked.stop;
+    RunReport report = render_with_errors(plan, film, watch);
+    RunChoices choices = choices_of(plan);
+    return Picture(std::unique_ptr<Picture::Content>(new Picture::Content{std::move(plan), std::move(film), std::move(report), std::move(choices)}));
+}
+
+}  // namespace kagero

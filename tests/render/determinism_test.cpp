@@ -44,7 +44,7 @@ TEST_F(Determinism, ThreadsChangeNoByte) {
         options.threads = threads;
         const auto plan = room(options);
         Film film(100, 80, plan->description().film.layers);
-        render(*plan, film);
+        render_with_errors(*plan, film);
         const std::string bytes = exr("room.exr", film);
         if (first.empty()) first = bytes;
         EXPECT_EQ(bytes == first, true) << threads << " threads";
@@ -72,7 +72,7 @@ TEST_F(Determinism, SchedulesChangeNoByte) {
             options.threads = threads, options.schedule = schedule_named(schedule);
             const auto plan = room(options);
             Film film(100, 80, plan->description().film.layers);
-            const RunReport report = render(*plan, film);
+            const RunReport report = render_with_errors(*plan, film);
             EXPECT_EQ(name_of(report.schedule), schedule);
             EXPECT_EQ(report.rays, 100u * 80u);
             EXPECT_EQ(report.threads.size(), threads);
@@ -86,7 +86,7 @@ TEST_F(Determinism, ACropIsAPartOfThePicture) {
     for (const Overrides& method : methods) {
         const auto plan = room(with_strategy("packet"), method);
         Film whole(100, 80, plan->description().film.layers);
-        render(*plan, whole);
+        render_with_errors(*plan, whole);
         for (const Tile& crop :
              {Tile{0, 0, 100, 80}, Tile{13, 7, 71, 41}, Tile{99, 79, 100, 80}, Tile{31, 0, 33, 80}, Tile{50, 40, 51, 41}}) {
             Options options = with_strategy("packet");
@@ -94,7 +94,7 @@ TEST_F(Determinism, ACropIsAPartOfThePicture) {
             const auto part = room(options, method);
             const auto [x0, y0, x1, y1] = crop;
             Film film(x1 - x0, y1 - y0, part->description().film.layers);
-            render(*part, film);
+            render_with_errors(*part, film);
             for (const char* layer : layers)
                 for (std::uint32_t y = y0; y < y1; ++y)
                     for (std::uint32_t x = x0; x < x1; ++x)

@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <sstream>
 
@@ -323,15 +322,13 @@ TEST(FormulaSpace, TooLargeOnesAreRefusedAtOnce) {
     EXPECT_NE(refusal(large.str()).find("too large"), std::string::npos) << refusal(large.str());
 }
 
-// As trees these have 2^60 leaves: what is shared is read, and printed, once.
+// As trees these formulas have 2^60 leaves. A shared helper is read, and printed, once; otherwise this test would not end.
 TEST(FormulaSpace, HelpersOfHelpersAreReadOnce) {
     for (const char* helper : {" + ", "*"}) {
         std::ostringstream deep;
         deep << "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) + 1e-30*a60\"\n[integrator]\nrescale = \"z\"\n[space.let]\na0 = \"x + 1/z\"\n";
         for (int i = 1; i <= 60; ++i) deep << 'a' << i << " = \"(a" << i - 1 << " + x)" << helper << 'a' << i - 1 << "\"\n";
-        const auto before = std::chrono::steady_clock::now();
-        refusal(deep.str());  // whatever it says: of numbers so large no ray starts
-        EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(60));
+        refusal(deep.str());  // no ray starts, because the numbers are too large; the message does not matter here
     }
 }
 

@@ -2,9 +2,11 @@
 //
 //     scene_fuzz [--seconds N] [--seed N] FILE|DIRECTORY ...
 //
-// An input that the target takes joins the corpus. One on which it crashes or takes ten seconds is written to fuzz-NAME.input here.
+// An input that the target takes joins the corpus. One on which it crashes, or takes ten seconds of processor time (which does not depend on
+// what else the machine does), is written to fuzz-NAME.input here.
 #include "target.h"
 
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -74,9 +76,16 @@ void change(Random& random, std::string& text, const std::vector<std::string>& c
     }
 }
 
+/// Sends SIGPROF after so many seconds of processor time; 0: never.
+void limit_processor_time(unsigned seconds) {
+    itimerval timer{};
+    timer.it_value.tv_sec = seconds;
+    setitimer(ITIMER_PROF, &timer, nullptr);
+}
+
 int look(const std::string& input) {
     current = input;
-    alarm(hang_seconds);
+    limit_processor_time(hang_seconds);
     return LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(current.data()), current.size());
 }
 
@@ -99,7 +108,7 @@ int main(int count, char** arguments) {
     const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
 
     report = "fuzz-" + fs::path(arguments[0]).stem().string() + ".input";
-    for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS, SIGALRM}) std::signal(signal, save_and_leave);
+    for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS, SIGPROF}) std::signal(signal, save_and_leave);
 
     const std::size_t given = corpus.size();
     std::size_t taken = 0, inputs = 0;
@@ -119,7 +128,7 @@ int main(int count, char** arguments) {
         if (corpus.size() < largest_corpus) corpus.push_back(input);
         else corpus[given + below(random, corpus.size() - given)] = input;
     }
-    alarm(0);
+    limit_processor_time(0);
     std::printf("%zu inputs, %zu of them taken\n", inputs, taken);
     return 0;
 }

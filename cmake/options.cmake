@@ -14,10 +14,12 @@ target_compile_options(kagero_options INTERFACE
   # g++ need not look for memory to free before it has taken 400 MB: builds are quicker.
   $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=400000>)
 target_include_directories(kagero_options INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
-# Invariants are checked (KAGERO_ASSERT) in development builds.
-if(KAGERO_ASSERTIONS)
-  target_compile_definitions(kagero_options INTERFACE KAGERO_ASSERTIONS)
-endif()
+# Whether a part, the program or the kernels of an instruction set, checks invariants (KAGERO_ASSERT).
+function(check_invariants target part)
+  if(part IN_LIST KAGERO_ASSERTIONS OR KAGERO_ASSERTIONS STREQUAL "ON")
+    target_compile_definitions(${target} ${ARGN} KAGERO_ASSERTIONS)
+  endif()
+endfunction()
 if(KAGERO_SANITIZE)
   target_compile_options(kagero_options INTERFACE -fsanitize=${KAGERO_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
     # With these g++ 12 doubts, in constant expressions, that a variable has an address; the address sanitizer stops at null, too.

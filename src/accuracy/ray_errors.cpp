@@ -1,5 +1,6 @@
 #include "accuracy/ray_errors.h"
 
+#include "kernels/assertion.h"
 #include "appearance/sky_view.h"
 #include "scene/vector3.h"
 
@@ -65,6 +66,7 @@ bool same_class(const RayEnd& a, const RayEnd& b) {
 
 RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
                        const std::vector<RayEnd>& ends) {
+    KAGERO_ASSERT(ends.size() == reference.ends.size() && ends.size() == reference.conditioning.size());
     RayErrors errors;
     std::vector<double> position, direction, pixels, ill;
     for (std::size_t i = 0; i < ends.size(); ++i) {

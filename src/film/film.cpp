@@ -1,5 +1,7 @@
 #include "film/film.h"
 
+#include "kernels/assertion.h"
+
 #include "error.h"
 
 #include <limits>
@@ -80,6 +82,7 @@ float* Film::plane(const std::string& layer) {
 }
 
 float* Film::pixel(const std::string& layer, std::uint32_t x, std::uint32_t y) {
+    KAGERO_ASSERT(x < width_ && y < height_ && has(layer));
     return plane(layer) + (std::size_t{y} * width_ + x) * find_layer(layer).channels.size();
 }
 

@@ -1,5 +1,6 @@
 #include "pixels/shade_tile.h"
 
+#include "kernels/assertion.h"
 #include "rays/sampler.h"
 
 #include <algorithm>
@@ -68,6 +69,8 @@ bool wants_footprints(const Plan& plan, const Film& film) {
 
 void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list,
                 const std::vector<EndError>& errors, Film& film) {
+    KAGERO_ASSERT(shown.x1 - shown.x0 == film.width() && shown.y1 - shown.y0 == film.height());
+    KAGERO_ASSERT(list.starts.empty() || list.frequencies.size() == list.starts.size());
     const Wanted wanted(plan, film);
     const Shader shader(film);
     const TracedTile traced{plan, tile, ends, list, errors};

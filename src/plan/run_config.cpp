@@ -1,6 +1,7 @@
 #include "plan/run_config.h"
 
 #include "error.h"
+#include "kernels/assertion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -76,10 +77,12 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     run.kernel = &choose_kernel(scene, run.method, in_double);
     run.threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     run.schedule = options.schedule;
+    KAGERO_ASSERT(!refusal_of(scene, run.method.integrator, run.method.rescaled) && !refusal_of(scene, *run.kernel, run.method));
     return run;
 }
 
 Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
+    KAGERO_ASSERT(run.kernel && run.step > 0 && run.max_steps > 0 && run.method.integrator < scene.module().integrator_count);
     Job job{};
     job.hamiltonian = scene.integrated_hamiltonian(), job.parameters = scene.integrated_parameters();
     job.integrator = run.method.integrator, job.rescaled = run.method.rescaled;

@@ -1,5 +1,6 @@
 #include "render/run.h"
 
+#include "kernels/assertion.h"
 #include "render/threads.h"
 
 #include <algorithm>
@@ -191,6 +192,7 @@ std::size_t rays_of(const Tile& tile, const RayList& list) {
 
 void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends, Counters& counters) {
     const FlushDenormals flush;
+    KAGERO_ASSERT(list.starts.empty() ? (job.camera || job.rays) : (list.frequencies.empty() || list.frequencies.size() == list.starts.size()));
     ends.resize(rays_of(tile, list));
     if (list.starts.empty()) return kernel.trace(&job, &tile, ends.data(), &counters);
     job.camera = nullptr, job.rays = list.starts.data();

@@ -1,5 +1,7 @@
 #include "render/schedule.h"
 
+#include "kernels/assertion.h"
+
 #include <algorithm>
 #include <numeric>
 
@@ -52,6 +54,7 @@ Schedule schedule_of(const Plan& plan) {
 
 WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {
     const auto [width, height] = piece_of(plan, schedule);
+    KAGERO_ASSERT(w.x0 < w.x1 && w.y0 < w.y1 && width > 0 && height > 0);
     WorkList work;
     for (std::uint32_t y = w.y0 / height * height; y < w.y1; y += height)
         for (std::uint32_t x = w.x0 / width * width; x < w.x1; x += width) {

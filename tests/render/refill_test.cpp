@@ -147,7 +147,7 @@ double idle_lane_steps(const Counters& counters) { return double(counters.issued
 
 /// The same for packets of consecutive rays of the list: the kernel is called directly, because `trace` sorts the list.
 double idle_lane_steps_as_listed(const Plan& plan, const std::vector<RayStart>& starts) {
-    Job job = plan.job;
+    Job job = plan.job();
     job.camera = nullptr, job.rays = starts.data(), job.refill = false;
     std::vector<RayEnd> ends(starts.size());
     Counters counters{};

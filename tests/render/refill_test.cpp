@@ -163,7 +163,7 @@ TEST(OrderOfRays, HardlyChangesOccupancy) {
         for (const char* precision : {"double", "float"})
             for (const char* lanes : {"\"auto\"", "128"}) {
                 Options options = with_strategy("packet");
-                options.isa = isa, options.precision = precision;
+                options.isa = isa, options.precision = precision_named(precision);
                 Overrides overrides = collocation;
                 overrides.insert(overrides.end(), {"integrator.refill=off", std::string("integrator.lanes=") + lanes});
                 const auto plan = plan_of_file(scene_file("room.toml"), overrides, options, false);

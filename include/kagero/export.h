@@ -1,4 +1,4 @@
-/// What the shared library offers to other programs.
+/// Marks the functions and classes that the shared library exports.
 #pragma once
 
 #define KAGERO_PUBLIC __attribute__((visibility("default")))

@@ -1,4 +1,4 @@
-/// What the calls of the library have in common: which scene, how it is run, and what was chosen for it.
+/// Arguments and results that all calls of the library share: the scene, the options of a run, and the choices made for it.
 #pragma once
 
 #include <kagero/export.h>
@@ -27,7 +27,7 @@ struct RunOptions {
     const std::atomic<bool>* stop = nullptr;                      ///< set by the caller to end early; what is done is kept
 };
 
-/// What runs for a scene, as `kagero explain` prints it.
+/// The choices made for a scene, as `kagero explain` prints them.
 struct RunChoices {
     std::string hamiltonian, integrator;
     std::string isa, strategy, precision;

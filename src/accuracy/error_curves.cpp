@@ -11,7 +11,7 @@
 namespace kagero {
 namespace {
 
-/// The share of the rays that may end otherwise than they should, or nobody knows how, where the others are within a bound.
+/// The greatest share of rays with a wrong or unknown class of end, if the others are to count as within a bound.
 constexpr double most_astray = 0.01;
 /// Points that do more work per ray than this many times the cheapest are not worth their wait.
 constexpr double absurd_work = 200, absurd_work_quick = 60;

@@ -14,7 +14,7 @@ struct LoadedSky {
 /// Owns the textures of a scene. Immutable after construction, so any number of threads may shade at once.
 class Paints {
 public:
-    /// Loads the images; none without `textures`, for rays whose colours nobody asks for. Refers to the geometry, which must live as long.
+    /// Loads the images, or none without `textures` (for ray lists, which have no colours). Refers to the geometry, which must live as long.
     /// Throws InputError for an image that cannot be read.
     Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool textures);
 

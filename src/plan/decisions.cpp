@@ -18,7 +18,7 @@ struct Parts {
     void always(const std::string& what) { all.push_back({what, true, {}}); }
 };
 
-/// What the space states, built in or as a formula.
+/// The properties of the space, built in or as a formula.
 HamiltonianInfo space_of(const Scene& scene) {
     HamiltonianInfo info = scene.space.info();
     if (const auto& formula = scene.description.space.formula) {
@@ -79,7 +79,7 @@ std::string why_not_rescaled(const Scene& scene, const RunConfig& run, const Ham
     return std::string(scene.module().integrators[run.method.integrator].name) + " does not serve the rescaled Hamiltonian";
 }
 
-/// What the expression says of itself: which variables it has, and so what is conserved.
+/// The variables of the formula, and the momenta that are therefore conserved.
 void formula_decisions(const Scene& scene, const RunConfig& run, Parts& parts) {
     const FormulaDescription& formula = *scene.description.space.formula;
     const auto variables_of = [&](std::int32_t node) { return node < 0 ? 0 : formula.scope.variables[static_cast<std::size_t>(node)]; };

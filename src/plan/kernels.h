@@ -11,14 +11,14 @@ struct MethodChoice {
     bool rescaled = false;         ///< integrate Ω(q)·(H − H0) instead of H
 };
 
-/// What is asked of a kernel; empty, or 0 lanes, leaves the choice.
+/// Conditions on a kernel. An empty member, or 0 lanes, sets no condition.
 struct KernelWish {
     std::optional<Strategy> strategy;
     std::optional<Precision> precision;
     std::uint32_t lanes = 0;  ///< rays at a time; 1: scalar
     std::string isa = "auto";  ///< the module was chosen by it
 };
-/// What options and scene state.
+/// The conditions that options and scene state.
 KernelWish wish_of(const Scene& scene, const Options& options);
 
 /// The first kernel that has all that is asked for and serves the scene's space by the method. Throws InputError that names those

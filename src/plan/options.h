@@ -1,4 +1,4 @@
-/// What a caller may ask for beside the scene.
+/// The choices of a caller that are not part of a scene.
 #pragma once
 
 #include "kernels/abi.h"
@@ -15,7 +15,7 @@ enum class Schedule {
     predicted,  ///< squares, the costliest first, by a sparse first pass
 };
 
-/// What rays are traced for: the pixels of the scene's camera, or a list of rays of which nothing is drawn.
+/// The purpose of tracing: the pixels of the scene's camera, or a list of rays without a picture.
 enum class Purpose { picture, ray_list };
 
 /// Where an option is empty, or 0, the program chooses.

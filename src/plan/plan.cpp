@@ -29,7 +29,7 @@ void remark_on_names(const FormulaDescription& formula, std::vector<std::string>
 /// A float counts so far.
 constexpr std::uint32_t most_float_steps = 1u << 24;
 
-/// What the user may not have meant.
+/// Settings without effect and objects that are not seen: the user may have meant something else.
 std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Purpose purpose) {
     const SceneDescription& description = scene.description;
     const IntegratorDescription& integrator = description.integrator;

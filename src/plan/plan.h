@@ -15,7 +15,7 @@ struct MethodTrial {
     double ill_conditioned = 0;  ///< share of the rays that turn their neighbours apart so much that their pixels count as larger
 };
 
-/// What following some of the rays in float showed, where the options leave the precision open.
+/// The result of tracing some rays in double and in float, where the options leave the precision open.
 struct PrecisionTrial {
     std::uint64_t rays = 0;
     double apart = 0;     ///< pixels, between the ends in double and in float; of 99 % of the rays

@@ -34,7 +34,7 @@ struct RunConfig {
 /// Throws InputError for a method or a kernel that cannot serve the scene.
 RunConfig default_run(const Scene& scene, const Options& options, Purpose purpose);
 
-/// What a kernel is called with. It points into the scene and the view, which must live as long.
+/// The argument of a kernel. It points into the scene and the view, which must live as long.
 Job job_of(const Scene& scene, const View& view, const RunConfig& run);
 
 /// The step as the scene would state it.

@@ -29,7 +29,7 @@ struct Scene {
     std::unique_ptr<const Paints> paints;
 
     const Module& module() const { return *space.module; }
-    /// What is integrated: the space's Hamiltonian, or the formula that rescales it.
+    /// The Hamiltonian that is integrated: that of the space, or the formula that rescales it.
     std::uint32_t integrated_hamiltonian() const;
     const double* integrated_parameters() const { return programs.empty() ? space.parameters.data() : programs.data(); }
 };

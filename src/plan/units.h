@@ -9,7 +9,7 @@ namespace kagero {
 /// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size and for formulas.
 double length_unit(const SceneDescription& scene);
 
-/// The scene with all lengths in that unit. The step is left to the plan, which knows what it is a step of.
+/// The scene with all lengths in that unit. The step keeps its unit, which depends on the method.
 void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double unit);
 
 }  // namespace kagero

@@ -11,7 +11,7 @@ struct RayList {
     std::vector<double> frequencies;  ///< CameraRay::frequency of each
 };
 
-/// All rays of a tile, pixel by pixel, as many for each as the film asks for.
+/// All rays of a tile, pixel by pixel, film.spp for each.
 void list_rays(const Plan& plan, const Tile& tile, RayList& list);
 
 }  // namespace kagero

@@ -19,7 +19,7 @@ struct ThreadTime {
     std::uint64_t tiles = 0;
 };
 
-/// What a finished run says of itself.
+/// The result of a finished run.
 struct RunReport {
     std::uint64_t rays = 0;
     double seconds = 0;  ///< tracing and shading, prediction included

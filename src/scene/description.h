@@ -44,7 +44,7 @@ struct RescalingDescription {
     std::int32_t node = -1;
 };
 
-/// What the steps of a method count: the parameter of H, a length; that of a spacetime's rescaled H, a number; radians of an orbit.
+/// The unit of a method's step: a length for the parameter of H, a number for that of a spacetime's rescaled H, radians along an orbit.
 enum class StepKind { length, number, angle };
 
 /// Whether new rays are loaded into lanes whose rays have ended; automatic: where a measurement says that it pays.
@@ -97,7 +97,7 @@ struct FilmDescription {
     std::vector<std::string> layers{"color"};
 };
 
-/// What gives a surface or the sky its colour. Exactly one of the three is in use.
+/// The source of the colour of a surface or a sky. Exactly one of the three kinds is in use.
 struct Paint {
     enum class Kind { color, texture, checker };
     Kind kind = Kind::color;
@@ -113,7 +113,7 @@ struct SkyDescription {
 };
 
 enum class Shape { rectangle, box, room, sphere, mesh, disk };
-/// What scenes call them, in the same order; and the faces of a box or room, in that of ObjectDescription::faces.
+/// Their names in scenes, in the same order; and the faces of a box or room, in that of ObjectDescription::faces.
 const std::vector<std::string>& shape_names();
 const std::vector<std::string>& face_names();
 enum class Shading { emission, lambert };

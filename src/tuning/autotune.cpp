@@ -11,7 +11,7 @@ namespace {
 
 /// Rays along an edge of the grid.
 constexpr std::uint32_t pilot_grid = 32;
-/// What costs in float what 1 costs in double: lanes are twice as many.
+/// The cost of an operation in float, in operations in double: there are twice as many lanes.
 constexpr double float_cost = 0.5;
 
 /// The kernel that does for the plan what a curve shows of packets: by the strategy and lanes asked for, as errors do not depend on them.
@@ -31,7 +31,7 @@ std::string why_not(const ErrorCurves& study, const Plan& plan) {
            (study.interrupted ? " before its time was up" : "");
 }
 
-/// What a scene states of steps is for where nothing is seen to meet the bound.
+/// A stated step or tolerance is used only if no method is seen to meet the bound.
 std::vector<std::string> remarks_on_stated(const Plan& plan) {
     const IntegratorDescription& stated = plan.description().integrator;
     std::vector<std::string> remarks;
@@ -46,7 +46,7 @@ std::vector<std::string> remarks_on_stated(const Plan& plan) {
     return remarks;
 }
 
-/// Of rays that turn their neighbours apart a pixel is not that of a straight ray.
+/// Where rays diverge strongly from their neighbours, a pixel counts as larger than that of a straight ray.
 std::vector<std::string> remarks_on_ill_conditioned(const MethodTrial& trial) {
     constexpr double few = 0.01;
     if (!(trial.ill_conditioned > few)) return {};
@@ -88,7 +88,7 @@ RunConfig run_by(const Plan& plan, const Choice& choice) {
     return run;
 }
 
-/// What a trial of some rays showed; `failure` is why there is no reference to measure by, or empty.
+/// The result of the trial; `failure` is the reason why no reference could be traced, or empty.
 MethodTrial trial_of(const Plan& plan, const ErrorCurves& study, const Choice& choice, const std::string& failure) {
     MethodTrial trial;
     trial.rays = study.sample.starts.size(), trial.bound = plan.description().integrator.max_pixel_error, trial.met = choice.point != nullptr;

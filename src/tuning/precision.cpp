@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t trial_grid = 32;
 /// A picture with fewer rays than some times those of the trial is not worth one.
 constexpr double worthwhile = 16.0 * trial_grid * trial_grid;
-/// What 99 % of the rays may be apart, in pixels: too little to be seen, or to add to the error of the method.
+/// The greatest difference of 99 % of the rays, in pixels: too small to be seen, or to add to the error of the method.
 constexpr double most_apart = 0.1;
 /// The share that may end otherwise, or more than a pixel off: rays that graze an edge, or circle before they leave.
 constexpr double most_strays = 0.003;
@@ -24,7 +24,7 @@ constexpr double least_float_tolerance = 5e-7;
 /// Float gains nothing where it needs so many more steps.
 constexpr double most_extra_steps = 1.2;
 
-/// What speaks for double before any ray is followed; empty where nothing does.
+/// The reason for double that is known before any ray is traced; empty if there is none.
 std::string plain_reason(const Plan& plan) {
     const FilmDescription& film = plan.description().film;
     if (plan.run.wish.precision) return std::string("--precision ") + name_of(*plan.run.wish.precision);
@@ -59,7 +59,7 @@ const KernelInfo* kernel_in_float(const Plan& plan) {
     return find_kernel(*plan.scene, plan.run.method, wish);
 }
 
-/// What speaks for double in the ends of rays that are traced in both precisions; empty where nothing does.
+/// The reason for double in the ends of rays that are traced in both precisions; empty if there is none.
 std::string measured_reason(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
     std::vector<RayStart> starts;
     for (const auto& [x, y] : sample_pixels(plan.description().film, trial_grid, trial_grid)) starts.push_back(film_ray(plan, x, y));

@@ -78,7 +78,7 @@ public:
     /// The rays of the next slots for the lanes of `free`, where their ends go, and, where anybody asks for them, their numbers; returns the
     /// lanes whose slot does not lie outside of the tile.
     std::uint64_t take(std::uint64_t free, RayStarts<W>& starts, RayEnd* (&ends)[W], std::uint64_t (&numbers)[W]) {
-        KAGERO_ASSERT(!empty() && (free & ~all_lanes<W>) == 0);
+        KAGERO_ASSERT((free & ~all_lanes<W>) == 0);
         alignas(64) double middle_x[W], middle_y[W];
         std::uint64_t taken = 0;
         const std::uint32_t row_length = job_.camera ? job_.camera->width : 0, tile_width = tile_.x1 - tile_.x0;

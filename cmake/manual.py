@@ -75,7 +75,7 @@ _kagero() {
         --precision) words="auto double float" ;;
         --strategy) words="auto scalar per-ray packet" ;;
         --schedule) words="auto scanline tiles predicted" ;;
-        --observer) words="static zamo falling" ;;
+        --observer) words="static zamo falling coordinate" ;;
         --color) words="auto always never" ;;
         -o|--output|--json|--rays) COMPREPLY=($(compgen -f -- "$cur")); return ;;
     esac

@@ -5,7 +5,8 @@ install(DIRECTORY ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/ DESTINATION ${CMAKE_INSTALL
         FILES_MATCHING PATTERN "kagero-*.so")
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kagero/scenes USE_SOURCE_PERMISSIONS
         PATTERN CMakeLists.txt EXCLUDE PATTERN *.cpp EXCLUDE PATTERN *.h EXCLUDE PATTERN data EXCLUDE)
-install(FILES ${CMAKE_SOURCE_DIR}/LICENSE ${CMAKE_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${CMAKE_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${CMAKE_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
 # For other programs: find_package(kagero), then kagero::kagero.
 include(CMakePackageConfigHelpers)
@@ -28,7 +29,7 @@ if(Python3_FOUND)
   install(FILES ${manual}/kagero.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kagero)
 endif()
 
-# `cpack --preset deb` (or cpack in the build directory) makes a Debian package for the release that it runs on: what it depends on is read
+# `cpack` in the build directory makes a Debian package for the release that it runs on: what it depends on is read
 # from the libraries that were linked.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME kagero)

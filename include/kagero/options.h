@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 

@@ -40,7 +40,8 @@ private:
 };
 
 /// Renders a scene with every `auto` resolved as `kagero render` resolves it. Throws InputError for a scene or an option that cannot be used
-/// (file, line and column in `place`), RunError, Interrupted.
+/// (file, line and column in `place`), RunError, Interrupted. The error of H is measured along every ray, as for an EXR of the program.
+/// `progress` runs from 0 to 1 for trial rays, if there are any, and again for the picture; `stop` ends the picture, not the trial.
 KAGERO_PUBLIC Picture render_scene(const SceneSource& source, const RunOptions& options = {});
 
 }  // namespace kagero

@@ -69,7 +69,7 @@ void Picture::write(const std::string& path) const {
 
 Picture render_scene(const SceneSource& source, const RunOptions& asked) {
     Options options = options_of(asked);
-    options.energy_error = true;  // an EXR tells it
+    options.energy_error = true;  // EXR files contain it
     Plan plan = resolve(description_of(source, options), options, Purpose::picture, {asked.progress});
     Film film = film_of(plan);
     Watch watch;

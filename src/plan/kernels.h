@@ -21,8 +21,8 @@ struct KernelWish {
 /// The conditions that options and scene state.
 KernelWish wish_of(const Scene& scene, const Options& options);
 
-/// The first kernel that has all that is asked for and serves the scene's space by the method. Throws InputError that names those
-/// there are.
+/// The first kernel that meets all conditions and serves the scene's space by the method. Throws InputError, which lists the available
+/// kernels.
 const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish);
 
 /// The same; null where there is none.

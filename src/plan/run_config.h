@@ -15,7 +15,7 @@ struct RunConfig {
     double tolerance = 0;         ///< local error of adaptive methods, relative to 1 + |value|
     double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
     std::uint32_t max_steps = 0;
-    double longest_share = std::numeric_limits<double>::infinity();  ///< see Job
+    double longest_share = std::numeric_limits<double>::infinity();  ///< greatest step of adaptive methods over the distance from the centre
     bool use_symmetry = true;
     HitModel hit = HitModel::hermite;
     double chord_tolerance = 0;

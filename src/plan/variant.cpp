@@ -1,5 +1,7 @@
 #include "plan/variant.h"
 
+#include "kernels/assertion.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -90,6 +92,7 @@ Plan plan_by(const Plan& plan, const Variant& variant) {
 }
 
 Plan remade(const Plan& plan, SceneDescription description, const std::string& isa) {
+    KAGERO_ASSERT(!plan.method_trial || !plan.method_trial->met);
     Options options;
     options.isa = isa;
     options.strategy = plan.run.wish.strategy, options.precision = plan.run.wish.precision;

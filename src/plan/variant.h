@@ -40,7 +40,8 @@ RunConfig run_by(const Plan& plan, const Variant& variant);
 /// The plan with that configuration.
 Plan plan_by(const Plan& plan, const Variant& variant);
 
-/// The plan of a scene that differs from the plan's in its film alone, by any instruction set: the same method and step, and the whole film.
+/// The plan of a description that differs from the plan's in film or lanes, by any instruction set, for the whole film. The method is that of
+/// the description: a plan whose method was chosen by trial rays cannot be made anew.
 Plan remade(const Plan& plan, SceneDescription description, const std::string& isa);
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Where the camera stands and looks, and what its observer makes of directions.
+/// Where the camera stands and looks, and the map from directions in its observer's rest frame to momenta.
 #pragma once
 
 #include "appearance/pixel_sample.h"

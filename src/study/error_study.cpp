@@ -161,7 +161,7 @@ bool Study::time(const Variant& variant, std::size_t curve, StudyPoint& point, c
     if (without.interrupted) return false;
     const double timed_rays = double(timed_rays_.size());
     point.steps_without = double(without.counters.steps) / timed_rays;
-    timed.estimate = (seconds + without.seconds) * plan().run.threads / study_.options.threads;
+    timed.estimate = (seconds + without.seconds) * bare.run.threads / study_.options.threads;
     if (quick) timed.with = {1e9 * seconds / timed_rays}, timed.without = {1e9 * without.seconds / timed_rays};
     point.drift = energy_drift(plan(), variant, drift_rays_);
     timed_.push_back(std::move(timed));

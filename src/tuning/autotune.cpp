@@ -79,7 +79,7 @@ Choice cheapest_within(const Plan& plan, const ErrorCurves& study, double bound)
     return best;
 }
 
-/// The plan by the method, step and kernel of a choice, and what the trial showed of it.
+/// The plan's configuration with the method, step and kernel of a choice.
 RunConfig run_by(const Plan& plan, const Choice& choice) {
     auto variant = find_variant(plan, choice.curve->method, *choice.kernel, choice.point->step);
     if (choice.curve->loose) variant->solver_tolerance = choice.point->solver_tolerance;

@@ -4,6 +4,7 @@
 
 #include "kernels/autodiff/program.h"
 #include "kernels/autodiff/squares.h"
+#include "kernels/equations/state.h"
 #include "kernels/numeric/vec.h"
 
 namespace kagero {

@@ -9,17 +9,9 @@
 #include "kernels/autodiff/listing.h"
 #include "kernels/autodiff/operations.h"
 #include "kernels/equations/recording.h"
+#include "kernels/equations/state.h"
 
 namespace kagero {
-
-/// Canonical state of rays: x y z px py pz, and the constant p_t behind them, as the programs read them.
-template <class V>
-struct State {
-    V y[7];
-    Vec3<V> q() const { return {y[0], y[1], y[2]}; }
-    Vec3<V> p() const { return {y[3], y[4], y[5]}; }
-    void set(const Vec3<V>& q, const Vec3<V>& p) { y[0] = q.x, y[1] = q.y, y[2] = q.z, y[3] = p.x, y[4] = p.y, y[5] = p.z; }
-};
 
 /// What the tracing loop looks at wherever a step ends.
 template <class V>

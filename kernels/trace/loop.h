@@ -1,27 +1,38 @@
-/// The tracing loop: rays in lockstep, each lane leaving when its own ray ends.
+/// The tracing loop: advances a packet of rays in lockstep until all of them have ended.
 ///
-/// Compiled once per value type; scalar, and packets of any width, run these lines. The Hamiltonian and the method are behind
-/// `SpaceKernel`. A finished lane keeps a harmless state and a step of length zero, so steppers need no masks.
+/// The loop is compiled once per value type; scalars and packets of any width run these lines. The Hamiltonian and the method are behind
+/// `SpaceKernel`. A step goes through `advance`: step, accept, split, detect, write, next. Events within a step are set aside with their
+/// rays, and refined together when the packet has no active ray left (`refine_events`).
 #pragma once
 
-#include "kernels/assertion.h"
-#include "kernels/events/encounter.h"
-#include "kernels/events/landing.h"
-#include "kernels/trace/ray_source.h"
-#include "kernels/methods/task.h"
+#include "kernels/events/event_detector.h"
+#include "kernels/events/event_refiner.h"
+#include "kernels/trace/escaping_rays.h"
+#include "kernels/trace/ray_end_writer.h"
+#include "kernels/trace/ray_loader.h"
+#include "kernels/trace/step_control.h"
+#include "kernels/trace/straight_rays.h"
 
-#include <algorithm>
 #include <optional>
 
 namespace kagero {
 
-/// Finite exactly where state and velocity are (short of sums that overflow, which nothing survives either).
+/// How rays get to their ends.
+enum class Route { steps, closed_form, to_escape };
+
 template <class V>
-KAGERO_INLINE V sum_of_all(const State<V>& s, const Vec3<V>& v) {
-    return (v.x + v.y + v.z) + (s.y[0] + s.y[1] + s.y[2]) + (s.y[3] + s.y[4] + s.y[5]);
+Route route_of(const Task<V>& task) {
+    if (task.job.path_sink) return Route::steps;
+    if (task.straight) {
+        const bool straight_to_end = Events::exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(task);
+        return straight_to_end ? Route::closed_form : Route::steps;
+    }
+    const bool meets_nothing =
+        Events::exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture, StepLimit, Discontinuity>(task);
+    return meets_nothing && task.can_integrate_to_escape() ? Route::to_escape : Route::steps;
 }
 
-/// The rays of one packet from start to end: `start`, as many calls of `step` as the longest of them needs, `finish`.
+/// The rays of one packet from start to end: `start`, then `step` as long as it `goes_on`, then `finish`.
 template <class V>
 class PacketTracer {
     using S = ScalarOf<V>;
@@ -29,272 +40,223 @@ class PacketTracer {
 
 public:
     PacketTracer(const Task<V>& task, Counters& counters)
-        : task_(task), job_(task.job), counters_(counters),
-          bounds_steps_(task.straight || task.kernel.scaled || std::isfinite(task.job.bends_within) || std::isfinite(task.job.parameter_limit)) {}
+        : task_(task), counters_(counters), route_(route_of(task)), writer_(task, packet_, counters), loader_(task, packet_, writer_),
+          control_(task, packet_, writer_), detector_(task), discontinuity_(task) {
+        writer_.set_scene(detector_.scene());
+    }
 
-    /// Takes a packet's worth of rays from the queue, and goes the short ways with those that have one.
+    /// Loads a packet of rays from the queue. Rays with a short way to their end take it.
     void start(RayQueue<W>& queue) {
-        if (job_.geometry) encounter_.emplace(task_);
-        active_before_ = counters_.active_lane_steps, issued_before_ = counters_.issued_lane_steps;
-        if (!fill(queue)) return;
-        if (encounter_) encounter_->begin(active_);
-        if (task_.in_closed_form()) end_straight();
-        if (task_.passes() && active_) pass();
-        if (active_) landing_.emplace(task_);
+        load(queue, all_lanes<W>);
+        if (!packet_.filled) return;
+        if (route_ == Route::closed_form) end_straight();
+        if (route_ == Route::to_escape && packet_.active) escape();
+        if (packet_.active) refiner_.emplace(task_);
     }
-    /// Whether any ray goes on. When none does those that wait are landed, and what cannot land goes on from where its last step began.
+    /// Whether some ray goes on. If no ray is active, the events that were set aside are refined; a ray whose event cannot be refined goes on.
     bool goes_on() {
-        if (!active_ && landing_) land();
-        return active_ != 0;
+        if (!packet_.active && refiner_) refine_events();
+        return packet_.active != 0;
     }
-    /// One step; into lanes that are done new rays come, where the job wants them.
+    /// One step of all active rays. Idle lanes get new rays if the job wants that.
     void step(RayQueue<W>& queue) {
-        constexpr int enough = W - (W + 3) / 4;  // a few at a time: to refill costs about as much as a step
-        advance_once();
-        while (job_.refill && !task_.passes() && !task_.in_closed_form() && !queue.empty() && __builtin_popcountll(active_) <= enough) refill(queue);
+        constexpr int few = W - (W + 3) / 4;  // to load rays costs about as much as a step, so it is done for some lanes at a time
+        advance();
+        while (task_.job.refill && route_ == Route::steps && !queue.empty() && __builtin_popcountll(packet_.active) <= few) {
+            refine_events();
+            writer_.write_occupancy(~packet_.active & packet_.filled);
+            load(queue, ~packet_.active & all_lanes<W>);
+        }
     }
-    /// Counts a step that others take while all rays here are done.
+    /// Counts a step that other packets take while all rays of this one have ended.
     void idle() { counters_.issued_lane_steps += W; }
-    /// Tells what can be told only when no ray goes on.
+    /// Writes the counters of the packet; call it after all rays have ended.
     void finish() {
-        if (!filled_) return;
-        if (landing_) tell_occupancy(filled_);
-        if (encounter_) counters_.query_ticks += encounter_->ticks;
-        counters_.issued_iterations += flow_.issued_iterations * W;
+        if (!packet_.filled) return;
+        if (refiner_) writer_.write_occupancy(packet_.filled);
+        if (const SceneIntersector<V>* scene = detector_.scene()) counters_.query_ticks += scene->ticks;
+        counters_.issued_iterations += packet_.state.issued_iterations * W;
     }
 
 private:
-    void end_straight();
-    void pass();
-    bool fill(RayQueue<W>& queue);
-    void refill(RayQueue<W>& queue);
-    void put(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& flow) const;
-    void enter(const RayStarts<W>& starts, std::uint64_t lanes);
-    void advance_once();
-    std::uint64_t stopped(std::uint64_t moving) const;
-    void count(std::uint64_t moving);
-    std::uint64_t leave(std::uint64_t& moving);
-    std::uint64_t repeat_to_crease(std::uint64_t moving);
-    V length_to_crease(std::uint64_t lanes, const V& first);
-    std::uint64_t not_yet_rejected(std::uint64_t lanes) const;
-    void retry(std::uint64_t bad, std::uint64_t unsolved, std::uint64_t lossy);
-    void repeat(std::uint64_t lanes, const V& length);
-    void restart(std::uint64_t lanes, const V& length);
-    MaskOf<V> is_beyond(const Vec3<V>& q) const;
-    MaskOf<V> reaches_sphere(const Vec3<V>& q) const;
-    MaskOf<V> leaves_space(const Vec3<V>& q, const Vec3<V>& v) const;
-    std::uint64_t end_at_edge(std::uint64_t lanes);
-    void fail(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy);
-    void drop(std::uint64_t lanes);
-    void retire_far_out(const RayStarts<W>& starts, int lane);
-    void make_harmless(std::uint64_t lanes);
+    void load(RayQueue<W>& queue, std::uint64_t free);
     void set_out(std::uint64_t lanes);
-    void commit(std::uint64_t lanes, std::uint64_t staying);
-    void forget_repetitions(std::uint64_t lanes);
-    std::uint64_t wait_for_surface(std::uint64_t hits);
-    std::uint64_t excursions(std::uint64_t lanes, V& exit, V& farthest) const;
-    void leave_sphere(std::uint64_t lanes);
-    void wait_for_sphere(const Waypoint<V>& from, const Waypoint<V>& to, const V& place, std::uint64_t lanes);
-    void wait_for_edge(std::uint64_t lanes, Edge edge);
-    void note_direction(std::uint64_t lanes);
-    std::uint64_t come_back(const Leg<V>& landed) const;
-    void land();
-    void land_once(bool more);
-    std::uint64_t go_back(std::uint64_t lanes);
-    void retire(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure = Failure::none);
-    void write_ends(const Flow<V>& f, std::uint64_t lanes, Status status, Failure failure);
-    void tell_iterations(int lane, const V& now);
-    float occupancy_so_far() const;
-    void tell_occupancy(std::uint64_t lanes);
-    void report_path(const Flow<V>& f, std::uint64_t lanes, bool at_start);
-    V step_length() const { return bounds_steps_ ? bounded_step_length() : nominal_; }
-    V bounded_step_length() const;
-    V longest_leap() const;
-    V straight_way_out() const;
-    V straight_way_in() const;
+    void end_straight();
+    void escape();
+    void advance();
+    std::uint64_t split(std::uint64_t moving);
+    void end_at_step_end(const Detected& found);
+    void next(std::uint64_t moving, std::uint64_t staying);
+    void refine_events();
+    void refine_once(bool look_for_earlier);
+    void end_refined(std::uint64_t lanes);
+    std::uint64_t undo(std::uint64_t lanes);
 
     const Task<V>& task_;
-    const Job& job_;
     Counters& counters_;
-    const bool bounds_steps_;                ///< a step may have another length than the job's, or the method's
-    std::optional<Encounter<V>> encounter_;  ///< where there is anything to meet
-    std::optional<Landing<V>> landing_;      ///< where steps are taken
-    Flow<V> flow_;
-    V nominal_;                     ///< step length of active lanes, 0 in finished ones
-    V worst_energy_;
-    V tried_h_, tried_side_;        ///< of lanes that search for the crease: their last try
-    std::uint64_t active_ = 0;
-    std::uint64_t repeated_ = 0;    ///< lanes that had to take their step again
-    std::uint64_t outward_ = 0;     ///< lanes whose rays move away from the origin where their step starts
-    V steps_;                       ///< whole numbers up to `most_counted`, exactly
-    V iterations_after_;            ///< Flow::open_iterations when the lane's ray left to wait: idle lanes count on
-    std::uint64_t active_before_ = 0, issued_before_ = 0;  ///< lane-steps, when the packet began
-    std::uint64_t filled_ = 0;      ///< lanes that have, or had, a ray
-    std::uint8_t halvings_[W] = {};
-    std::uint16_t all_halvings_[W] = {};
-    std::uint8_t rejections_[W] = {};
-    std::uint32_t surface_[W], primitive_[W];  ///< of lanes that have met one
-    std::uint64_t fell_on_surface_ = 0;
-    RayEnd* ends_[W];
-    std::uint64_t numbers_[W];
-
-    /// Beyond it S does not tell a whole number from the next.
-    static constexpr S most_counted = S(2) / machine_epsilon<S>;
-    /// How often a step without solution is halved before its ray fails.
-    static constexpr int max_halvings = 24;
-    /// The same for all steps of a ray: one that creeps on by halvings alone would hardly ever end.
-    static constexpr int most_halvings = 4000;
-    /// How often in a row a step is taken again with another length before its ray fails.
-    static constexpr int max_rejections = 60;
+    const Route route_;
+    Packet<V> packet_;
+    RayEndWriter<V> writer_;
+    RayLoader<V> loader_;
+    StepControl<V> control_;
+    EventDetector<V> detector_;
+    DiscontinuitySearch<V> discontinuity_;
+    std::optional<EventRefiner<V>> refiner_;  ///< exists where rays take steps
 };
 
-/// Whether places lie on the escape sphere or beyond it; or on that of the other universe.
+// --- The start of rays ------------------------------------------------------------------------------------------------
+
+/// New rays in lanes that are free.
 template <class V>
-KAGERO_INLINE MaskOf<V> PacketTracer<V>::reaches_sphere(const Vec3<V>& q) const {
-    const V square = dot(q, q);
-    const MaskOf<V> outer = square >= V(S(job_.escape_radius) * S(job_.escape_radius));
-    if (!(job_.inner_escape_radius > 0)) return outer;
-    return outer | (square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius)));
+void PacketTracer<V>::load(RayQueue<W>& queue, std::uint64_t free) {
+    RayStarts<W> starts;
+    const std::uint64_t lanes = queue.take(free, starts, packet_.ends, packet_.numbers);
+    if (!lanes) return;
+    if (packet_.filled) loader_.load_more(starts, lanes);
+    else loader_.load_first(starts, lanes);
+    control_.begin(lanes);
+    detector_.begin(lanes);
+    loader_.activate(starts, lanes);
+    if (route_ != Route::closed_form) set_out(lanes);
 }
 
-/// Whether rays at q that move along v are beyond the escape sphere, and do not come in; in a wormhole's other universe outward is inward.
+/// The first steps of the rays in `lanes`.
 template <class V>
-MaskOf<V> PacketTracer<V>::leaves_space(const Vec3<V>& q, const Vec3<V>& v) const {
-    const V outward = dot(q, v), square = dot(q, q);
-    const MaskOf<V> here = (square >= V(S(job_.escape_radius) * S(job_.escape_radius))) & (outward >= V(S(0)));
-    if (!(job_.inner_escape_radius > 0)) return here;
-    return here | ((square <= V(S(job_.inner_escape_radius) * S(job_.inner_escape_radius))) & (outward < V(S(0))));
+void PacketTracer<V>::set_out(std::uint64_t lanes) {
+    control_.set_out(lanes);
+    detector_.set_out(packet_.state.start, lanes);
 }
 
 template <class V>
-void PacketTracer<V>::advance_once() {
-    KAGERO_ASSERT(active_ && (active_ & ~filled_) == 0);
+void PacketTracer<V>::end_straight() {
+    end_straight_rays(task_, packet_, detector_.scene(), writer_, counters_);
+    if (packet_.active) set_out(packet_.filled);
+}
+
+template <class V>
+void PacketTracer<V>::escape() {
+    std::uint64_t moving;
+    const std::uint64_t escaped = integrate_to_escape(task_, packet_, writer_, counters_, moving);
+    if (packet_.active == escaped) packet_.active = 0;
+    else next(moving, moving & ~escaped);
+    detector_.set_out(packet_.state.start, moving);
+}
+
+// --- A step -----------------------------------------------------------------------------------------------------------
+
+template <class V>
+void PacketTracer<V>::advance() {
+    Flow<V>& state = packet_.state;
+    KAGERO_ASSERT(packet_.active && (packet_.active & ~packet_.filled) == 0);
     counters_.issued_lane_steps += W;
-    counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(active_));
-    task_.step(flow_);
-    const std::uint64_t finite = to_bits(is_finite(sum_of_all(flow_.end, flow_.end.velocity))), solved = to_bits(flow_.solved);
-    const bool adaptive = task_.method.info.adaptive && !task_.straight;
-    const std::uint64_t accepted = adaptive ? to_bits(flow_.accepted) : active_;
-    // Beyond the medium's edge H means nothing.
-    const std::uint64_t lossy = flow_.test_energy ? accepted & ~to_bits(flow_.energy_holds | (flow_.end.domain <= V(S(0)))) : 0;
-    std::uint64_t moving = active_ & finite & solved & ~lossy;
-    KAGERO_ASSERT((accepted & ~all_lanes<W>) == 0);
-    if (moving != active_) retry(active_ & ~moving, active_ & ~solved, lossy & finite & solved);
-    if (adaptive) {
-        repeat(moving & ~accepted, flow_.suggested);
-        moving &= accepted;
-        nominal_ = pick(from_bits<V>(moving), flow_.suggested, nominal_);
+    counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(packet_.active));
+
+    task_.step(state);                                           // step
+    std::uint64_t moving = control_.accept();                    // a rejected step is taken again
+    if (Discontinuity::exists(task_)) moving &= ~split(moving);  // and so is one that has to end earlier
+    const Detected found = detector_.detect(state, moving, packet_.steps + V(S(1)), refiner_->deferred);  // detect
+    if (found.too_bent) {
+        control_.repeat(found.too_bent, V(S(0.5)) * state.h);
+        moving &= ~found.too_bent;
     }
-    if (task_.kernel.creased) moving &= ~repeat_to_crease(moving);
-    const std::uint64_t leaving = leave(moving), staying = moving & ~leaving;
-    if (job_.path_sink) report_path(flow_, staying, false);
-    commit(moving, staying);
+    packet_.count_step(moving);
+    if (found.at_end) end_at_step_end(found);                    // write
+    const std::uint64_t staying = moving & ~found.ended();
+    if (task_.job.path_sink) writer_.report_path(state, staying, false);
+    next(moving, staying);                                       // next
 }
 
-/// The lanes of `moving` whose step may have led to where a ray ends by itself, without meeting a surface, or reached its limits.
+/// Lanes whose step crosses a discontinuity take it again, to end there; returns them.
 template <class V>
-KAGERO_INLINE std::uint64_t PacketTracer<V>::stopped(std::uint64_t moving) const {
-    if (std::isfinite(job_.parameter_limit)) return moving;
-    MaskOf<V> going = (!reaches_sphere(flow_.end.q())) & (steps_ < V(std::min(S(job_.max_steps), most_counted)));
-    if (task_.kernel.bounded) going = going & (flow_.end.domain > V(S(0)));
-    if (task_.kernel.capturing) going = going & (flow_.end.captured > V(S(0)));
-    return moving & ~to_bits(going);
+std::uint64_t PacketTracer<V>::split(std::uint64_t moving) {
+    const SplitSteps<V> shorter = discontinuity_.split(packet_.state, moving, control_.first_tries());
+    control_.repeat(shorter.lanes, shorter.length);
+    return shorter.lanes;
 }
 
-/// Steps that are taken count.
+/// Rays whose event lies at the end of their step end there.
 template <class V>
-KAGERO_INLINE void PacketTracer<V>::count(std::uint64_t moving) {
-    const MaskOf<V> moved = from_bits<V>(moving);
-    steps_ = pick(moved, steps_ + V(S(1)), steps_);
-    if (flow_.want_energy) {
-        const MaskOf<V> meant = moved & (flow_.end.domain > V(S(0)));
-        worst_energy_ = pick(meant, max(worst_energy_, flow_.energy_error), worst_energy_);
-    }
+void PacketTracer<V>::end_at_step_end(const Detected& found) {
+    Events::each([&]<class Event>() {
+        if constexpr (Event::effect == Effect::end) {
+            const std::uint64_t lanes = found.at_end & found.lanes_of.template of<Event>();
+            if (!lanes) return;
+            if constexpr (requires { Event::finish(task_, packet_.state, lanes); }) Event::finish(task_, packet_.state, lanes);
+            writer_.end_rays(packet_.state, lanes, Event::status);
+        }
+    });
 }
 
-/// The lanes of `moving` whose rays end with this step: they wait for landing, or are retired at once. Those whose step is too long to be
-/// tested against the scene take half of it, and move no more.
+/// The end of the step of `moving` becomes the start of the next one for the lanes of `staying`; the others become inactive.
 template <class V>
-std::uint64_t PacketTracer<V>::leave(std::uint64_t& moving) {
-    const Vec3<V> q = flow_.end.q();
-    const std::uint64_t outward = to_bits(dot(q, flow_.end.velocity) > V(S(0)));
-    V exit, farthest;
-    std::uint64_t away = moving & outward_ & ~outward;
-    if (away) away = excursions(away, exit, farthest);
-    std::uint64_t tested = moving, hits = encounter_ ? encounter_->meet(flow_, tested) : 0;
-    if (tested != moving) {
-        repeat(moving & ~tested, V(S(0.5)) * flow_.h);
-        moving = tested, away &= moving;
-    }
-    count(moving);
-    std::uint64_t staying = moving;
-    if (!(hits | away | stopped(moving))) {
-        outward_ = (outward_ & ~moving) | (outward & moving);
-        return 0;
-    }
-    if (away & hits) hits &= ~(away & to_bits(exit < encounter_->place()));
-    staying &= ~wait_for_surface(hits);
-    if (away &= staying) {
-        landing_->wait(away, sphere_level(V(S(job_.escape_radius))), V(S(0)), farthest, exit);
-        landing_->take(flow_, away);
-    }
-    staying &= ~away;
-    const std::uint64_t beyond = task_.kernel.bounded ? staying & to_bits(flow_.end.domain <= V(S(0))) : 0;
-    if (beyond) wait_for_edge(beyond, Edge::domain);
-    staying &= ~beyond;
-    std::uint64_t outside = staying & to_bits(reaches_sphere(q));
-    if (outside) outside &= to_bits(leaves_space(q, flow_.end.velocity) | !is_beyond(flow_.start.q()));
-    if (outside) leave_sphere(outside);
-    staying &= ~outside;
-    const std::uint64_t captured = task_.kernel.capturing ? staying & to_bits(flow_.end.captured <= V(S(0))) : 0;
-    if (captured) wait_for_edge(captured, Edge::capture);
-    staying &= ~captured;
-    std::uint64_t limited = 0;
-    if (std::isfinite(job_.parameter_limit)) {
-        const S limit = S(job_.parameter_limit);
-        limited = staying & to_bits(flow_.end.parameter >= V(limit * (1 - 4 * machine_epsilon<S>)));
-        flow_.end.parameter = pick(from_bits<V>(limited), V(limit), flow_.end.parameter);
-    }
-    limited |= staying & to_bits(steps_ >= V(std::min(S(job_.max_steps), most_counted)));
-    retire(flow_, limited, Status::step_limit);
-    staying &= ~limited;
-    outward_ = (outward_ & ~staying) | (outward & staying);
-    return moving & ~staying;
-}
-
-/// Whether rays move away from the origin, where their step starts.
-template <class V>
-void PacketTracer<V>::note_direction(std::uint64_t lanes) {
-    const std::uint64_t outward = to_bits(dot(flow_.start.q(), flow_.start.velocity) > V(S(0)));
-    outward_ = (outward_ & ~lanes) | (outward & lanes);
-}
-
-/// The step of `lanes` becomes the start of the next for those that stay.
-template <class V>
-void PacketTracer<V>::commit(std::uint64_t lanes, std::uint64_t staying) {
-    KAGERO_ASSERT((staying & ~lanes) == 0 && (lanes & ~active_) == 0);
+void PacketTracer<V>::next(std::uint64_t moving, std::uint64_t staying) {
+    Flow<V>& state = packet_.state;
+    KAGERO_ASSERT((staying & ~moving) == 0 && (moving & ~packet_.active) == 0);
     if (staying == all_lanes<W>) {
-        task_.go_on(flow_);
-        flow_.h = step_length();
-        forget_repetitions(staying);
+        task_.begin_next(state);
+        state.h = control_.next_length();
+        control_.forget(staying);
         return;
     }
-    if (const std::uint64_t leaving = lanes & ~staying) {
-        active_ &= ~leaving;
-        iterations_after_ = pick(from_bits<V>(leaving), flow_.open_iterations, iterations_after_);
-        nominal_ = pick(from_bits<V>(leaving), V(S(0)), nominal_);
+    if (const std::uint64_t leaving = moving & ~staying) {
+        const MaskOf<V> gone = from_bits<V>(leaving);
+        packet_.active &= ~leaving;
+        packet_.iterations_at_end = pick(gone, state.open_iterations, packet_.iterations_at_end);
+        packet_.step_length = pick(gone, V(S(0)), packet_.step_length);
     }
-    const MaskOf<V> go = from_bits<V>(staying), done = from_bits<V>(~active_);
-    task_.go_on(flow_, go);
-    flow_.h = pick(go | done, step_length(), flow_.h);
-    forget_repetitions(staying);
+    const MaskOf<V> going = from_bits<V>(staying), inactive = from_bits<V>(~packet_.active);
+    task_.begin_next(state, going);
+    state.h = pick(going | inactive, control_.next_length(), state.h);
+    control_.forget(staying);
 }
 
+// --- The refinement of events -----------------------------------------------------------------------------------------
+
+/// Refines the events that were set aside. A step may have several events; the earliest is found one refinement after the other.
 template <class V>
-void PacketTracer<V>::forget_repetitions(std::uint64_t lanes) {
-    for (const int i : lanes_in(lanes & repeated_))
-        halvings_[i] = rejections_[i] = 0;
-    repeated_ &= ~lanes;
+void PacketTracer<V>::refine_events() {
+    constexpr int max_refinements = 4;
+    const Stopwatch watch(task_.job.timed && refiner_->deferred.lanes, counters_.landing_ticks);
+    for (int i = 1; i <= max_refinements && refiner_->deferred.lanes; ++i) refine_once(i < max_refinements);
+}
+
+/// Refines the events that were set aside, once. Rays that have crossed another event before are set aside again, for that one.
+template <class V>
+void PacketTracer<V>::refine_once(bool look_for_earlier) {
+    EventRefiner<V>& refiner = *refiner_;
+    DeferredEvents<V>& deferred = refiner.deferred;
+    refiner.refine();
+    const LanesOfEvents earlier = look_for_earlier ? refiner.earlier_events() : LanesOfEvents{};
+    const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.lost, undone = lost ? undo(lost) : 0;
+    const std::uint64_t ended = deferred.lanes & ~(undone | again);
+    if (packet_.state.want_energy)
+        packet_.worst_energy = pick(from_bits<V>(ended), max(packet_.worst_energy, deferred.step.energy_error), packet_.worst_energy);
+    writer_.end_rays(deferred.step, lost & ~undone, Status::failed, Failure::not_landed);
+    end_refined(ended & ~lost);
+    writer_.write_iterations(ended, packet_.iterations_at_end);
+    writer_.write_unrefined(ended & ~lost & refiner.unrefined);
+    refiner.defer_again(earlier);
+}
+
+/// Writes the ends of refined rays, by their status.
+template <class V>
+void PacketTracer<V>::end_refined(std::uint64_t lanes) {
+    const DeferredEvents<V>& deferred = refiner_->deferred;
+    std::uint64_t by_status[status_count] = {};
+    Events::each([&]<class Event>() {
+        if constexpr (Event::effect == Effect::end) by_status[static_cast<int>(Event::status)] |= lanes & deferred.lanes_of.template of<Event>();
+    });
+    writer_.set_surfaces(deferred.surface, deferred.primitive);
+    for (std::uint32_t s = 0; s < status_count; ++s) writer_.end_rays(deferred.step, by_status[s], static_cast<Status>(s));
+}
+
+/// Events of `lanes` could not be refined: their steps were too long, and are taken again; returns the lanes that go on.
+template <class V>
+std::uint64_t PacketTracer<V>::undo(std::uint64_t lanes) {
+    const std::uint64_t again = control_.undo(refiner_->whole, lanes);
+    detector_.set_out(packet_.state.start, again);
+    if (SceneIntersector<V>* scene = detector_.scene()) scene->return_to_start(again & to_bits(packet_.steps <= V(S(0))));
+    return again;
 }
 
 }  // namespace kagero

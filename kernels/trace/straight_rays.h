@@ -1,36 +1,40 @@
-/// The short way of the tracing loop: straight rays meet the first surface, or the escape sphere, in closed form. One query, no step.
+/// The short way for straight rays: where they hit the first surface, or the escape sphere, follows in closed form, from one query and no step.
 #pragma once
 
-#include "kernels/trace/loop.h"
+#include "kernels/events/event_detector.h"
+#include "kernels/trace/ray_end_writer.h"
+#include "kernels/trace/step_length.h"
+
+#include <algorithm>
 
 namespace kagero {
 
-/// Ends the active rays of a packet, but for those whose step does not lead out of the escape sphere: they come from beyond it and pass it
-/// by, or their numbers do not fit.
+/// Ends the active rays of a packet, except those whose straight line does not lead out of the escape sphere: they come from outside and pass
+/// it, or their numbers are out of range. `scene` is null where there are no surfaces.
 template <class V>
-void PacketTracer<V>::end_straight() {
-    const V way = straight_way_out();
-    const Vec3<V> from = flow_.start.q(), v = flow_.start.velocity, to = advance(from, way, v);
-    const std::uint64_t leaving = active_ & to_bits(leaves_space(to, v) & is_finite(sum_of_all(flow_.start, v)));
-    std::uint64_t hits = encounter_ ? encounter_->meet_straight(from, to, leaving) : 0;
+void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<V>* scene, RayEndWriter<V>& writer, Counters& counters) {
+    using S = ScalarOf<V>;
+    Flow<V>& state = packet.state;
+    const V way = straight_way_out(task, state.start);
+    const Vec3<V> from = state.start.q(), v = state.start.velocity, to = advance(from, way, v);
+    const std::uint64_t leaving = packet.active & to_bits(has_left_scene(task, to, v) & is_finite(sum_of_all(state.start, v)));
+    std::uint64_t hits = scene ? scene->intersect_straight(from, to, leaving) : 0;
     V fraction(S(0));
     if (hits) {
-        std::copy_n(encounter_->surface, W, surface_), std::copy_n(encounter_->primitive, W, primitive_);
-        fraction = chord_fraction(encounter_->levels(hits), from, to, encounter_->t);
-        hits &= ~to_bits(is_beyond(advance(from, fraction, to - from)) | (fraction < V(S(0))));
+        writer.set_surfaces(scene->hits.surface, scene->hits.primitive);
+        fraction = chord_fraction(scene->levels(hits), from, to, scene->hits.t);
+        hits &= ~to_bits(is_outside(task, advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
-    if (hits != leaving)
-        fraction = pick(from_bits<V>(hits), fraction, chord_fraction(sphere_level(V(S(job_.escape_radius))), from, to, V(S(1))));
-    flow_.end.set(advance(from, fraction, to - from), flow_.start.p());
-    flow_.end.velocity = v;
-    flow_.end.parameter = fraction * way;
-    steps_ = pick(from_bits<V>(leaving), V(S(1)), steps_);
-    counters_.issued_lane_steps += W;
-    counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));
-    retire(flow_, hits, Status::hit);
-    retire(flow_, leaving & ~hits, Status::escaped);
-    active_ &= ~leaving;
-    if (active_) set_out(filled_);
+    if (hits != leaving) fraction = pick(from_bits<V>(hits), fraction, chord_fraction(EscapeSphere::level(task), from, to, V(S(1))));
+    state.end.set(advance(from, fraction, to - from), state.start.p());
+    state.end.velocity = v;
+    state.end.parameter = fraction * way;
+    packet.steps = pick(from_bits<V>(leaving), V(S(1)), packet.steps);
+    counters.issued_lane_steps += Packet<V>::W;
+    counters.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));
+    writer.end_rays(state, hits, SurfaceHit::status);
+    writer.end_rays(state, leaving & ~hits, EscapeSphere::status);
+    packet.active &= ~leaving;
 }
 
 }  // namespace kagero

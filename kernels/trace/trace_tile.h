@@ -2,11 +2,6 @@
 #pragma once
 
 #include "kernels/trace/loop.h"
-#include "kernels/trace/passing_rays.h"
-#include "kernels/trace/ray_ends.h"
-#include "kernels/trace/ray_starts.h"
-#include "kernels/trace/retries.h"
-#include "kernels/trace/straight_rays.h"
 #include "kernels/trace/trace_entry.h"
 
 #include <algorithm>
@@ -14,14 +9,14 @@
 
 namespace kagero {
 
-/// Asks a job after every so many steps whether it is to be given up.
-class Halting {
+/// Checks after every so many steps whether the job has been cancelled.
+class CancelCheck {
 public:
-    explicit Halting(const Job& job) : job_(job) {}
-    bool operator()() { return job_.halted && ++steps_ % asked_every == 0 && job_.halted(job_.halted_user); }
+    explicit CancelCheck(const Job& job) : job_(job) {}
+    bool operator()() { return job_.halted && ++steps_ % interval == 0 && job_.halted(job_.halted_user); }
 
 private:
-    static constexpr std::uint32_t asked_every = 64;
+    static constexpr std::uint32_t interval = 64;
     const Job& job_;
     std::uint32_t steps_ = 0;
 };
@@ -30,36 +25,36 @@ private:
 template <class V>
 void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
-    Halting halted(task.job);
+    CancelCheck cancelled(task.job);
     while (!queue.empty()) {
         PacketTracer<V> packet(task, counters);
         packet.start(queue);
         while (packet.goes_on()) {
             packet.step(queue);
-            if (halted()) return;
+            if (cancelled()) return;
         }
         packet.finish();
     }
 }
 
-/// In rays.
+/// The most rays of a gang.
 inline constexpr int longest_gang = std::max({
 #include "gangs.inc"
 });
 
-/// … by gangs: packets that take their steps in turn, so that all wait for the longest ray of them. That is a vector of hundreds of
-/// lanes, done a few registers at a time.
+/// Traces a tile by gangs: several packets take their steps in turn until the longest ray of all has ended. That is a vector of hundreds
+/// of lanes, a few registers at a time.
 template <class V>
 void trace_by_gangs(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters, int packets) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
-    Halting halted(task.job);
+    CancelCheck cancelled(task.job);
     std::optional<PacketTracer<V>> gang[longest_gang / lane_count<V>];
     const auto end = gang + packets;
     while (!queue.empty()) {
         for (auto packet = gang; packet != end; ++packet) packet->emplace(task, counters), (*packet)->start(queue);
         while (std::any_of(gang, end, [](auto& packet) { return packet->goes_on(); })) {
             for (auto packet = gang; packet != end; ++packet) (*packet)->goes_on() ? (*packet)->step(queue) : (*packet)->idle();
-            if (halted()) return;
+            if (cancelled()) return;
         }
         for (auto packet = gang; packet != end; ++packet) (*packet)->finish();
     }
@@ -78,7 +73,7 @@ void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* count
 }
 template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    // A gang of one packet, or of less, is none: no list has it.
+    // The list of kernels has no gang of one packet or less.
     if constexpr (lanes > lane_count<V>)
         trace_by_gangs(Task<V>(*job, space_of<V>(*job), is_straight(job->hamiltonian, job->parameters)), *tile, ends, *counters, lanes / lane_count<V>);
 }

@@ -1,0 +1,122 @@
+/// The escape sphere around the origin: a ray that leaves through it has left the scene. A wormhole has a second, inner escape sphere
+/// for its second sheet, where "outward" means towards the origin.
+#pragma once
+
+#include "kernels/events/event.h"
+
+namespace kagero {
+
+template <bool inner>
+struct SphereEvent {
+    static constexpr Effect effect = Effect::end;
+    static constexpr Status status = Status::escaped;
+    static constexpr bool may_follow_another = true;
+
+    template <class V>
+    static bool exists(const Task<V>& task) { return !inner || task.job.inner_escape_radius > 0; }
+    template <class V>
+    KAGERO_INLINE static ScalarOf<V> radius(const Task<V>& task) {
+        return ScalarOf<V>(inner ? task.job.inner_escape_radius : task.job.escape_radius);
+    }
+    template <class V>
+    KAGERO_INLINE static V squared_radius(const Task<V>& task) { return V(radius(task) * radius(task)); }
+    /// Whether positions lie on the sphere or beyond it; `is_beyond`: strictly beyond it.
+    template <class V>
+    KAGERO_INLINE static MaskOf<V> is_reached(const Task<V>& task, const Vec3<V>& q) {
+        if constexpr (inner) return dot(q, q) <= squared_radius(task);
+        else return dot(q, q) >= squared_radius(task);
+    }
+    template <class V>
+    KAGERO_INLINE static MaskOf<V> is_beyond(const Task<V>& task, const Vec3<V>& q) {
+        if constexpr (inner) return dot(q, q) < squared_radius(task);
+        else return dot(q, q) > squared_radius(task);
+    }
+    template <class V>
+    KAGERO_INLINE static MaskOf<V> moves_outward(const Vec3<V>& q, const Vec3<V>& v) {
+        if constexpr (inner) return dot(q, v) < V(ScalarOf<V>(0));
+        else return dot(q, v) >= V(ScalarOf<V>(0));
+    }
+    /// Whether rays at q that move along v have left the scene through this sphere.
+    template <class V>
+    KAGERO_INLINE static MaskOf<V> has_left(const Task<V>& task, const Vec3<V>& q, const Vec3<V>& v) {
+        return is_reached(task, q) & moves_outward(q, v);
+    }
+
+    template <class V>
+    KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Leg<V>& step, const V&) { return is_reached(task, step.end.q()); }
+    /// A ray that comes in from beyond the sphere does not leave through it on its way in.
+    template <class V>
+    static MaskOf<V> crossed(const Task<V>& task, const Leg<V>& step) {
+        const Vec3<V> q = step.end.q();
+        return is_reached(task, q) & (moves_outward(q, step.end.velocity) | !is_beyond(task, step.start.q()));
+    }
+    template <class V>
+    static MaskOf<V> starts_beyond(const Task<V>& task, const Waypoint<V>& start) { return has_left(task, start.q(), start.velocity); }
+
+    template <class V>
+    static Level<V> level(const Task<V>& task) { return sphere_level(V(radius(task))); }
+    /// Whether a refined ray moves back into the scene, so that it must have left earlier.
+    template <class V>
+    static MaskOf<V> moves_back(const Waypoint<V>& at) {
+        const V rate = dot(at.q(), at.velocity);
+        return (inner ? -rate : rate) < V(ScalarOf<V>(0));
+    }
+    template <class V>
+    static MaskOf<V> crossed_before(const Task<V>& task, const Waypoint<V>& start, const Waypoint<V>& at) {
+        using S = ScalarOf<V>;
+        constexpr S doubt = ValueEvent<SphereEvent>::template beyond_rounding<S>;
+        const Vec3<V> a = start.q(), q = at.q();
+        const V square = squared_radius(task);
+        if constexpr (inner) return (dot(a, a) > square) & (dot(q, q) < V(S(1 - doubt)) * square);
+        else return (dot(a, a) < square) & (dot(q, q) > V(S(1 + doubt)) * square);
+    }
+};
+
+using EscapeSphere = SphereEvent<false>;
+using SecondEscapeSphere = SphereEvent<true>;
+
+/// Whether positions lie beyond one of the escape spheres.
+template <class V>
+MaskOf<V> is_outside(const Task<V>& task, const Vec3<V>& q) {
+    return EscapeSphere::is_beyond(task, q) | SecondEscapeSphere::is_beyond(task, q);
+}
+/// Whether rays at q that move along v have left the scene.
+template <class V>
+MaskOf<V> has_left_scene(const Task<V>& task, const Vec3<V>& q, const Vec3<V>& v) {
+    const MaskOf<V> left = EscapeSphere::has_left(task, q, v);
+    return SecondEscapeSphere::exists(task) ? left | SecondEscapeSphere::has_left(task, q, v) : left;
+}
+
+/// A part of a step outside of the escape sphere, although both ends of the step are inside.
+template <class V>
+struct Excursion {
+    V exit, farthest;  ///< where the ray leaves, and where it is farthest from the origin, as fractions of the step
+};
+
+/// Those of `lanes` that leave the escape sphere during their step and come back. They turn inward during the step.
+template <class V>
+std::uint64_t find_excursions(const Task<V>& task, const Flow<V>& step, std::uint64_t lanes, Excursion<V>& excursion) {
+    using S = ScalarOf<V>;
+    const V radius2 = EscapeSphere::squared_radius(task), zero(S(0)), one(S(1)), half(S(0.5));
+    const Vec3<V> a = step.start.q(), b = step.end.q();
+    lanes &= to_bits((dot(a, a) < radius2) & (dot(b, b) < radius2));
+    if (!lanes) return 0;
+    const Curve<V> curve = task.curve(step);
+    lanes &= to_bits(curve.reach2() > radius2);
+    if (!lanes) return 0;
+    const auto bisect = [&](const V& until, const auto& is_before) {
+        V before = zero, behind = until;
+        for (int i = 0; i < 12; ++i) {
+            const V middle = half * (before + behind);
+            const MaskOf<V> still = is_before(middle);
+            before = pick(still, middle, before), behind = pick(still, behind, middle);
+        }
+        return behind;
+    };
+    const auto square = [&](const V& s) { const Vec3<V> q = curve.at(s); return dot(q, q); };
+    excursion.farthest = bisect(one, [&](const V& s) { return dot(curve.at(s), curve.slope(s)) > zero; });
+    excursion.exit = bisect(excursion.farthest, [&](const V& s) { return square(s) < radius2; });
+    return lanes & to_bits(square(excursion.farthest) > radius2);
+}
+
+}  // namespace kagero

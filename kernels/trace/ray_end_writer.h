@@ -1,0 +1,127 @@
+/// Writes the ends of rays, and the points of their paths. Every ray of a packet ends here, with one status.
+#pragma once
+
+#include "kernels/events/scene_intersector.h"
+#include "kernels/trace/end_columns.h"
+#include "kernels/trace/packet.h"
+
+#include <limits>
+
+namespace kagero {
+
+template <class V>
+class RayEndWriter {
+    using S = ScalarOf<V>;
+    static constexpr int W = lane_count<V>;
+
+public:
+    RayEndWriter(const Task<V>& task, Packet<V>& packet, Counters& counters)
+        : job_(task.job), packet_(packet), counters_(counters),
+          active_before_(counters.active_lane_steps), issued_before_(counters.issued_lane_steps) {}
+
+    /// The rays of `lanes` end at the end of `step`. Without finite numbers a ray has failed; a captured one may have none.
+    void end_rays(const Flow<V>& step, std::uint64_t lanes, Status status, Failure failure = Failure::none) {
+        if (!lanes) return;
+        const bool anywhere = status == Status::failed || status == Status::captured;
+        const std::uint64_t finite = anywhere ? lanes : lanes & to_bits(is_finite(sum_of_all(step.end, step.end.velocity)));
+        write(step, finite, status, failure);
+        write(step, lanes & ~finite, Status::failed, Failure::not_finite);
+    }
+    /// The rays of `lanes` fail: they end where their last good step ended.
+    void fail_rays(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
+        Flow<V> last = packet_.state;
+        last.end = last.start;
+        end_rays(last, lanes & unsolved, Status::failed, Failure::not_converged);
+        end_rays(last, lanes & lossy & ~unsolved, Status::failed, Failure::energy_lost);
+        end_rays(last, lanes & ~(unsolved | lossy), Status::failed, Failure::not_finite);
+        packet_.deactivate(lanes);
+    }
+    /// A ray starts so far away that the numbers of a packet may not represent it: it has escaped.
+    void end_far_away(const RayStarts<W>& starts, int lane) {
+        write(packet_.state, std::uint64_t(1) << lane, Status::escaped, Failure::none);
+        RayEnd& e = *packet_.ends[lane];
+        const auto y = [&](int k) { return starts.y[k][lane]; };
+        const double inverse = 1 / norm(Vec3<double>{y(component_px), y(component_py), y(component_pz)});
+        for (int k = 0; k < space_size; ++k) e.q[k] = y(k), e.p[k] = y(momentum(k)), e.v[k] = y(momentum(k)) * inverse;
+        e.pt = y(component_pt), e.parameter = e.energy_error = 0;
+    }
+    /// The surfaces that later hits are on.
+    void set_surfaces(const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W]) { surface_ = &surface, primitive_ = &primitive; }
+    void set_scene(const SceneIntersector<V>* scene) { scene_ = scene; }
+
+    /// Writes the iterations of a ray that was set aside: without those that its idle lane counted after that.
+    void write_iterations(std::uint64_t lanes, const V& iterations) {
+        for (const int i : lanes_in(lanes)) {
+            std::uint32_t& written = packet_.ends[i]->iterations;
+            counters_.active_iterations -= written;
+            written = static_cast<std::uint32_t>(get_lane(iterations, i));
+            counters_.active_iterations += written;
+        }
+    }
+    void write_unrefined(std::uint64_t lanes) {
+        for (const int i : lanes_in(lanes)) packet_.ends[i]->unrefined = true, ++counters_.unrefined;
+    }
+    /// Writes the occupancy of the packet so far to rays that have ended: the packet has gone on without them.
+    void write_occupancy(std::uint64_t lanes) {
+        const float occupancy = occupancy_so_far();
+        for (const int i : lanes_in(lanes)) packet_.ends[i]->occupancy = occupancy;
+    }
+    /// Reports where rays start, or where their step ends, as points of their paths.
+    void report_path(const Flow<V>& step, std::uint64_t lanes, bool at_start) {
+        const Waypoint<V>& at = at_start ? step.start : step.end;
+        for (const int i : lanes_in(lanes)) {
+            PathPoint point{};
+            point.ray = packet_.numbers[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(packet_.steps, i));
+            point.parameter = double(get_lane(at.parameter, i));
+            for (int k = 0; k < space_size; ++k) point.q[k] = double(get_lane(at.y[k], i)), point.p[k] = double(get_lane(at.y[momentum(k)], i));
+            const Vec3<double> v = lane_of(at.velocity, i);
+            const double inverse = 1 / norm(v);
+            point.v[0] = v.x * inverse, point.v[1] = v.y * inverse, point.v[2] = v.z * inverse;
+            point.pt = double(get_lane(step.start.pt(), i)), point.energy = double(get_lane(step.energy, i));
+            job_.path_sink(job_.path_user, &point);
+        }
+    }
+
+private:
+    void write(const Flow<V>& step, std::uint64_t lanes, Status status, Failure failure) {
+        if (!lanes) return;
+        KAGERO_ASSERT((lanes & ~packet_.filled) == 0);
+        KAGERO_ASSERT((status == Status::failed) == (failure != Failure::none));
+        RayEnd same{};
+        same.occupancy = occupancy_so_far(), same.status = status, same.failure = failure;
+        EndColumns<V> ends(same);
+        ends.set(offsetof(RayEnd, q), step.end.q()), ends.set(offsetof(RayEnd, p), step.end.p());
+        ends.set(offsetof(RayEnd, v), direction_of(step.end.velocity));
+        ends.set(offsetof(RayEnd, pt), step.start.pt()), ends.set(offsetof(RayEnd, parameter), step.end.parameter);
+        ends.set(offsetof(RayEnd, energy_error), packet_.worst_energy);
+        counters_.steps += ends.set_counts(offsetof(RayEnd, steps), packet_.steps, lanes);
+        counters_.gradients += ends.set_counts(offsetof(RayEnd, gradients), step.gradients, lanes);
+        if (scene_) counters_.queries += ends.set_counts(offsetof(RayEnd, queries), scene_->queries(), lanes);
+        if (status == Status::hit) ends.set_words(offsetof(RayEnd, surface), *surface_), ends.set_words(offsetof(RayEnd, primitive), *primitive_);
+        ends.write(lanes, packet_.ends);
+        counters_.ended[static_cast<int>(status)] += static_cast<std::uint64_t>(__builtin_popcountll(lanes));
+        if (packet_.state.issued_iterations > 0) write_iterations(lanes, packet_.state.open_iterations);
+        // A failed ray ends where its last good step did, which has been reported.
+        if (job_.path_sink && status != Status::failed) report_path(step, lanes & to_bits(packet_.steps > V(S(0))), false);
+    }
+    /// Unit vectors along v; v may be so long that its square overflows.
+    static Vec3<V> direction_of(const Vec3<V>& v) {
+        const V least(std::numeric_limits<S>::min()), largest = max(max(abs(v.x), abs(v.y)), max(abs(v.z), least));
+        const Vec3<V> scaled = total_recip(largest) * v;
+        const V inverse = rsqrt(dot(scaled, scaled));
+        return pick(is_finite(inverse), inverse, V(S(0))) * scaled;
+    }
+    float occupancy_so_far() const {
+        const std::uint64_t issued = counters_.issued_lane_steps - issued_before_;
+        return issued > 0 ? float(double(counters_.active_lane_steps - active_before_) / double(issued)) : 0;
+    }
+
+    const Job& job_;
+    Packet<V>& packet_;
+    Counters& counters_;
+    const SceneIntersector<V>* scene_ = nullptr;
+    const std::uint32_t (*surface_)[W] = nullptr, (*primitive_)[W] = nullptr;
+    const std::uint64_t active_before_, issued_before_;  ///< lane-steps before the packet began
+};
+
+}  // namespace kagero

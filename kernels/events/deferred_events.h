@@ -4,11 +4,11 @@
 /// all events of the packet are refined together.
 #pragma once
 
-#include "kernels/events/event_list.h"
+#include "kernels/events/all_events.h"
 
 namespace kagero {
 
-template <class V>
+template <class V, class Events = AllEvents>
 struct DeferredEvents {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
@@ -16,23 +16,32 @@ struct DeferredEvents {
     Flow<V> step;             ///< the steps of deferred lanes, and of others something harmless
     Curve<V> curve;           ///< their dense output, if the method has its own; else the refiner makes it
     std::uint64_t lanes = 0;  ///< lanes with an event
-    LanesOfEvents lanes_of;   ///< … by event
+    LanesOfEvents<Events> lanes_of;   ///< … by event
     Level<V> level = Level<V>::none();  ///< of events that have one
     V lo = S(0), hi = S(0), guess = S(0);  ///< the event lies within fractions [lo, hi] of the step, probably at `guess`
     std::uint32_t surface[W], primitive[W];  ///< what lanes with a SurfaceHit hit
 
+    /// The lanes whose event has this effect.
+    template <Effect effect>
+    std::uint64_t lanes_with() const {
+        std::uint64_t all = 0;
+        Events::each([&]<class Event>() {
+            if constexpr (Event::effect == effect) all |= lanes_of.template of<Event>();
+        });
+        return all;
+    }
     void clear() { lanes = 0, lanes_of = {}, level.curved = false; }
 
     /// Adds an event that has a level, within [lo, hi] of the step.
     template <class Event>
     void defer(std::uint64_t added, const Level<V>& at, const V& from, const V& to, const V& probably) {
-        lanes_of.of<Event>() |= added;
+        lanes_of.template of<Event>() |= added;
         set(added, at, from, to, probably);
     }
     /// Adds an event between the start of the step and the state `beyond` it, at a fraction of the step.
     template <class Event>
     void defer_before(const Task<V>& task, std::uint64_t added, const Waypoint<V>& start, const Waypoint<V>& beyond, const V& fraction) {
-        lanes_of.of<Event>() |= added;
+        lanes_of.template of<Event>() |= added;
         if constexpr (HasLevel<Event, V>) {
             const Level<V> at = Event::level(task);
             set(added, at, V(S(0)), fraction, fraction * chord_fraction(at, start.q(), beyond.q(), V(S(1))));

@@ -1,8 +1,9 @@
 /// What an event is: something on a step at which a ray ends, or at which a step has to end.
 ///
-/// An event is a struct of static functions and constants in a file of its own, and a row of the list in event_list.h:
+/// An event is a struct of static functions and constants in a file of its own, and a row of the list in all_events.h:
 ///   effect                       what happens to a ray at the event
 ///   status                       Effect::end: the status of rays that end here
+///   resume(task, at)             Effect::resume: changes the state at the event into the one that the ray goes on with
 ///   exists(task)                 whether the space, the scene or the job has this event; if not, nothing looks for it
 ///   possible(task, step, steps)  a quick test at the end of a step, for all lanes: false excludes the event there
 ///   crossed(task, step)          the exact test; only evaluated where a quick test succeeded
@@ -27,6 +28,7 @@ namespace kagero {
 enum class Effect : std::uint8_t {
     end,    ///< the ray ends at the event
     split,  ///< the step ends at the event, and the next one starts there
+    resume, ///< the ray goes on from the event with another state
 };
 
 /// An event whose `value` is a function of the state alone.

@@ -10,15 +10,16 @@
 namespace kagero {
 
 /// What a step has led to.
+template <class Events>
 struct Detected {
     std::uint64_t too_bent = 0;  ///< lanes whose step bends too much to be intersected with the scene: it has to be shorter
     std::uint64_t within = 0;    ///< lanes with an event within the step, which has been deferred
     std::uint64_t at_end = 0;    ///< lanes with an event at the end of the step
-    LanesOfEvents lanes_of;
+    LanesOfEvents<Events> lanes_of;
     std::uint64_t ended() const { return within | at_end; }
 };
 
-template <class V>
+template <class V, class Events = AllEvents>
 class EventDetector {
     using S = ScalarOf<V>;
 
@@ -34,6 +35,10 @@ public:
     void begin(std::uint64_t lanes) {
         if (scene_) scene_->begin(lanes);
     }
+    /// The rays of `lanes` are at their start again, or where an event lets them go on: a surface there does not count as hit.
+    void return_to_start(std::uint64_t lanes) {
+        if (scene_) scene_->return_to_start(lanes);
+    }
     /// The steps of `lanes` begin at `start`.
     void set_out(const Waypoint<V>& start, std::uint64_t lanes) {
         const std::uint64_t outward = to_bits(dot(start.q(), start.velocity) > V(S(0)));
@@ -41,8 +46,8 @@ public:
     }
 
     /// Tests the step of lanes `moving`, after which they have taken `steps` steps. Events within the step go to `deferred`.
-    Detected detect(const Flow<V>& step, std::uint64_t moving, const V& steps, DeferredEvents<V>& deferred) {
-        Detected found;
+    Detected<Events> detect(const Flow<V>& step, std::uint64_t moving, const V& steps, DeferredEvents<V, Events>& deferred) {
+        Detected<Events> found;
         const std::uint64_t outward = to_bits(dot(step.end.q(), step.end.velocity) > V(S(0)));
         Excursion<V> excursion;
         std::uint64_t excursions = moving & outward_ & ~outward;
@@ -72,13 +77,13 @@ private:
         return moving & to_bits(possible);
     }
     /// Events that are found by the end of the step, in the order of the list.
-    void find_crossed(const Leg<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V>& deferred, Detected& found) const {
+    void find_crossed(const Leg<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::possible(task_, step, steps); }) {
                 if (!open || !Event::exists(task_)) return;
                 const std::uint64_t lanes = open & to_bits(crossed<Event>(step, steps));
                 if (!lanes) return;
-                found.lanes_of.of<Event>() |= lanes, open &= ~lanes;
+                found.lanes_of.template of<Event>() |= lanes, open &= ~lanes;
                 if constexpr (HasValue<Event, V> || HasLevel<Event, V>) {
                     deferred.template defer_before<Event>(task_, lanes, step.start, step.end, V(S(1)));
                     found.within |= lanes;
@@ -95,7 +100,7 @@ private:
     }
 
     /// Hits, except those beyond an escape sphere; returns those that count.
-    std::uint64_t defer_hits(const Flow<V>& step, std::uint64_t lanes, DeferredEvents<V>& deferred, Detected& found) const {
+    std::uint64_t defer_hits(const Flow<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
         const SurfaceHits<V>& hits = scene_->hits;
         const Curve<V> curve = task_.curve(step);
         const Vec3<V> a = curve.at(hits.from), b = curve.at(hits.to);
@@ -108,12 +113,12 @@ private:
             KAGERO_ASSERT(hits.surface[i] < task_.job.geometry->surface_count);
             deferred.surface[i] = hits.surface[i], deferred.primitive[i] = hits.primitive[i];
         }
-        found.lanes_of.of<SurfaceHit>() |= lanes, found.within |= lanes;
+        found.lanes_of.template of<SurfaceHit>() |= lanes, found.within |= lanes;
         return lanes;
     }
-    void defer_excursions(const Excursion<V>& excursion, std::uint64_t lanes, DeferredEvents<V>& deferred, Detected& found) const {
+    void defer_excursions(const Excursion<V>& excursion, std::uint64_t lanes, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
         deferred.template defer<EscapeSphere>(lanes, EscapeSphere::level(task_), V(S(0)), excursion.farthest, excursion.exit);
-        found.lanes_of.of<EscapeSphere>() |= lanes, found.within |= lanes;
+        found.lanes_of.template of<EscapeSphere>() |= lanes, found.within |= lanes;
     }
 
     const Task<V>& task_;

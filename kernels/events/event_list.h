@@ -1,13 +1,7 @@
-/// The list of all events. One more event is one more file and one more row.
+/// Lists of events, and sets of lanes by event.
 #pragma once
 
-#include "kernels/events/capture.h"
-#include "kernels/events/discontinuity.h"
-#include "kernels/events/escape_sphere.h"
-#include "kernels/events/limits.h"
-#include "kernels/events/medium_edge.h"
-#include "kernels/events/surface_hit.h"
-#include "kernels/events/turning_point.h"
+#include "kernels/events/event.h"
 
 namespace kagero {
 
@@ -32,25 +26,14 @@ struct EventList {
     KAGERO_INLINE static void each(const F& f) { (f.template operator()<Event>(), ...); }
 };
 
-/// In the order in which a step is tested for them; a lane takes the first event that it has crossed, until refinement finds an earlier one.
-using Events = EventList<
-    SurfaceHit,
-    MediumEdge,
-    TurningPoint,
-    EscapeSphere,
-    SecondEscapeSphere,
-    Capture,
-    ParameterLimit,
-    StepLimit,
-    Discontinuity>;
-
 /// A set of lanes for every event.
+template <class Events>
 struct LanesOfEvents {
     std::uint64_t lanes[Events::count] = {};
     template <class Event>
-    std::uint64_t& of() { return lanes[Events::index<Event>]; }
+    std::uint64_t& of() { return lanes[Events::template index<Event>]; }
     template <class Event>
-    std::uint64_t of() const { return lanes[Events::index<Event>]; }
+    std::uint64_t of() const { return lanes[Events::template index<Event>]; }
     std::uint64_t all() const {
         std::uint64_t any = 0;
         for (const std::uint64_t of_event : lanes) any |= of_event;

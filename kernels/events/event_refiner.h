@@ -11,12 +11,12 @@
 
 namespace kagero {
 
-template <class V>
+template <class V, class Events = AllEvents>
 class EventRefiner {
     using S = ScalarOf<V>;
 
 public:
-    DeferredEvents<V> deferred;   ///< after `refine`, deferred.step.end is where the rays are
+    DeferredEvents<V, Events> deferred;   ///< after `refine`, deferred.step.end is where the rays are
     Leg<V> whole;                 ///< after `refine`, the whole steps
     std::uint64_t lost = 0;       ///< lanes whose partial step fails or never arrives: their whole step was far too long
     std::uint64_t unrefined = 0;  ///< lanes whose place is only that of the chord
@@ -25,7 +25,7 @@ public:
 
     /// Moves all deferred rays to their events. With `hit = "chord"` that is where the chord of the step meets them.
     void refine() {
-        DeferredEvents<V>& d = deferred;
+        DeferredEvents<V, Events>& d = deferred;
         const MaskOf<V> mask = from_bits<V>(d.lanes);
         d.guess = pick(mask, d.guess, V(S(0)));
         const V full = pick(mask, d.step.h, V(S(0)));
@@ -50,21 +50,21 @@ public:
     }
 
     /// Lanes that have crossed another event on their way to where they have been refined, by that event.
-    LanesOfEvents earlier_events() const {
-        LanesOfEvents earlier;
+    LanesOfEvents<Events> earlier_events() const {
+        LanesOfEvents<Events> earlier;
         if (on_chord()) return earlier;
         std::uint64_t lanes = deferred.lanes & ~(lost | unrefined | last_events());
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); }) {
                 if (!lanes || !Event::exists(task_)) return;
-                earlier.of<Event>() = lanes & to_bits(Event::crossed_before(task_, whole.start, deferred.step.end));
-                lanes &= ~earlier.of<Event>();
+                earlier.template of<Event>() = lanes & to_bits(Event::crossed_before(task_, whole.start, deferred.step.end));
+                lanes &= ~earlier.template of<Event>();
             }
         });
         return earlier;
     }
     /// Sets rays aside again, with their whole steps, for events between the start and where they have been refined.
-    void defer_again(const LanesOfEvents& earlier) {
+    void defer_again(const LanesOfEvents<Events>& earlier) {
         deferred.clear();
         const std::uint64_t lanes = earlier.all();
         if (!lanes) return;
@@ -74,7 +74,7 @@ public:
         step.take(whole, from_bits<V>(lanes));
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); })
-                if (const std::uint64_t of_event = earlier.of<Event>()) deferred.template defer_before<Event>(task_, of_event, whole.start, beyond, fraction);
+                if (const std::uint64_t of_event = earlier.template of<Event>()) deferred.template defer_before<Event>(task_, of_event, whole.start, beyond, fraction);
         });
     }
 
@@ -117,7 +117,7 @@ private:
     /// From the fraction s, which belongs to a place on the chord of a piece, to where the curve is nearest to that place. A long step moves
     /// faster in one part than in another, and the far side of a small ball may be as near as the side that was hit.
     V nearest_on_curve(V s, const MaskOf<V>& lanes, const Vec3<V>& on_chord, const Vec3<V>& piece) const {
-        const DeferredEvents<V>& d = deferred;
+        const DeferredEvents<V, Events>& d = deferred;
         MaskOf<V> open = lanes;
         for (int i = 0; i < 3 && any(open); ++i) {
             const V next = s - dot(d.curve.at(s) - on_chord, piece) / dot(d.curve.slope(s), piece), last = s;
@@ -130,7 +130,7 @@ private:
     /// Newton's method on the dense output, within the piece that was hit; if the ends of the piece lie on both sides of the surface, between
     /// places that do.
     void refine_on_curve(const MaskOf<V>& smooth) {
-        DeferredEvents<V>& d = deferred;
+        DeferredEvents<V, Events>& d = deferred;
         const V length = d.hi - d.lo, margin = V(S(0.25)) * length, half(S(0.5)), close = V(S(1.0 / 16)) * length;
         const V least = max(d.lo - margin, V(least_fraction)), greatest = d.hi + margin;
         const V side = d.level.value(d.curve.at(d.lo));
@@ -163,7 +163,7 @@ private:
     /// the momentum, which is no worse than the errors of a method of order five on its way. A symplectic method would lose some 1e-8
     /// of what it conserves, and therefore takes the correction step in double.
     void refine_by_level(const MaskOf<V>& mask, const MaskOf<V>& by_value, const V& full) {
-        DeferredEvents<V>& d = deferred;
+        DeferredEvents<V, Events>& d = deferred;
         Flow<V>& step = d.step;
         const V zero(S(0)), close = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), V(S(4)) * last_place(full)), close_at_once = at_once(close);
         const MaskOf<V> all = mask & !by_value;
@@ -234,7 +234,7 @@ private:
     /// Where the secant hardly moves any more, the next try goes a little farther: the event lies between two places that are so
     /// close, or else the step is discontinuous there. Other lanes keep their end.
     void refine_by_value(const MaskOf<V>& lanes, const V& full) {
-        DeferredEvents<V>& d = deferred;
+        DeferredEvents<V, Events>& d = deferred;
         Flow<V>& step = d.step;
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         MaskOf<V> open = lanes;
@@ -278,7 +278,7 @@ private:
     /// A chord may hit a surface that the curve just misses: where the curve comes as close as that, the hit of the chord is kept.
     void keep_grazing_hits(std::uint64_t lanes, const V& found, const Vec3<V>& on_chord, const Vec3<V>& piece) {
         if (!lanes) return;
-        DeferredEvents<V>& d = deferred;
+        DeferredEvents<V, Events>& d = deferred;
         const Vec3<V> way = whole.end.q() - whole.start.q();
         const V closest = nearest_on_curve(found, from_bits<V>(lanes), on_chord, piece), away = d.level.value(d.curve.at(closest)), near(grazes);
         const std::uint64_t grazing = lanes & to_bits(away * away <= near * near * dot(way, way));

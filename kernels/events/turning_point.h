@@ -17,13 +17,14 @@ struct TurningPoint : ValueEvent<TurningPoint> {
     KAGERO_INLINE static MaskOf<V> possible(const Task<V>&, const Leg<V>&, const V&) { return never<V>(); }
     template <class V>
     static MaskOf<V> crossed(const Task<V>& task, const Leg<V>& step) {
+        MaskOf<V> leaves = EscapeSphere::crossed(task, step);
+        if (SecondEscapeSphere::exists(task)) leaves = leaves | SecondEscapeSphere::crossed(task, step);
+        if (!any(leaves)) return leaves;
         const V inner2 = SecondEscapeSphere::squared_radius(task), outer2 = EscapeSphere::squared_radius(task);
         const Vec3<V> a = step.start.q(), b = step.end.q(), way = b - a;
         const V along = dot(a, way), nearest2 = dot(a, a) - along * along / dot(way, way);  // of the whole straight line
         const MaskOf<V> on_second_sheet = (dot(a, a) < inner2) & (dot(b, b) < inner2);
         const MaskOf<V> passes = ((dot(a, a) > outer2) & (nearest2 > outer2)) | on_second_sheet;
-        MaskOf<V> leaves = EscapeSphere::crossed(task, step);
-        if (SecondEscapeSphere::exists(task)) leaves = leaves | SecondEscapeSphere::crossed(task, step);
         return leaves & passes;
     }
     template <class V>

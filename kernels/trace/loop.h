@@ -20,27 +20,27 @@ namespace kagero {
 /// How rays get to their ends.
 enum class Route { steps, closed_form, to_escape };
 
-template <class V>
+template <class Events, class V>
 Route route_of(const Task<V>& task) {
     if (task.job.path_sink) return Route::steps;
     if (task.straight) {
-        const bool straight_to_end = Events::exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(task);
+        const bool straight_to_end = Events::template exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(task);
         return straight_to_end ? Route::closed_form : Route::steps;
     }
     const bool meets_nothing =
-        Events::exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture, StepLimit, Discontinuity>(task);
+        Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture, StepLimit, Discontinuity>(task);
     return meets_nothing && task.can_integrate_to_escape() ? Route::to_escape : Route::steps;
 }
 
 /// The rays of one packet from start to end: `start`, then `step` as long as it `goes_on`, then `finish`.
-template <class V>
+template <class V, class Events = AllEvents>
 class PacketTracer {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
 public:
     PacketTracer(const Task<V>& task, Counters& counters)
-        : task_(task), counters_(counters), route_(route_of(task)), writer_(task, packet_, counters), loader_(task, packet_, writer_),
+        : task_(task), counters_(counters), route_(route_of<Events>(task)), writer_(task, packet_, counters), loader_(task, packet_, writer_),
           control_(task, packet_, writer_), detector_(task), discontinuity_(task) {
         writer_.set_scene(detector_.scene());
     }
@@ -85,11 +85,12 @@ private:
     void escape();
     void advance();
     std::uint64_t split(std::uint64_t moving);
-    void end_at_step_end(const Detected& found);
+    void end_at_step_end(const Detected<Events>& found);
     void next(std::uint64_t moving, std::uint64_t staying);
     void refine_events();
     void refine_once(bool look_for_earlier);
     void end_refined(std::uint64_t lanes);
+    void resume(std::uint64_t lanes);
     std::uint64_t undo(std::uint64_t lanes);
 
     const Task<V>& task_;
@@ -97,18 +98,18 @@ private:
     const Route route_;
     Packet<V> packet_;
     RayEndWriter<V> writer_;
-    RayLoader<V> loader_;
-    StepControl<V> control_;
-    EventDetector<V> detector_;
+    RayLoader<V, Events> loader_;
+    StepControl<V, Events> control_;
+    EventDetector<V, Events> detector_;
     DiscontinuitySearch<V> discontinuity_;
-    std::optional<EventRefiner<V>> refiner_;  ///< exists where rays take steps
+    std::optional<EventRefiner<V, Events>> refiner_;  ///< exists where rays take steps
 };
 
 // --- The start of rays ------------------------------------------------------------------------------------------------
 
 /// New rays in lanes that are free.
-template <class V>
-void PacketTracer<V>::load(RayQueue<W>& queue, std::uint64_t free) {
+template <class V, class Events>
+void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     RayStarts<W> starts;
     const std::uint64_t lanes = queue.take(free, starts, packet_.ends, packet_.numbers);
     if (!lanes) return;
@@ -121,20 +122,20 @@ void PacketTracer<V>::load(RayQueue<W>& queue, std::uint64_t free) {
 }
 
 /// The first steps of the rays in `lanes`.
-template <class V>
-void PacketTracer<V>::set_out(std::uint64_t lanes) {
+template <class V, class Events>
+void PacketTracer<V, Events>::set_out(std::uint64_t lanes) {
     control_.set_out(lanes);
     detector_.set_out(packet_.state.start, lanes);
 }
 
-template <class V>
-void PacketTracer<V>::end_straight() {
+template <class V, class Events>
+void PacketTracer<V, Events>::end_straight() {
     end_straight_rays(task_, packet_, detector_.scene(), writer_, counters_);
     if (packet_.active) set_out(packet_.filled);
 }
 
-template <class V>
-void PacketTracer<V>::escape() {
+template <class V, class Events>
+void PacketTracer<V, Events>::escape() {
     std::uint64_t moving;
     const std::uint64_t escaped = integrate_to_escape(task_, packet_, writer_, counters_, moving);
     if (packet_.active == escaped) packet_.active = 0;
@@ -144,8 +145,8 @@ void PacketTracer<V>::escape() {
 
 // --- A step -----------------------------------------------------------------------------------------------------------
 
-template <class V>
-void PacketTracer<V>::advance() {
+template <class V, class Events>
+void PacketTracer<V, Events>::advance() {
     Flow<V>& state = packet_.state;
     KAGERO_ASSERT(packet_.active && (packet_.active & ~packet_.filled) == 0);
     counters_.issued_lane_steps += W;
@@ -154,7 +155,7 @@ void PacketTracer<V>::advance() {
     task_.step(state);                                           // step
     std::uint64_t moving = control_.accept();                    // a rejected step is taken again
     if (Discontinuity::exists(task_)) moving &= ~split(moving);  // and so is one that has to end earlier
-    const Detected found = detector_.detect(state, moving, packet_.steps + V(S(1)), refiner_->deferred);  // detect
+    const Detected<Events> found = detector_.detect(state, moving, packet_.steps + V(S(1)), refiner_->deferred);  // detect
     if (found.too_bent) {
         control_.repeat(found.too_bent, V(S(0.5)) * state.h);
         moving &= ~found.too_bent;
@@ -167,16 +168,16 @@ void PacketTracer<V>::advance() {
 }
 
 /// Lanes whose step crosses a discontinuity take it again, to end there; returns them.
-template <class V>
-std::uint64_t PacketTracer<V>::split(std::uint64_t moving) {
+template <class V, class Events>
+std::uint64_t PacketTracer<V, Events>::split(std::uint64_t moving) {
     const SplitSteps<V> shorter = discontinuity_.split(packet_.state, moving, control_.first_tries());
     control_.repeat(shorter.lanes, shorter.length);
     return shorter.lanes;
 }
 
 /// Rays whose event lies at the end of their step end there.
-template <class V>
-void PacketTracer<V>::end_at_step_end(const Detected& found) {
+template <class V, class Events>
+void PacketTracer<V, Events>::end_at_step_end(const Detected<Events>& found) {
     Events::each([&]<class Event>() {
         if constexpr (Event::effect == Effect::end) {
             const std::uint64_t lanes = found.at_end & found.lanes_of.template of<Event>();
@@ -188,8 +189,8 @@ void PacketTracer<V>::end_at_step_end(const Detected& found) {
 }
 
 /// The end of the step of `moving` becomes the start of the next one for the lanes of `staying`; the others become inactive.
-template <class V>
-void PacketTracer<V>::next(std::uint64_t moving, std::uint64_t staying) {
+template <class V, class Events>
+void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t staying) {
     Flow<V>& state = packet_.state;
     KAGERO_ASSERT((staying & ~moving) == 0 && (moving & ~packet_.active) == 0);
     if (staying == all_lanes<W>) {
@@ -213,35 +214,37 @@ void PacketTracer<V>::next(std::uint64_t moving, std::uint64_t staying) {
 // --- The refinement of events -----------------------------------------------------------------------------------------
 
 /// Refines the events that were set aside. A step may have several events; the earliest is found one refinement after the other.
-template <class V>
-void PacketTracer<V>::refine_events() {
+template <class V, class Events>
+void PacketTracer<V, Events>::refine_events() {
     constexpr int max_refinements = 4;
     const Stopwatch watch(task_.job.timed && refiner_->deferred.lanes, counters_.landing_ticks);
     for (int i = 1; i <= max_refinements && refiner_->deferred.lanes; ++i) refine_once(i < max_refinements);
 }
 
 /// Refines the events that were set aside, once. Rays that have crossed another event before are set aside again, for that one.
-template <class V>
-void PacketTracer<V>::refine_once(bool look_for_earlier) {
-    EventRefiner<V>& refiner = *refiner_;
-    DeferredEvents<V>& deferred = refiner.deferred;
+template <class V, class Events>
+void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
+    EventRefiner<V, Events>& refiner = *refiner_;
+    DeferredEvents<V, Events>& deferred = refiner.deferred;
     refiner.refine();
-    const LanesOfEvents earlier = look_for_earlier ? refiner.earlier_events() : LanesOfEvents{};
+    const LanesOfEvents<Events> earlier = look_for_earlier ? refiner.earlier_events() : LanesOfEvents<Events>{};
     const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.lost, undone = lost ? undo(lost) : 0;
-    const std::uint64_t ended = deferred.lanes & ~(undone | again);
+    const std::uint64_t resumed = deferred.lanes & ~(lost | again) & deferred.template lanes_with<Effect::resume>();
+    const std::uint64_t ended = deferred.lanes & ~(undone | again | resumed);
     if (packet_.state.want_energy)
         packet_.worst_energy = pick(from_bits<V>(ended), max(packet_.worst_energy, deferred.step.energy_error), packet_.worst_energy);
     writer_.end_rays(deferred.step, lost & ~undone, Status::failed, Failure::not_landed);
     end_refined(ended & ~lost);
     writer_.write_iterations(ended, packet_.iterations_at_end);
     writer_.write_unrefined(ended & ~lost & refiner.unrefined);
+    if (resumed) resume(resumed);
     refiner.defer_again(earlier);
 }
 
 /// Writes the ends of refined rays, by their status.
-template <class V>
-void PacketTracer<V>::end_refined(std::uint64_t lanes) {
-    const DeferredEvents<V>& deferred = refiner_->deferred;
+template <class V, class Events>
+void PacketTracer<V, Events>::end_refined(std::uint64_t lanes) {
+    const DeferredEvents<V, Events>& deferred = refiner_->deferred;
     std::uint64_t by_status[status_count] = {};
     Events::each([&]<class Event>() {
         if constexpr (Event::effect == Effect::end) by_status[static_cast<int>(Event::status)] |= lanes & deferred.lanes_of.template of<Event>();
@@ -250,12 +253,32 @@ void PacketTracer<V>::end_refined(std::uint64_t lanes) {
     for (std::uint32_t s = 0; s < status_count; ++s) writer_.end_rays(deferred.step, by_status[s], static_cast<Status>(s));
 }
 
+/// Rays go on from their refined event, each with the state that the event gives it.
+template <class V, class Events>
+void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
+    DeferredEvents<V, Events>& deferred = refiner_->deferred;
+    if (task_.job.path_sink) writer_.report_path(deferred.step, lanes, false);
+    Waypoint<V> at = deferred.step.end;
+    Events::each([&]<class Event>() {
+        if constexpr (Event::effect == Effect::resume) {
+            if (const std::uint64_t of_event = lanes & deferred.lanes_of.template of<Event>()) {
+                Waypoint<V> changed = at;
+                Event::resume(task_, changed);
+                Waypoint<V>::each(at, changed, CopyLanes<V>{from_bits<V>(of_event)});
+            }
+        }
+    });
+    loader_.resume(at, deferred.step, lanes);
+    detector_.return_to_start(lanes);
+    set_out(lanes);
+}
+
 /// Events of `lanes` could not be refined: their steps were too long, and are taken again; returns the lanes that go on.
-template <class V>
-std::uint64_t PacketTracer<V>::undo(std::uint64_t lanes) {
+template <class V, class Events>
+std::uint64_t PacketTracer<V, Events>::undo(std::uint64_t lanes) {
     const std::uint64_t again = control_.undo(refiner_->whole, lanes);
     detector_.set_out(packet_.state.start, again);
-    if (SceneIntersector<V>* scene = detector_.scene()) scene->return_to_start(again & to_bits(packet_.steps <= V(S(0))));
+    detector_.return_to_start(again & to_bits(packet_.steps <= V(S(0))));
     return again;
 }
 

@@ -1,7 +1,7 @@
 /// Loads new rays into lanes, and ends those that are beyond an event where they start.
 #pragma once
 
-#include "kernels/events/event_list.h"
+#include "kernels/events/all_events.h"
 #include "kernels/trace/ray_end_writer.h"
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace kagero {
 
-template <class V>
+template <class V, class Events = AllEvents>
 class RayLoader {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
@@ -53,6 +53,21 @@ public:
         if (beyond) end_at_events(beyond);
         packet_.active |= usable & ~beyond;
         packet_.neutralize_lanes(all_lanes<W> & ~packet_.active & ~usable);
+    }
+
+    /// Rays go on from another state, `at`, after a refined event of `step`.
+    void resume(const Waypoint<V>& at, const Arrival<V>& step, std::uint64_t lanes) {
+        Flow<V>& state = packet_.state;
+        const MaskOf<V> here = from_bits<V>(lanes);
+        Flow<V> fresh = state;
+        Waypoint<V>::each(fresh.start, at, CopyLanes<V>{here});
+        task_.begin(fresh);
+        fresh.gradients = pick(here, step.gradients, fresh.gradients);
+        state.take(fresh, here);
+        take_stages(state, fresh, here);
+        state.open_iterations = pick(here, packet_.iterations_at_end, state.open_iterations);
+        packet_.worst_energy = pick(here, max(packet_.worst_energy, step.energy_error), packet_.worst_energy);
+        packet_.active |= lanes;
     }
 
 private:

@@ -1,13 +1,13 @@
 /// Decides whether steps stand, and takes rejected ones again with another length.
 #pragma once
 
-#include "kernels/events/event_list.h"
+#include "kernels/events/all_events.h"
 #include "kernels/trace/ray_end_writer.h"
 #include "kernels/trace/step_length.h"
 
 namespace kagero {
 
-template <class V>
+template <class V, class Events = AllEvents>
 class StepControl {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;

@@ -22,12 +22,12 @@ private:
 };
 
 /// Traces a tile, packet by packet.
-template <class V>
+template <class V, class Events = AllEvents>
 void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
     CancelCheck cancelled(task.job);
     while (!queue.empty()) {
-        PacketTracer<V> packet(task, counters);
+        PacketTracer<V, Events> packet(task, counters);
         packet.start(queue);
         while (packet.goes_on()) {
             packet.step(queue);

@@ -96,17 +96,21 @@ private:
         state.start.parameter = state.end.parameter = state.gradients = state.energy_error = state.energy = zero;
     }
 
+    template <class Event>
+    static constexpr bool ends_rays_at_start =
+        Event::effect == Effect::end && requires(const Task<V>& task, const Waypoint<V>& start) { Event::starts_beyond(task, start); };
+
     MaskOf<V> starts_beyond_an_event() const {
         MaskOf<V> beyond = never<V>();
         Events::each([&]<class Event>() {
-            if constexpr (requires { Event::starts_beyond(task_, packet_.state.start); })
+            if constexpr (ends_rays_at_start<Event>)
                 if (Event::exists(task_)) beyond = beyond | Event::starts_beyond(task_, packet_.state.start);
         });
         return beyond;
     }
     void end_at_events(std::uint64_t lanes) {
         Events::each([&]<class Event>() {
-            if constexpr (requires { Event::starts_beyond(task_, packet_.state.start); }) {
+            if constexpr (ends_rays_at_start<Event>) {
                 if (!lanes || !Event::exists(task_)) return;
                 const std::uint64_t ended = lanes & to_bits(Event::starts_beyond(task_, packet_.state.start));
                 writer_.end_rays(packet_.state, ended, Event::status);

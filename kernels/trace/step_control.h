@@ -120,7 +120,7 @@ private:
         last.end = last.start;
         std::uint64_t ended = 0;
         Events::each([&]<class Event>() {
-            if constexpr (HasValue<Event, V>) {
+            if constexpr (HasValue<Event, V> && Event::effect == Effect::end) {
                 if (!Event::exists(task_)) return;
                 const std::uint64_t beyond = lanes & ~ended & to_bits(Event::starts_beyond(task_, ahead.start));
                 writer_.end_rays(last, beyond, Event::status);

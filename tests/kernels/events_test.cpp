@@ -1,0 +1,174 @@
+// The tracing loop with events of this test's own, against parabolas: in `gradient` a ray is q0 + p0 τ − z g τ²/4 exactly.
+#include "tests/kernels/spaces.h"
+
+#include "kernels/trace/packets.h"
+#include "kernels/trace/trace_tile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <set>
+#include <vector>
+
+namespace kagero::test {
+namespace {
+
+constexpr double far_plane = 2.5, near_plane = 2.0, mirror_plane = -1.5, gradient_g = 0.1, infinity = std::numeric_limits<double>::infinity();
+bool near_plane_exists, mirror_exists;
+
+/// Rays end at x = 2.5.
+struct FarPlane : ValueEvent<FarPlane> {
+    static constexpr Status status = Status::escaped;
+    template <class V>
+    static bool exists(const Task<V>&) { return true; }
+    template <class V>
+    static V value(const Waypoint<V>&, const Waypoint<V>& at) { return V(ScalarOf<V>(far_plane)) - at.q().x; }
+};
+/// Rays end at x = 2.
+struct NearPlane : ValueEvent<NearPlane> {
+    static constexpr Status status = Status::captured;
+    template <class V>
+    static bool exists(const Task<V>&) { return near_plane_exists; }
+    template <class V>
+    static V value(const Waypoint<V>&, const Waypoint<V>& at) { return V(ScalarOf<V>(near_plane)) - at.q().x; }
+};
+/// Rays are reflected at x = −1.5.
+struct Mirror : ValueEvent<Mirror> {
+    static constexpr Effect effect = Effect::resume;
+    template <class V>
+    static bool exists(const Task<V>&) { return mirror_exists; }
+    template <class V>
+    static V value(const Waypoint<V>&, const Waypoint<V>& at) { return at.q().x - V(ScalarOf<V>(mirror_plane)); }
+    template <class V>
+    static void resume(const Task<V>&, Waypoint<V>& at) { at.y[component_px] = -at.y[component_px]; }
+};
+
+template <class List>
+struct WithPlanes;
+template <class... Event>
+struct WithPlanes<EventList<Event...>> {
+    using type = EventList<FarPlane, NearPlane, Mirror, Event...>;
+};
+using TestEvents = WithPlanes<AllEvents>::type;
+
+std::uint32_t integrator_named(const std::string& name) {
+    const Module& module = *kagero_kernels();
+    for (std::uint32_t i = 0; i < module.integrator_count; ++i)
+        if (name == module.integrators[i].name) return i;
+    throw std::runtime_error(name);
+}
+
+template <class V>
+std::vector<RayEnd> traced(const std::vector<RayStart>& rays, const char* method, double step, double parameter_limit) {
+    const double parameters[] = {1.0, gradient_g};
+    Job job{};
+    job.hamiltonian = index_of<hamiltonians::Gradient>(), job.integrator = integrator_named(method), job.parameters = parameters;
+    job.step = step, job.tolerance = 1e-12, job.max_steps = 10000, job.escape_radius = 20, job.parameter_limit = parameter_limit;
+    job.hit = HitModel::hermite, job.use_symmetry = true, job.refill = true, job.rays = rays.data();
+    job.outputs = output_energy | output_parameter;
+    std::vector<RayEnd> ends(rays.size());
+    Counters counters{};
+    const Task<V> task(job, space_kernel<hamiltonians::Gradient, V>(false), false);
+    trace_tile<V, TestEvents>(task, {0, 0, static_cast<std::uint32_t>(rays.size()), 1}, ends.data(), counters);
+    return ends;
+}
+
+/// Rays from near the origin, towards larger or smaller x.
+std::vector<RayStart> rays_along_x(double sign) {
+    Random random(7);
+    std::vector<RayStart> rays(75);
+    for (RayStart& ray : rays) {
+        ray = {};
+        for (double& x : ray.q) x = random(-0.4, 0.4);
+        const double n = std::sqrt(1 - gradient_g * ray.q[2]);
+        Vec3<double> d{sign * random(0.3, 1), random(-0.5, 0.5), random(-0.5, 0.5)};
+        d = (n / norm(d)) * d;
+        ray.p[0] = d.x, ray.p[1] = d.y, ray.p[2] = d.z;
+    }
+    return rays;
+}
+
+/// The ray after the parameter τ, reflected at the mirror or not.
+void expect_on_parabola(const RayStart& ray, const RayEnd& end, double tau, bool reflected) {
+    const double tolerance = 2e-12 * (1 + tau), x = ray.q[0] + ray.p[0] * tau;
+    EXPECT_NEAR(end.parameter, tau, tolerance);
+    EXPECT_NEAR(end.q[0], reflected ? 2 * mirror_plane - x : x, tolerance);
+    EXPECT_NEAR(end.q[1], ray.q[1] + ray.p[1] * tau, tolerance);
+    EXPECT_NEAR(end.q[2], ray.q[2] + ray.p[2] * tau - gradient_g * tau * tau / 4, tolerance);
+    EXPECT_NEAR(end.p[0], reflected ? -ray.p[0] : ray.p[0], tolerance);
+    EXPECT_NEAR(end.p[2], ray.p[2] - gradient_g * tau / 2, tolerance);
+}
+
+class Planes : public ::testing::TestWithParam<const char*> {
+protected:
+    void SetUp() override { near_plane_exists = mirror_exists = false; }
+};
+
+TEST_P(Planes, EndRaysOnThePlane) {
+    const std::vector<RayStart> rays = rays_along_x(1);
+    for (const double step : {0.05, 0.7, 9.0}) {  // the last crosses the plane with its first step
+        SCOPED_TRACE(step);
+        const std::vector<RayEnd> ends = traced<PacketDouble>(rays, GetParam(), step, infinity);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            ASSERT_EQ(ends[i].status, Status::escaped) << i;
+            EXPECT_NEAR(ends[i].q[0], far_plane, 1e-12);
+            expect_on_parabola(rays[i], ends[i], (far_plane - rays[i].q[0]) / rays[i].p[0], false);
+        }
+    }
+}
+
+TEST_P(Planes, TheEarlierEventOfAStepWins) {
+    near_plane_exists = true;  // it comes after FarPlane in the list
+    const std::vector<RayStart> rays = rays_along_x(1);
+    for (const double step : {0.05, 9.0}) {
+        SCOPED_TRACE(step);
+        const std::vector<RayEnd> ends = traced<PacketDouble>(rays, GetParam(), step, infinity);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            ASSERT_EQ(ends[i].status, Status::captured) << i;
+            expect_on_parabola(rays[i], ends[i], (near_plane - rays[i].q[0]) / rays[i].p[0], false);
+        }
+    }
+}
+
+TEST_P(Planes, RaysGoOnFromAMirror) {
+    mirror_exists = true;
+    const std::vector<RayStart> rays = rays_along_x(-1);
+    constexpr double length = 6;
+    for (const double step : {0.05, 0.7}) {
+        SCOPED_TRACE(step);
+        const std::vector<RayEnd> ends = traced<PacketDouble>(rays, GetParam(), step, length);
+        int ended = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const double to_mirror = (mirror_plane - rays[i].q[0]) / rays[i].p[0], to_plane = to_mirror + (far_plane - mirror_plane) / -rays[i].p[0];
+            ended += to_plane < length;
+            ASSERT_EQ(ends[i].status, to_plane < length ? Status::escaped : Status::step_limit) << i;
+            expect_on_parabola(rays[i], ends[i], std::min(to_plane, length), to_mirror < length);
+        }
+        EXPECT_GT(ended, 10);
+        EXPECT_LT(ended, 65);
+    }
+}
+
+TEST_P(Planes, DoNotDependOnTheRaysOfThePacket) {
+    near_plane_exists = mirror_exists = true;
+    std::vector<RayStart> rays = rays_along_x(1);
+    const std::vector<RayStart> others = rays_along_x(-1);
+    rays.insert(rays.begin() + 30, others.begin(), others.end());
+    const std::vector<RayEnd> packets = traced<PacketDouble>(rays, GetParam(), 0.3, 6);
+    std::set<Status> statuses;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const RayEnd alone = traced<PacketDouble>({rays[i]}, GetParam(), 0.3, 6)[0];
+        EXPECT_EQ(alone.status, packets[i].status) << i;
+        EXPECT_EQ(std::memcmp(alone.q, packets[i].q, sizeof alone.q) | std::memcmp(alone.p, packets[i].p, sizeof alone.p), 0) << i;
+        EXPECT_EQ(alone.steps, packets[i].steps) << i;
+        EXPECT_EQ(alone.gradients, packets[i].gradients) << i;
+        statuses.insert(alone.status);
+    }
+    EXPECT_EQ(statuses.size(), 2u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Planes, ::testing::Values("verlet", "gauss8", "rk4", "dp54"));
+
+}  // namespace
+}  // namespace kagero::test

@@ -79,7 +79,7 @@ private:
         Waypoint<V>::each_of_motion(here, there, go);
         go(here.energy_terms, there.energy_terms);
         if (carries)
-            for (int k = 0; k < carried; ++k) go(here.carry[k], there.carry[k]);
+            for (int k = 0; k < stepper_memory; ++k) go(here.carry[k], there.carry[k]);
         if (kernel.bounded) go(here.domain, there.domain);
         if (kernel.capturing) go(here.captured, there.captured);
         if (kernel.scaled) go(here.scale, there.scale);

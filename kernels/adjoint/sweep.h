@@ -41,7 +41,9 @@ struct SweptSystem {
     const SystemStorage& storage;
     Listed<double> derivatives = kernel.derivatives(storage);
 
-    V roundings(const State<V>& s, const Rows<V>& seeds) const { return sum_of_roundings(derivatives, s.y, &seeds[0][0], phase_size); }
+    V roundings(const State<V>& s, const Rows<V>& seeds) const {
+        return sum_of_roundings(derivatives, s.y, &seeds[0][0], phase_size);
+    }
 };
 
 /// Rays on their way back.
@@ -94,14 +96,16 @@ template <class V>
 void transposed(const Hessian<V>& curvature, const Gradient<V>& row, Gradient<V>& out) {
     for (int i = 0; i < phase_size; ++i) {
         out[i] = V(0.0);
-        for (int k = 0; k < space_size; ++k) 
-            out[i] += curvature[hessian_index(i, momentum(k))] * row[k] - curvature[hessian_index(i, k)] * row[momentum(k)];
+        for (int k = 0; k < space_size; ++k)
+            out[i] += curvature[hessian_index(i, momentum(k))] * row[k] -
+                      curvature[hessian_index(i, k)] * row[momentum(k)];
     }
 }
 
 /// A step of the transposed variational equation, back from `late` to `early`.
 template <class V>
-void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const SweptPlace<V>& early, const V& length, Gradient<V>& row) {
+void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const SweptPlace<V>& early, const V& length,
+                Gradient<V>& row) {
     Gradient<V> slope[4], at;
     const auto moved = [&](const V& by, const Gradient<V>& along) {
         for (int i = 0; i < phase_size; ++i) at[i] = mul_add(by, along[i], row[i]);
@@ -120,9 +124,10 @@ template <class V>
 void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows<V>& rows) {
     const auto jump = [&](int k) { return after.slope[k] - before.slope[k]; };
     const MaskOf<V> crossed = before.side * after.side < V(0.0);
-    const V inverse = recip(dot({jump(component_x), jump(component_y), jump(component_z)}, before.velocity()));
+    const Vec3<V> force_jump{jump(component_x), jump(component_y), jump(component_z)};
+    const V inverse = recip(dot(force_jump, before.velocity()));
     for (Gradient<V>& row : rows) {
-        const V kick = (row[component_px] * jump(component_x) + row[component_py] * jump(component_y) + row[component_pz] * jump(component_z)) * inverse;
+        const V kick = dot(velocity_in(row), force_jump) * inverse;
         for (int k = 0; k < space_size; ++k) row[k] = pick(crossed, neg_mul_add(kick, jump(k), row[k]), row[k]);
     }
 }
@@ -131,7 +136,8 @@ void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows
 template <class V>
 V reach(const Rows<V>& rows, const V* x) {
     V sum(0.0);
-    for (int k = 0; k < phase_size; ++k) sum += sqrt(rows[0][k] * rows[0][k] + rows[1][k] * rows[1][k]) * first_place(x[k]);
+    for (int k = 0; k < phase_size; ++k)
+        sum += sqrt(rows[0][k] * rows[0][k] + rows[1][k] * rows[1][k]) * first_place(x[k]);
     return sum;
 }
 
@@ -170,7 +176,8 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
         const V by_position[space_size] = {view.by_position[r].x, view.by_position[r].y, view.by_position[r].z};
         for (int i = 0; i < phase_size; ++i) {
             s.rows[r][i] = i < space_size ? by_position[i] : V(0.0);
-            for (int k = 0; k < space_size; ++k) s.rows[r][i] = mul_add(by_velocity[k], s.place.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
+            for (int k = 0; k < space_size; ++k)
+                s.rows[r][i] = mul_add(by_velocity[k], s.place.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
             seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.place.inverse_pace;
         }
     }
@@ -181,7 +188,8 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
     const V normal[space_size] = {view.normal.x, view.normal.y, view.normal.z};
     for (Gradient<V>& row : s.rows) {
         V late(0.0);
-        for (int k = 0; k < space_size; ++k) late += row[k] * s.place.slope[momentum(k)] - row[momentum(k)] * s.place.slope[k];
+        for (int k = 0; k < space_size; ++k)
+            late += row[k] * s.place.slope[momentum(k)] - row[momentum(k)] * s.place.slope[k];
         for (int k = 0; k < space_size; ++k) row[k] -= late * across * normal[k];
     }
 }

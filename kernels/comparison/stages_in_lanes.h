@@ -4,6 +4,7 @@
 /// The same iteration as `Gauss`, in the same order of operations, so that it ends at the same state to the last bit.
 #pragma once
 
+#include "kernels/comparison/forward.h"
 #include "kernels/integrators/gauss.h"
 
 namespace kagero {
@@ -46,7 +47,8 @@ KAGERO_INLINE void store(const L& l, S* to) {
     for (int r = 0; r < ValueTraits<L>::registers; ++r) *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
 }
 
-/// Calls f(k) for the components of a gradient, written out: g++ leaves a loop of such length a loop, and its values in memory.
+/// Calls f(k) for the components of a gradient, written out: g++ does not unroll a loop of such length, and keeps its values
+/// in memory.
 template <class Function>
 KAGERO_INLINE void each_component(const Function& f) {
     f(component_x), f(component_y), f(component_z), f(component_px), f(component_py), f(component_pz);
@@ -123,7 +125,8 @@ private:
         return total;
     }
     template <class L, class S, int N>
-    KAGERO_INLINE static void move(const Flow<S, N>& f, const S* g, const StageColumns<S>& columns, int s, State<L>& y) {
+    KAGERO_INLINE static void move(const Flow<S, N>& f, const S* g, const StageColumns<S>& columns, int s,
+                                   State<L>& y) {
         detail::each_component([&](int k) __attribute__((always_inline)) {
             if (k < space_size) y.y[k] = mul_add(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
             else y.y[k] = neg_mul_add(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
@@ -139,7 +142,9 @@ private:
         const StageColumns<S>& columns = detail::stage_columns<S>[s - 1];
         alignas(64) S g[phase_size * max_stages] = {};
         Gradient<L> now;
-        detail::each_component([&](int k) __attribute__((always_inline)) { now[k] = sum<L>(row(memory(f), k), columns.ahead, s); });
+        detail::each_component([&](int k) __attribute__((always_inline)) {
+            now[k] = sum<L>(row(memory(f), k), columns.ahead, s);
+        });
         keep(now, g);
         Convergence<S> convergence(f);
         S iterations(0);
@@ -162,7 +167,9 @@ private:
         f.solved = !convergence.open();
         f.gradients = mul_add(iterations, S(s), f.gradients);
         f.open_iterations += iterations;
-        if (!f.solved) Shared<S, N>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1, max_stages);
+        if (!f.solved)
+            Shared<S, N>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1,
+                                        max_stages);
         finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
     template <class L, class S>
@@ -172,14 +179,15 @@ private:
 
     /// The end of the step, as in `Gauss::finish`.
     template <class L, class System, class S, int N>
-    KAGERO_INLINE static void finish(const System& system, Flow<S, N>& f, const GaussNumbers<S>& w, const StageColumns<S>& columns, int s,
-                                     const S* g) {
+    KAGERO_INLINE static void finish(const System& system, Flow<S, N>& f, const GaussNumbers<S>& w,
+                                     const StageColumns<S>& columns, int s, const S* g) {
         f.end.pt() = f.start.pt();
         for (int k = 0; k < phase_size; ++k) {
             const S* from = row(g, conjugate(k));
             S total = w.b[0] * from[0];
             for (int j = 1; j < s; ++j) total = mul_add(w.b[j], from[j], total);
-            const S change = k < space_size ? mul_add(f.h, total, f.start.carry[k]) : neg_mul_add(f.h, total, f.start.carry[k]);
+            const S cut_off = f.start.carry[k];
+            const S change = k < space_size ? mul_add(f.h, total, cut_off) : neg_mul_add(f.h, total, cut_off);
             f.end.y[k] = f.start.y[k] + change;
             f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }

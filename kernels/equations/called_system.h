@@ -90,7 +90,9 @@ void call_derivatives(const void* system, const State<V>& s, V* out) { static_ca
 template <class System, class V>
 void call_pace(const void* system, const State<V>& s, V* out) { *out = static_cast<const System*>(system)->pace(s); }
 template <class System, class V>
-void call_carried_rates(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->carried_rates(s, out); }
+void call_carried_rates(const void* system, const State<V>& s, V* out) {
+    static_cast<const System*>(system)->carried_rates(s, out);
+}
 template <class System, class S>
 void call_hessian(const void* system, const State<S>& s, S* out) { static_cast<const System*>(system)->hessian(s, out); }
 

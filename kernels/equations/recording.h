@@ -111,23 +111,25 @@ constexpr int momentum_times_velocity(Tape& t, const StateNodes& input, const Gr
 enum SurveyPlace { survey_velocity = 0, survey_excess = 3, survey_size, survey_terms, survey_domain, survey_captured, survey_side, survey_scale, surveyed };
 
 /// The nodes of a survey on a tape; of what a Hamiltonian does not state, the number 1.
-constexpr std::array<int, surveyed> record_survey(Tape& t, const StateNodes& input, int hamiltonian, int pace, double level,
-                                                  const GradientNodes& gradient) {
+constexpr std::array<int, surveyed> record_survey(Tape& t, const StateNodes& input, int hamiltonian, int pace,
+                                                  double level, const GradientNodes& gradient) {
     const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
     const auto size = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
     const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(pace, t.constant(level)), one = t.constant(1);
     const int squares = t.mul(square(input[component_px], input[component_py], input[component_pz]),
                               square(gradient[component_px], gradient[component_py], gradient[component_pz]));
-    return {gradient[component_px], gradient[component_py], gradient[component_pz], hamiltonian, t.add(size(moving), size(resting)),
-            t.add(squares, t.mul(resting, resting)), one, one, one, one};
+    return {gradient[component_px], gradient[component_py], gradient[component_pz], hamiltonian,
+            t.add(size(moving), size(resting)), t.add(squares, t.mul(resting, resting)), one, one, one, one};
 }
 
 /// … and what a Hamiltonian states of the ends of steps.
 template <class H>
-constexpr void record_ends(Tape& t, const Leaves<H>& x, const GradientNodes& gradient, std::array<int, surveyed>& survey) {
+constexpr void record_ends(Tape& t, const Leaves<H>& x, const GradientNodes& gradient,
+                           std::array<int, surveyed>& survey) {
     const Vec3<Recorded> velocity = recorded_second(t, gradient);
     if constexpr (Bounded<H>) survey[survey_domain] = H::domain(x.parameters(), x.q).on(t);
-    if constexpr (Capturing<H>) survey[survey_captured] = H::captured(x.parameters(), x.q, x.p, velocity, x.pt(t)).on(t);
+    if constexpr (Capturing<H>)
+        survey[survey_captured] = H::captured(x.parameters(), x.q, x.p, velocity, x.pt(t)).on(t);
     if constexpr (Creased<H>) survey[survey_side] = H::surface(x.parameters(), x.q).on(t);
     if constexpr (Scaled<H>) survey[survey_scale] = H::length_scale(x.parameters(), x.q).on(t);
 }
@@ -162,7 +164,9 @@ struct Master {
         if constexpr (!Rescaled) energy = {r.energy};
         record_ends<H>(t, r, gradient, survey);
     }
-    constexpr VectorNodes side(Component from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
+    constexpr VectorNodes side(Component from) const {
+        return {gradient[from], gradient[from + 1], gradient[from + 2]};
+    }
 };
 template <class H, bool Rescaled>
 inline constexpr Master<H, Rescaled> master{};
@@ -171,9 +175,11 @@ inline constexpr Master<H, Rescaled> master{};
 template <class H, bool Rescaled>
 inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
-inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(component_x), kick_varies>();
+inline constexpr auto force_program =
+    extract<master<H, Rescaled>, master<H, Rescaled>.side(component_x), kick_varies>();
 template <class H, bool Rescaled>
-inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(component_px), drift_varies>();
+inline constexpr auto velocity_program =
+    extract<master<H, Rescaled>, master<H, Rescaled>.side(component_px), drift_varies>();
 template <class H>
 inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
 template <class H>

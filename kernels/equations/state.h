@@ -14,7 +14,7 @@ inline constexpr int state_size = phase_size + 1;  ///< the phase and the consta
 enum Component : int { component_x, component_y, component_z, component_px, component_py, component_pz, component_pt };
 /// The component of momentum k.
 constexpr int momentum(int k) { return space_size + k; }
-/// The component that Hamilton's equations pair with component k: the momentum of a position, the position of a momentum.
+/// The component that Hamilton's equations pair with component k: the momentum of a position, or the reverse.
 constexpr int conjugate(int k) { return k < space_size ? k + space_size : k - space_size; }
 
 /// ∂K/∂(q, p).

@@ -75,7 +75,8 @@ constexpr int carried_in() {
 /// Why kinds of step that follow rays in closed form refuse a system; null where they do not.
 template <class System>
 constexpr const char* refusal_to_carry() {
-    return carried_in<System>() == 1 ? nullptr : "it moves rays in closed form, which has no nodes to integrate what they carry beside the parameter";
+    if (carried_in<System>() == 1) return nullptr;
+    return "it moves rays in closed form and integrates nothing that they carry beside the parameter";
 }
 
 /// The two sides of Hamilton's equations, all that semi-implicit steps need.
@@ -230,7 +231,9 @@ public:
     template <class V>
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
         if constexpr (Base::separable) {
-            out[component_px] = s.y[component_px], out[component_py] = s.y[component_py], out[component_pz] = s.y[component_pz];
+            out[component_px] = s.y[component_px];
+            out[component_py] = s.y[component_py];
+            out[component_pz] = s.y[component_pz];
             Base::put_dq(s, out);
         } else {
             Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);

@@ -1,6 +1,6 @@
-/// What a ray carries along beside its state: λ, and the further quantities whose rates a system states (`carried_in`). Each is
-/// the integral of its rate over τ, by the nodes and weights of the method that moves the state, and so of the same order. The
-/// rate of λ is dλ/dτ; where a system is not rescaled λ is τ, and no sum of weights rounds it.
+/// Integrates what a ray carries along beside its state: λ, and the further quantities whose rates a system states
+/// (`carried_in`). Each is the integral of its rate over τ, by the nodes and weights of the method that moves the state.
+/// Hence it has the order of the method. The rate of λ is dλ/dτ; where a system is not rescaled, λ is exactly start + h.
 #pragma once
 
 #include "kernels/integrators/flow.h"
@@ -10,8 +10,8 @@ namespace kagero {
 /// Whether a step integrates rates at all.
 template <class System, class V, int N>
 KAGERO_INLINE bool integrates_carried(const System& system, const Flow<V, N>& f) {
-    static_assert(carried_in<System>() == N, "the rays of this packet carry another number of quantities than their system states");
-    return f.want_carried && (N > 1 || system.rescaled);
+    static_assert(carried_in<System>() == N, "the packet carries another number of quantities than its system states");
+    return (N > 1 || system.rescaled) && f.want_carried;
 }
 
 /// λ of a step that integrates no rate; further quantities stay.

@@ -64,8 +64,8 @@ struct Composition {
 private:
     /// p' = p − τ ∂K/∂q(q, p'); `force` is the first guess of the gradient.
     template <class System, class V, int N>
-    KAGERO_INLINE static Vec3<V> kick(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
-                                      const Vec3<V>& force) {
+    KAGERO_INLINE static Vec3<V> kick(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
+                                      const V& tau, const Vec3<V>& force) {
         auto force_here = force_at(system, f, q, p);
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, force_here(guess)); };
         if constexpr (!System::force_needs_p) return evaluated(f, next(p));
@@ -73,8 +73,8 @@ private:
     }
     /// q' = q + τ ∂K/∂p(q', p).
     template <class System, class V, int N>
-    KAGERO_INLINE static Vec3<V> drift(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
-                                       const Vec3<V>& velocity) {
+    KAGERO_INLINE static Vec3<V> drift(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
+                                       const V& tau, const Vec3<V>& velocity) {
         auto velocity_here = velocity_at(system, f, q, p);
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, velocity_here(guess)); };
         if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
@@ -87,7 +87,8 @@ private:
         else return [&system, &f, &q](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dq(joined(f, q, guess)); };
     }
     template <class System, class V, int N>
-    KAGERO_INLINE static auto velocity_at(const System& system, const Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p) {
+    KAGERO_INLINE static auto velocity_at(const System& system, const Flow<V, N>& f, const Vec3<V>& q,
+                                          const Vec3<V>& p) {
         if constexpr (requires { system.prepared_velocity(f.start); }) return system.prepared_velocity(joined(f, q, p));
         else return [&system, &f, &p](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dp(joined(f, guess, p)); };
     }
@@ -99,8 +100,8 @@ private:
 
     /// Fixed-point iteration x = next(x), lane by lane; lanes that it leaves open are tried again by Newton's method.
     template <Side side, class System, class V, int N, class Next>
-    KAGERO_INLINE static Vec3<V> solve(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
-                                       const Vec3<V>& guess, const Next& next) {
+    KAGERO_INLINE static Vec3<V> solve(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
+                                       const V& tau, const Vec3<V>& guess, const Next& next) {
         using S = ScalarOf<V>;
         Convergence<V> convergence(f);
         // Converged lanes iterate on, unheard: the next iterations need not wait for the test of these. Only every second one is
@@ -129,7 +130,8 @@ private:
             // Copies, so that the variables of the loop above stay in registers.
             const Vec3<V> q_now = q, p_now = p;
             const V tau_now = tau;
-            const Vec3<V> other = Shared<V, N>::newton(side, as_called<V>(system), f, q_now, p_now, tau_now, side == Side::kick ? p_now : q_now);
+            const Vec3<V> other = Shared<V, N>::newton(side, as_called<V>(system), f, q_now, p_now, tau_now,
+                                                       side == Side::kick ? p_now : q_now);
             x = pick<V>(open, other, x);
             f.solved = solved & (f.solved | !open);
             f.gradients = pick(open, f.gradients, gradients), f.open_iterations = pick(open, f.open_iterations, iterations);

@@ -17,7 +17,7 @@ struct Numbers {
 template <class V>
 struct Numbers<V, 0> {};
 
-/// Where a ray is between two steps, and all that the next one has to know. It carries N quantities along beside its state.
+/// Where a ray is between two steps, and all that the next step needs. The ray carries N quantities beside its state.
 template <class V, int N = default_carried>
 struct Waypoint : State<V> {
     Vec3<V> velocity;    ///< dq/dτ
@@ -28,7 +28,8 @@ struct Waypoint : State<V> {
     V captured;          ///< ≤ 0 where the ray is captured
     V side;              ///< changes sign where H is not smooth
     V scale;             ///< no step from here may be longer
-    V carry[stepper_memory] = {};  ///< from step to step by the stepper: what rounding has cut off the state (Gauss, and where an orbit starts), or the orbit
+    /// The memory of the stepper: what rounding has cut off the state (Gauss, and where an orbit starts), or the orbit.
+    V carry[stepper_memory] = {};
 
     /// Quantity k that it carries along; λ is the first.
     KAGERO_INLINE const V& carried(int k) const {
@@ -112,7 +113,8 @@ struct Leg : Arrival<V, N> {
 /// … and what the stepper remembers beside it, which `begin` makes anew.
 template <class V, int N = default_carried>
 struct Flow : Leg<V, N> {
-    Gradient<V> stage[max_stages];  ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
+    /// Derivatives at the stages of the last step (Gauss), or the last forces and velocities (composition).
+    Gradient<V> stage[max_stages];
 };
 
 /// A way past nothing, which a stepper may go by itself.

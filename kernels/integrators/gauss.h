@@ -25,7 +25,8 @@ struct Gauss {
     /// Sums of s stages: 2 s − 1 operations in each component of a gradient; where the stage lies; how far it moved.
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
         const double s = c.gauss->stages, sum = phase_size * (2 * s - 1);
-        return operations_in_space(program.derivatives + sum + 2 * phase_size + 2 * phase_size, program.survey + (s + 1) * sum + 30);
+        const double placed = 2 * phase_size, compared = 2 * phase_size;
+        return operations_in_space(program.derivatives + sum + placed + compared, program.survey + (s + 1) * sum + 30);
     }
     /// What the state cuts off is carried on.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
@@ -62,7 +63,9 @@ struct Gauss {
 
     /// Dense output of the step in `f`.
     template <class V, int N = default_carried>
-    static Curve<V> curve(const Flow<V, N>& f, const Coefficients& coefficients) { return Shared<V, N>::collocation_curve(f, coefficients); }
+    static Curve<V> curve(const Flow<V, N>& f, const Coefficients& coefficients) {
+        return Shared<V, N>::collocation_curve(f, coefficients);
+    }
 
 private:
     static constexpr int room = fixed ? fixed : max_stages;
@@ -132,7 +135,8 @@ private:
 
     /// Rays that are not solved. Works on a copy, so that the stages of the others need not have an address.
     template <class System, class V, int N, class S>
-    static void solve_rest(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s, Gradient<V> (&g)[room]) {
+    static void solve_rest(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                           Gradient<V> (&g)[room]) {
         Gradient<V> now[room];
         std::copy(&g[0][0], &g[0][0] + phase_size * s, &now[0][0]);
         Shared<V, N>::newton_stages(as_called<V>(system), f, w, s, &now[0][0], phase_size, 1);
@@ -141,20 +145,22 @@ private:
 
     /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long ones.
     template <class V, int N, class S>
-    KAGERO_INLINE static void finish_state(Flow<V, N>& f, const Gradient<V> (&g)[room], const GaussNumbers<S>& w, int s) {
+    KAGERO_INLINE static void finish_state(Flow<V, N>& f, const Gradient<V> (&g)[room], const GaussNumbers<S>& w,
+                                           int s) {
         Gradient<V> total;
         sum(g, w.b, s, total);
         f.end.pt() = f.start.pt();
         for (int k = 0; k < phase_size; ++k) {
-            const V& slope = total[conjugate(k)];
-            const V change = k < space_size ? mul_add(f.h, slope, f.start.carry[k]) : neg_mul_add(f.h, slope, f.start.carry[k]);
+            const V &slope = total[conjugate(k)], &cut_off = f.start.carry[k];
+            const V change = k < space_size ? mul_add(f.h, slope, cut_off) : neg_mul_add(f.h, slope, cut_off);
             f.end.y[k] = f.start.y[k] + change;
             f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }
     }
 
     template <class System, class V, int N, class S>
-    KAGERO_INLINE static void finish(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s, const Gradient<V> (&g)[room]) {
+    KAGERO_INLINE static void finish(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                                     const Gradient<V> (&g)[room]) {
         finish_state(f, g, w, s);
         carry_evenly(f);
         if (integrates_carried(system, f)) {

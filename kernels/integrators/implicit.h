@@ -15,7 +15,8 @@ public:
 
     /// Changes are measured relative to |q|₁ + |h dq/dτ|₁ and |p|₁ at the start of the step.
     template <int N>
-    KAGERO_INLINE explicit Convergence(const Flow<V, N>& f) : Convergence(f.start, f.h, f.start.velocity, f.solver_tolerance) {}
+    KAGERO_INLINE explicit Convergence(const Flow<V, N>& f)
+        : Convergence(f.start, f.h, f.start.velocity, f.solver_tolerance) {}
     KAGERO_INLINE Convergence(const State<V>& start, const V& h, const Vec3<V>& velocity, S tolerance)
         : tolerance_(max(tolerance, epsilon)),
           inverse_q_(inverse_size(mul_add(abs(h), size(velocity), size(start.q())))),

@@ -30,8 +30,8 @@ KAGERO_INLINE MaskOf<V> is_positive(const V (&j)[9], const V& determinant) {
 /// drift, M = ∂²K/∂q∂p. Along the solution that grows out of the start as τ grows from zero its eigenvalues stay positive; they must
 /// be so at the start and at every iterate, or a second root, beyond a fold, might be taken.
 template <class V, int N>
-Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau,
-                             Vec3<V> x) {
+Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, Flow<V, N>& f, const Vec3<V>& q,
+                             const Vec3<V>& p, const V& tau, Vec3<V> x) {
     constexpr int max_iterations = 12;
     Convergence<V> convergence(f);
     MaskOf<V> right_branch = always<V>();

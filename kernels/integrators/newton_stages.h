@@ -62,7 +62,8 @@ private:
                 rest_[row(i, k)] = fresh[k] - g_[i][k];
                 for (int j = 0; j < s_; ++j)
                     for (int l = 0; l < phase_size; ++l) {
-                        const S paired = second[hessian_index(k, conjugate(l))], moved = l < space_size ? -paired : paired;
+                        const S paired = second[hessian_index(k, conjugate(l))];
+                        const S moved = l < space_size ? -paired : paired;
                         matrix_[row(i, k)][row(j, l)] = S(i == j && k == l) - h_ * w_.a[i][j] * moved;
                     }
             }
@@ -93,8 +94,8 @@ private:
 
 /// Solves the stages of all rays that are not `f.solved`.
 template <class V, int N>
-void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s, V* stages, int per_stage,
-                                 int per_component) {
+void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                                 V* stages, int per_stage, int per_component) {
     std::uint64_t solved = 0;
     int most = 0;
     for (const int lane : lanes_in(to_bits(!f.solved))) {
@@ -110,7 +111,8 @@ void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, Flow<V, N>& f
         if (!done) continue;
         solved |= std::uint64_t(1) << lane;
         for (int i = 0; i < s; ++i)
-            for (int k = 0; k < phase_size; ++k) set_lane(stages[i * per_stage + k * per_component], lane, newton.stage(i, k));
+            for (int k = 0; k < phase_size; ++k)
+                set_lane(stages[i * per_stage + k * per_component], lane, newton.stage(i, k));
     }
     f.solved = f.solved | from_bits<V>(solved);
     f.issued_iterations += std::uint64_t(most);

@@ -56,7 +56,8 @@ struct RungeKutta {
 private:
     /// Σ_j weight_j g_j over the stages with a weight; g as it comes, ∂K/∂q then ∂K/∂p.
     template <class V>
-    KAGERO_INLINE static void sum(const Gradient<V> (&g)[max_rk_stages], const double* weight, int stages, Gradient<V>& total) {
+    KAGERO_INLINE static void sum(const Gradient<V> (&g)[max_rk_stages], const double* weight, int stages,
+                                  Gradient<V>& total) {
         using S = ScalarOf<V>;
         for (V& t : total) t = V(S(0));
         for (int j = 0; j < stages; ++j) {
@@ -67,7 +68,8 @@ private:
     }
     /// y = start + h Σ weight_j f_j.
     template <class V, int N>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const Gradient<V> (&g)[max_rk_stages], const double* weight, int stages, State<V>& y) {
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const Gradient<V> (&g)[max_rk_stages], const double* weight,
+                                   int stages, State<V>& y) {
         Gradient<V> total;
         sum(g, weight, stages, total);
         for (int k = 0; k < space_size; ++k) {

@@ -11,7 +11,8 @@ struct Nystroem {
     static constexpr Family family = Family::nystroem;
     template <class System>
     static constexpr const char* refusal() {
-        if (rates_need_p<System>()) return "it integrates what rays carry along where it knows their positions alone, and here a rate depends on p";
+        if (rates_need_p<System>())
+            return "it integrates carried quantities by position alone, and here a rate depends on p";
         return System::separable ? nullptr : "its Hamiltonian is not of the form |p|^2/2 + V(q)";
     }
     static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }

@@ -12,7 +12,7 @@ struct Straight {
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
     template <class System, class V>
     static void step(const System&, Flow<V>& f, const Coefficients&) {
-        static_assert(!refusal_to_carry<System>(), "a straight ray takes one step, which has no nodes to integrate what it carries beside λ");
+        static_assert(!refusal_to_carry<System>(), "a straight step integrates nothing that a ray carries beside λ");
         f.end.set(advance(f.start.q(), f.h, f.start.velocity), f.start.p());
         carry_evenly(f);
         f.solved = always<V>();
@@ -33,7 +33,8 @@ __attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Way
     at.velocity = here.velocity, at.energy_terms = here.terms;
     at.domain = here.domain, at.captured = here.captured, at.side = here.side, at.scale = here.scale;
     if (f.capture_within < std::numeric_limits<S>::infinity())
-        at.captured = max(at.captured, norm(Vec3<V>{at.y[component_x], at.y[component_y], V(f.capture_stretch) * at.y[component_z]}) - V(f.capture_within));
+        const Vec3<V> q = at.q();
+        at.captured = max(at.captured, norm(Vec3<V>{q.x, q.y, V(f.capture_stretch) * q.z}) - V(f.capture_within));
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     const V terms = max(here.terms, terms_before);
     f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite

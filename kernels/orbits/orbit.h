@@ -237,8 +237,9 @@ private:
         const State<V> here = in_plane(system, m);
         OrbitFrame<V> plane(f.start);
         plane.turn(angle, rest);
-        f.end.set(pick<V>(still, f.start.q(), here.y[component_x] * plane.out),
-                  pick<V>(still, f.start.p(), advance(here.y[component_px] * plane.out, here.y[component_py], plane.around)));
+        const Vec3<V> q = here.y[component_x] * plane.out;
+        const Vec3<V> p = advance(here.y[component_px] * plane.out, here.y[component_py], plane.around);
+        f.end.set(pick<V>(still, f.start.q(), q), pick<V>(still, f.start.p(), p));
         f.end.parameter = m.parameter;
         m.leave_to(f.end), plane.leave_to(f.end);
         const Vec3<V> velocity = pick<V>(still, f.start.velocity, plane.velocity(m.u, m.w));

@@ -38,7 +38,8 @@ __attribute__((noinline)) void enter_orbit(const System& system, Waypoint<V>& st
         const double share = std::max(16 * machine_epsilon<double>, double(machine_epsilon<ScalarOf<V>>) / 64), least = std::numeric_limits<float>::min();
         const D momentum = sqrt(max(dot(spin, spin), square * max(share * share * (r * r), D(least))));
         const Vec3<D> around = recip(momentum) * cross(spin, out);
-        const D speed = system.dp(State<D>{{r, zero, zero, dot(out, p), momentum * u, zero, lanes_of<D>(state[component_pt] + i)}}).x;
+        const D pt = lanes_of<D>(state[component_pt] + i);
+        const D speed = system.dp(State<D>{{r, zero, zero, dot(out, p), momentum * u, zero, pt}}).x;
         const D w = -(speed * mul_add(u * u, orbit_delay(system, u), D(1.0)) * recip(momentum));
         const D numbers[numbers_of_orbit] = {momentum, u, w, around.x, around.y, around.z};
         for (int k = 0; k < numbers_of_orbit; ++k) to_doubles(numbers[k], carry[k] + i);

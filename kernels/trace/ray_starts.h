@@ -16,7 +16,8 @@ bool PacketTracer<V>::fill(RayQueue<W>& queue) {
     flow_.test_energy = !task_.straight;
     flow_.use_symmetry = job_.use_symmetry;
     flow_.capture_within = S(job_.capture_within), flow_.capture_stretch = S(job_.capture_stretch);
-    flow_.want_carried = (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
+    flow_.want_carried =
+        (job_.outputs & output_parameter) != 0 || job_.path_sink || std::isfinite(job_.parameter_limit);
     flow_.solver_tolerance = S(job_.solver_tolerance);
     flow_.tolerance = S(job_.tolerance);
     filled_ = lanes;

@@ -47,8 +47,8 @@ KAGERO_INLINE void store(const L& l, S* to) {
     for (int r = 0; r < ValueTraits<L>::registers; ++r) *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
 }
 
-/// Calls f(k) for the components of a gradient, written out: g++ does not unroll a loop of such length, and keeps its values
-/// in memory.
+/// Calls f(k) for the components of a gradient, written out: g++ does not unroll a loop of such length, and keeps its
+/// values in memory.
 template <class Function>
 KAGERO_INLINE void each_component(const Function& f) {
     f(component_x), f(component_y), f(component_z), f(component_px), f(component_py), f(component_pz);

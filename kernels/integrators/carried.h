@@ -1,6 +1,7 @@
 /// Integrates what a ray carries along beside its state: λ, and the further quantities whose rates a system states
-/// (`carried_in`). Each is the integral of its rate over τ, by the nodes and weights of the method that moves the state.
-/// Hence it has the order of the method. The rate of λ is dλ/dτ; where a system is not rescaled, λ is exactly start + h.
+/// (`carried_in`). Each is the integral of its rate over τ, by the nodes and weights of the method that moves the
+/// state. Hence it has the order of the method. The rate of λ is dλ/dτ; where a system is not rescaled, λ is exactly
+/// start + h.
 #pragma once
 
 #include "kernels/integrators/flow.h"
@@ -14,7 +15,7 @@ KAGERO_INLINE bool integrates_carried(const System& system, const Flow<V, N>& f)
     return (N > 1 || system.rescaled) && f.want_carried;
 }
 
-/// λ of a step that integrates no rate; further quantities stay.
+/// Advances λ by a step that integrates no rates; further quantities keep their values.
 template <class V, int N>
 KAGERO_INLINE void carry_evenly(Flow<V, N>& f) {
     f.end.parameter = f.start.parameter + f.h;
@@ -27,13 +28,13 @@ class CarriedSums {
     using S = ScalarOf<V>;
 
 public:
-    /// Of substeps one after another, which count by their lengths: the sums are the quantities themselves.
+    /// For methods of substeps: a node counts by the length of its substep, and the sums are the quantities themselves.
     KAGERO_INLINE static CarriedSums of_lengths(const Flow<V, N>& f) {
         CarriedSums sums;
         for (int k = 0; k < N; ++k) sums.sum_[k] = f.start.carried(k);
         return sums;
     }
-    /// Of stages, which count by the weights of the method.
+    /// For methods of stages: a node counts by its weight in the step.
     KAGERO_INLINE static CarriedSums of_weights() {
         CarriedSums sums;
         for (V& sum : sums.sum_) sum = V(S(0));
@@ -47,7 +48,7 @@ public:
         rates_at(system, node, rates);
         for (int k = 0; k < N; ++k) sum_[k] = mul_add(share, rates[k], sum_[k]);
     }
-    /// The stages of one ray, which lie in the lanes of `nodes`.
+    /// All stages of one ray, which lie in the lanes of `nodes`.
     template <class System, class L>
     KAGERO_INLINE void add_lanes(const System& system, const V* weights, int stages, const State<L>& nodes) {
         L rates[N];
@@ -56,7 +57,7 @@ public:
             for (int i = 0; i < stages; ++i) sum_[k] = mul_add(weights[i], get_lane(rates[k], i), sum_[k]);
     }
 
-    /// The end of the step.
+    /// Writes the quantities at the end of the step.
     template <class System>
     KAGERO_INLINE void finish_lengths(const System& system, Flow<V, N>& f) const {
         f.end.parameter = system.rescaled ? sum_[0] : f.start.parameter + f.h;

@@ -1,5 +1,5 @@
-// Quantities that rays carry along beside λ: every kind of step integrates them to the order of its method, and neither the
-// state nor λ changes because of them.
+// Quantities that rays carry along beside λ: every kind of step integrates them to the order of its method, and neither
+// the state nor λ changes because of them.
 #include "tests/kernels/steps.h"
 
 #include "kernels/comparison/stages_in_lanes.h"
@@ -16,8 +16,8 @@ using hamiltonians::Fisheye, hamiltonians::Schwarzschild;
 constexpr int carried_quantities = 3;
 using Values = std::array<Quad, carried_quantities>;
 
-/// Maxwell's fisheye, whose rays carry the optical path ∫ N² dτ and the change of q·p, ∫ (N² − q·∂K/∂q) dτ. On H = 0 both
-/// rates are functions of q.
+/// Maxwell's fisheye, whose rays carry the optical path ∫ N² dτ and the change of q·p, ∫ (N² − q·∂K/∂q) dτ. On H = 0
+/// both rates are functions of q.
 template <class S>
 struct FisheyeWithPaths : System<Fisheye, false, S> {
     using System<Fisheye, false, S>::System;
@@ -249,7 +249,7 @@ TEST(Carried, StaysWhereItIsNotWanted) {
     });
 }
 
-// Closed forms have no nodes; Nyström's methods know no momentum that belongs to a position.
+// Closed forms have no nodes, and Nyström's methods have no momentum at the position of a node.
 TEST(Carried, IsRefusedWhereAStepCannotIntegrateIt) {
     using Hole = System<Schwarzschild, false, double>;
     using HoleWithProducts = WithProducts<Schwarzschild, false, double>;

@@ -32,9 +32,10 @@ __attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Way
     const Survey<V> here = system.survey(at);
     at.velocity = here.velocity, at.energy_terms = here.terms;
     at.domain = here.domain, at.captured = here.captured, at.side = here.side, at.scale = here.scale;
-    if (f.capture_within < std::numeric_limits<S>::infinity())
-        const Vec3<V> q = at.q();
-        at.captured = max(at.captured, norm(Vec3<V>{q.x, q.y, V(f.capture_stretch) * q.z}) - V(f.capture_within));
+    if (f.capture_within < std::numeric_limits<S>::infinity()) {
+        const Vec3<V> q = at.q(), stretched{q.x, q.y, V(f.capture_stretch) * q.z};
+        at.captured = max(at.captured, norm(stretched) - V(f.capture_within));
+    }
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     const V terms = max(here.terms, terms_before);
     f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite

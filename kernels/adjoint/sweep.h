@@ -22,12 +22,12 @@ struct Sight {
 
 /// How these two numbers move with the state.
 template <class V>
-using Rows = Gradient<V>[2];
+using Rows = PhaseGradient<V>[2];
 
 /// The flow of H at one place, K being Ω(H − H0).
 template <class V>
 struct SweptPlace {
-    Gradient<V> slope;     ///< ∂K/Ω
+    PhaseGradient<V> slope;     ///< ∂K/Ω
     Hessian<V> curvature;  ///< ∂²K/Ω
     V inverse_pace;        ///< 1/Ω
     V side;                ///< changes sign where H is not smooth
@@ -93,7 +93,7 @@ State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>&
 
 /// Aᵀ row.
 template <class V>
-void transposed(const Hessian<V>& curvature, const Gradient<V>& row, Gradient<V>& out) {
+void transposed(const Hessian<V>& curvature, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
     for (int i = 0; i < phase_size; ++i) {
         out[i] = V(0.0);
         for (int k = 0; k < space_size; ++k)
@@ -105,9 +105,9 @@ void transposed(const Hessian<V>& curvature, const Gradient<V>& row, Gradient<V>
 /// A step of the transposed variational equation, back from `late` to `early`.
 template <class V>
 void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const SweptPlace<V>& early, const V& length,
-                Gradient<V>& row) {
-    Gradient<V> slope[4], at;
-    const auto moved = [&](const V& by, const Gradient<V>& along) {
+                PhaseGradient<V>& row) {
+    PhaseGradient<V> slope[4], at;
+    const auto moved = [&](const V& by, const PhaseGradient<V>& along) {
         for (int i = 0; i < phase_size; ++i) at[i] = mul_add(by, along[i], row[i]);
     };
     const V half = V(0.5) * length;
@@ -126,7 +126,7 @@ void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows
     const MaskOf<V> crossed = before.side * after.side < V(0.0);
     const Vec3<V> force_jump{jump(component_x), jump(component_y), jump(component_z)};
     const V inverse = recip(dot(force_jump, before.velocity()));
-    for (Gradient<V>& row : rows) {
+    for (PhaseGradient<V>& row : rows) {
         const V kick = dot(velocity_in(row), force_jump) * inverse;
         for (int k = 0; k < space_size; ++k) row[k] = pick(crossed, neg_mul_add(kick, jump(k), row[k]), row[k]);
     }
@@ -146,7 +146,7 @@ V reach(const Rows<V>& rows, const V* x) {
 template <class V>
 V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const SweptPlace<V>& place, const V& length, const RoundingCounts& counts,
                const Rows<V>& rows) {
-    Gradient<V> flow;
+    PhaseGradient<V> flow;
     Rows<V> seeds, by_stages;
     const V share = V(counts.weight) * length;
     for (int r = 0; r < 2; ++r) {
@@ -186,7 +186,7 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
     // A ray that is late or early ends on the same surface.
     const V across = recip(dot(view.normal, velocity));
     const V normal[space_size] = {view.normal.x, view.normal.y, view.normal.z};
-    for (Gradient<V>& row : s.rows) {
+    for (PhaseGradient<V>& row : s.rows) {
         V late(0.0);
         for (int k = 0; k < space_size; ++k)
             late += row[k] * s.place.slope[momentum(k)] - row[momentum(k)] * s.place.slope[k];

@@ -75,7 +75,7 @@ struct StagesInLanes {
 
     template <class System, class S, int N>
     static void begin(const System& system, Flow<S, N>& f, const Coefficients&) {
-        Gradient<S> g;
+        PhaseGradient<S> g;
         system.derivatives(f.start, g);
         for (int k = 0; k < phase_size; ++k)
             for (int i = 0; i < max_stages; ++i) row(memory(f), k)[i] = g[k];
@@ -98,9 +98,9 @@ struct StagesInLanes {
     template <class S, int N = default_carried>
     static Curve<S> curve(const Flow<S, N>& f, const Coefficients& coefficients) {
         const S* g = memory(f);
-        const auto velocity = [g](int j) { 
+        const auto velocity = [g](int j) {
             return Vec3<S>{row(g, component_px)[j], row(g, component_py)[j], row(g, component_pz)[j]};
-         };
+        };
         return Curve<S>::collocation(f, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
     }
 
@@ -141,7 +141,7 @@ private:
         static_assert(lane_count<L> <= max_stages, "a row of stages would end before its register");
         const StageColumns<S>& columns = detail::stage_columns<S>[s - 1];
         alignas(64) S g[phase_size * max_stages] = {};
-        Gradient<L> now;
+        PhaseGradient<L> now;
         detail::each_component([&](int k) __attribute__((always_inline)) {
             now[k] = sum<L>(row(memory(f), k), columns.ahead, s);
         });
@@ -153,7 +153,7 @@ private:
             ++f.issued_iterations;
             State<L> y;
             move(f, g, columns, s, y);
-            Gradient<L> fresh;
+            PhaseGradient<L> fresh;
             L change_q(S(0)), change_p(S(0));
             system.derivatives(y, fresh);
             detail::each_component([&](int k) __attribute__((always_inline)) {
@@ -173,7 +173,7 @@ private:
         finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
     template <class L, class S>
-    KAGERO_INLINE static void keep(const Gradient<L>& now, S* g) {
+    KAGERO_INLINE static void keep(const PhaseGradient<L>& now, S* g) {
         detail::each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], row(g, k)); });
     }
 

@@ -15,14 +15,14 @@ template <class V>
 struct Calls {
     Call<V> force, velocity;  ///< ∂K/∂q and ∂K/∂p alone (3)
     Call<V> mixed;            ///< ∂²K/∂q_i∂p_j (9, row by row)
-    Call<V> derivatives;      ///< ∂K/∂(q, p), a `Gradient`
+    Call<V> derivatives;      ///< ∂K/∂(q, p), a `PhaseGradient`
     Call<V> pace;             ///< dλ/dτ (1)
     Call<V> carried_rates;    ///< of what rays carry beside λ
 };
 /// The calls for a ray by itself.
 template <class S>
 struct RayCalls {
-    Call<S> derivatives;  ///< ∂K/∂(q, p), a `Gradient`
+    Call<S> derivatives;  ///< ∂K/∂(q, p), a `PhaseGradient`
     Call<S> hessian;      ///< ∂²K/∂(q, p)², a `Hessian`
 };
 

@@ -19,7 +19,7 @@ constexpr int conjugate(int k) { return k < space_size ? k + space_size : k - sp
 
 /// ∂K/∂(q, p).
 template <class V>
-using Gradient = V[phase_size];
+using PhaseGradient = V[phase_size];
 /// ∂²K/∂(q, p)², row by row.
 template <class V>
 using Hessian = V[phase_size * phase_size];
@@ -27,9 +27,9 @@ constexpr int hessian_index(int row, int column) { return phase_size * row + col
 
 /// ∂K/∂q and ∂K/∂p of a gradient.
 template <class V>
-KAGERO_INLINE Vec3<V> force_in(const Gradient<V>& g) { return {g[component_x], g[component_y], g[component_z]}; }
+KAGERO_INLINE Vec3<V> force_in(const PhaseGradient<V>& g) { return {g[component_x], g[component_y], g[component_z]}; }
 template <class V>
-KAGERO_INLINE Vec3<V> velocity_in(const Gradient<V>& g) { return {g[component_px], g[component_py], g[component_pz]}; }
+KAGERO_INLINE Vec3<V> velocity_in(const PhaseGradient<V>& g) { return {g[component_px], g[component_py], g[component_pz]}; }
 
 /// How many quantities a ray carries along beside its state, each an integral over τ: λ alone. `System::carried` and
 /// `System::carried_rates` state further ones.

@@ -227,7 +227,7 @@ public:
     const auto& part_b() const requires Parted<H> { return parts_.b; }
     const auto& orbit() const requires Orbiting<H> { return orbit_; }
 
-    /// ∂K/∂(q, p), a `Gradient`.
+    /// ∂K/∂(q, p), a `PhaseGradient`.
     template <class V>
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
         if constexpr (Base::separable) {

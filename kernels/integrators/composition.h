@@ -28,7 +28,7 @@ struct Composition {
     /// stage[0][0..2] carries ∂K/∂q, stage[1][0..2] carries ∂K/∂p, as starts of the implicit solves.
     template <class System, class V, int N>
     static void begin(const System& system, Flow<V, N>& f, const Coefficients&) {
-        Gradient<V> g;
+        PhaseGradient<V> g;
         system.derivatives(f.start, g);
         for (int k = 0; k < space_size; ++k) f.stage[0][k] = g[k], f.stage[1][k] = g[momentum(k)];
     }

@@ -9,20 +9,20 @@ namespace kagero {
 /// How many numbers a stepper may remember from step to step.
 inline constexpr int stepper_memory = 8;
 
-/// A few numbers, or none, which then take no room.
+/// The quantities that a ray carries beside λ; where there are none they take no room.
 template <class V, int n>
-struct Numbers {
+struct FurtherCarried {
     V value[n];
 };
 template <class V>
-struct Numbers<V, 0> {};
+struct FurtherCarried<V, 0> {};
 
 /// Where a ray is between two steps, and all that the next step needs. The ray carries N quantities beside its state.
 template <class V, int N = default_carried>
 struct Waypoint : State<V> {
     Vec3<V> velocity;    ///< dq/dτ
     V parameter;         ///< λ of H: the first quantity that it carries along
-    [[no_unique_address]] Numbers<V, N - 1> further;  ///< the other ones, of which the system states the rates
+    [[no_unique_address]] FurtherCarried<V, N - 1> further;  ///< the other ones, of which the system states the rates
     V energy_terms;      ///< Survey::terms
     V domain;            ///< ≤ 0 where the ray has left the medium
     V captured;          ///< ≤ 0 where the ray is captured
@@ -114,7 +114,7 @@ struct Leg : Arrival<V, N> {
 template <class V, int N = default_carried>
 struct Flow : Leg<V, N> {
     /// Derivatives at the stages of the last step (Gauss), or the last forces and velocities (composition).
-    Gradient<V> stage[max_stages];
+    PhaseGradient<V> stage[max_stages];
 };
 
 /// A way past nothing, which a stepper may go by itself.

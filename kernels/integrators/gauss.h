@@ -44,7 +44,7 @@ struct Gauss {
         using S = ScalarOf<V>;
         const int s = stages(coefficients);
         const GaussNumbers<S>& w = coefficients.gauss->template numbers<S>();
-        Gradient<V> g[room];  // ∂K/∂q, ∂K/∂p at the stages
+        PhaseGradient<V> g[room];  // ∂K/∂q, ∂K/∂p at the stages
         for (int i = 0; i < s; ++i) sum(f.stage, w.ahead[i], s, g[i]);
         auto&& prepared = prepare<V>(system, s);
         Convergence<V> convergence(f);
@@ -73,15 +73,15 @@ private:
 
     /// Σ_j weight_j g_j.
     template <class V, class S>
-    KAGERO_INLINE static void sum(const Gradient<V>* g, const S* weight, int s, Gradient<V>& total) {
+    KAGERO_INLINE static void sum(const PhaseGradient<V>* g, const S* weight, int s, PhaseGradient<V>& total) {
         for (int k = 0; k < phase_size; ++k) total[k] = V(weight[0]) * g[0][k];
         for (int j = 1; j < s; ++j)
             for (int k = 0; k < phase_size; ++k) total[k] = mul_add(V(weight[j]), g[j][k], total[k]);
     }
     /// y = start + h Σ_j weight_j f_j: q moves along +∂K/∂p, p along −∂K/∂q; `y(k)` is where component k belongs.
     template <class V, int N, class S, class Place>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const Gradient<V>* g, const S* weight, int s, const Place& y) {
-        Gradient<V> total;
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s, const Place& y) {
+        PhaseGradient<V> total;
         sum(g, weight, s, total);
         for (int k = 0; k < space_size; ++k) {
             y(k) = mul_add(f.h, total[momentum(k)], f.start.y[k]);
@@ -90,7 +90,7 @@ private:
         y(component_pt) = f.start.pt();
     }
     template <class V, int N, class S>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const Gradient<V>* g, const S* weight, int s, State<V>& y) {
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s, State<V>& y) {
         move(f, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
     }
 
@@ -106,9 +106,9 @@ private:
     /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes.
     template <class Prepared, class V, int N, class S>
     KAGERO_INLINE static V iterate(Prepared& prepared, const Flow<V, N>& f, const GaussNumbers<S>& w, int s,
-                                   const Convergence<V>& convergence, Gradient<V> (&g)[room]) {
+                                   const Convergence<V>& convergence, PhaseGradient<V> (&g)[room]) {
         V change_q(S(0)), change_p(S(0));
-        const auto take = [&](int i, const Gradient<V>& fresh) __attribute__((always_inline)) {
+        const auto take = [&](int i, const PhaseGradient<V>& fresh) __attribute__((always_inline)) {
             for (int k = 0; k < space_size; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
             for (int k = space_size; k < phase_size; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
             for (int k = 0; k < phase_size; ++k) g[i][k] = pick(convergence.open(), fresh[k], g[i][k]);
@@ -117,7 +117,7 @@ private:
             for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, [&](int k) __attribute__((always_inline)) -> V& { return prepared.input(i, k); });
             prepared.run();
             for (int i = 0; i < s; ++i) {
-                Gradient<V> fresh;
+                PhaseGradient<V> fresh;
                 prepared.read(i, fresh);
                 take(i, fresh);
             }
@@ -125,7 +125,7 @@ private:
             State<V> y[room];
             for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
             for (int i = 0; i < s; ++i) {
-                Gradient<V> fresh;
+                PhaseGradient<V> fresh;
                 prepared.derivatives(y[i], fresh);
                 take(i, fresh);
             }
@@ -136,8 +136,8 @@ private:
     /// Rays that are not solved. Works on a copy, so that the stages of the others need not have an address.
     template <class System, class V, int N, class S>
     static void solve_rest(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
-                           Gradient<V> (&g)[room]) {
-        Gradient<V> now[room];
+                           PhaseGradient<V> (&g)[room]) {
+        PhaseGradient<V> now[room];
         std::copy(&g[0][0], &g[0][0] + phase_size * s, &now[0][0]);
         Shared<V, N>::newton_stages(as_called<V>(system), f, w, s, &now[0][0], phase_size, 1);
         std::copy(&now[0][0], &now[0][0] + phase_size * s, &g[0][0]);
@@ -145,9 +145,9 @@ private:
 
     /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long ones.
     template <class V, int N, class S>
-    KAGERO_INLINE static void finish_state(Flow<V, N>& f, const Gradient<V> (&g)[room], const GaussNumbers<S>& w,
+    KAGERO_INLINE static void finish_state(Flow<V, N>& f, const PhaseGradient<V> (&g)[room], const GaussNumbers<S>& w,
                                            int s) {
-        Gradient<V> total;
+        PhaseGradient<V> total;
         sum(g, w.b, s, total);
         f.end.pt() = f.start.pt();
         for (int k = 0; k < phase_size; ++k) {
@@ -160,7 +160,7 @@ private:
 
     template <class System, class V, int N, class S>
     KAGERO_INLINE static void finish(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
-                                     const Gradient<V> (&g)[room]) {
+                                     const PhaseGradient<V> (&g)[room]) {
         finish_state(f, g, w, s);
         carry_evenly(f);
         if (integrates_carried(system, f)) {

@@ -54,7 +54,7 @@ private:
     void linearise() {
         for (int i = 0; i < s_; ++i) {
             const State<S> y = place(i);
-            Gradient<S> fresh;
+            PhaseGradient<S> fresh;
             Hessian<S> second;
             system_.ray_derivatives(y, fresh);
             system_.ray_hessian(y, second);
@@ -88,7 +88,7 @@ private:
     int s_;
     Convergence<S> convergence_;
     int iterations_ = 0;
-    Gradient<S> g_[max_stages];
+    PhaseGradient<S> g_[max_stages];
     S rest_[phase_size * max_stages], matrix_[phase_size * max_stages][phase_size * max_stages];
 };
 

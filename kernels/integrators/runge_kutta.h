@@ -37,7 +37,7 @@ struct RungeKutta {
     static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
         const ButcherTable& table = *coefficients.table;
         using S = ScalarOf<V>;
-        Gradient<V> g[max_rk_stages];
+        PhaseGradient<V> g[max_rk_stages];
         auto carried = CarriedSums<V, N>::of_weights();
         for (int i = 0; i < table.stages; ++i) {
             State<V> y;
@@ -56,8 +56,8 @@ struct RungeKutta {
 private:
     /// Σ_j weight_j g_j over the stages with a weight; g as it comes, ∂K/∂q then ∂K/∂p.
     template <class V>
-    KAGERO_INLINE static void sum(const Gradient<V> (&g)[max_rk_stages], const double* weight, int stages,
-                                  Gradient<V>& total) {
+    KAGERO_INLINE static void sum(const PhaseGradient<V> (&g)[max_rk_stages], const double* weight, int stages,
+                                  PhaseGradient<V>& total) {
         using S = ScalarOf<V>;
         for (V& t : total) t = V(S(0));
         for (int j = 0; j < stages; ++j) {
@@ -68,9 +68,9 @@ private:
     }
     /// y = start + h Σ weight_j f_j.
     template <class V, int N>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const Gradient<V> (&g)[max_rk_stages], const double* weight,
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages], const double* weight,
                                    int stages, State<V>& y) {
-        Gradient<V> total;
+        PhaseGradient<V> total;
         sum(g, weight, stages, total);
         for (int k = 0; k < space_size; ++k) {
             y.y[k] = mul_add(f.h, total[momentum(k)], f.start.y[k]);
@@ -88,9 +88,9 @@ private:
     /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated local error exceeds
     /// the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a safety factor.
     template <class V, int N>
-    KAGERO_INLINE static void control(Flow<V, N>& f, const Gradient<V> (&g)[max_rk_stages], const ButcherTable& table) {
+    KAGERO_INLINE static void control(Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages], const ButcherTable& table) {
         using S = ScalarOf<V>;
-        Gradient<V> total;
+        PhaseGradient<V> total;
         V error(S(0));
         sum(g, table.error, table.stages, total);
         for (int k = 0; k < space_size; ++k) {

@@ -56,7 +56,7 @@ struct WithProducts : System<H, Rescaled, S> {
 
     template <class V>
     KAGERO_INLINE void carried_rates(const State<V>& s, V* rates) const {
-        Gradient<V> g;
+        PhaseGradient<V> g;
         this->derivatives(s, g);
         rates[0] = dot(s.q(), velocity_in(g));
         rates[1] = dot(s.p(), velocity_in(g)) - dot(s.q(), force_in(g));
@@ -234,7 +234,25 @@ TEST(Carried, IsTheSameInPacketsAndInLanes) {
     });
 }
 
-// Not wanted, quantities stay as they are.
+// A step in a called system carries what the same step does inline.
+TEST(Carried, IsTheSameInCalledSystems) {
+    using HoleWithProducts = WithProducts<Schwarzschild, false, double>;
+    static_assert(HoleWithProducts::called);
+    const auto parameters = default_parameters<Schwarzschild>();
+    const HoleWithProducts system(parameters.data());
+    const State<double> start = state_of<double>(bent_ray<Schwarzschild>());
+    const double h = path_length<Schwarzschild> / 16;
+    const auto compare = [&]<class Step>(const Coefficients& coefficients) {
+        const auto direct = follow<Step, carried_quantities>(system, coefficients, start, h, 2);
+        const auto called = follow<Step, carried_quantities>(as_called<double>(system), coefficients, start, h, 2);
+        for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(direct.end.carried(k), called.end.carried(k)) << k;
+    };
+    compare.operator()<Composition>({.fractions = fractions::verlet});
+    compare.operator()<RungeKutta>({.table = &kutta4});
+    compare.operator()<Gauss<0>>({.gauss = &gauss_tableau<2>});
+}
+
+// Quantities that are not wanted keep their values.
 TEST(Carried, StaysWhereItIsNotWanted) {
     const auto parameters = default_parameters<Schwarzschild>();
     const SchwarzschildWithProducts<double> system(parameters.data());

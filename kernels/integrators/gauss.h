@@ -80,7 +80,8 @@ private:
     }
     /// y = start + h Σ_j weight_j f_j: q moves along +∂K/∂p, p along −∂K/∂q; `y(k)` is where component k belongs.
     template <class V, int N, class S, class Place>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s, const Place& y) {
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
+                                   const Place& y) {
         PhaseGradient<V> total;
         sum(g, weight, s, total);
         for (int k = 0; k < space_size; ++k) {
@@ -90,7 +91,8 @@ private:
         y(component_pt) = f.start.pt();
     }
     template <class V, int N, class S>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s, State<V>& y) {
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
+                                   State<V>& y) {
         move(f, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
     }
 

@@ -68,8 +68,8 @@ private:
     }
     /// y = start + h Σ weight_j f_j.
     template <class V, int N>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages], const double* weight,
-                                   int stages, State<V>& y) {
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
+                                   const double* weight, int stages, State<V>& y) {
         PhaseGradient<V> total;
         sum(g, weight, stages, total);
         for (int k = 0; k < space_size; ++k) {
@@ -88,7 +88,8 @@ private:
     /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated local error exceeds
     /// the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a safety factor.
     template <class V, int N>
-    KAGERO_INLINE static void control(Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages], const ButcherTable& table) {
+    KAGERO_INLINE static void control(Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
+                                      const ButcherTable& table) {
         using S = ScalarOf<V>;
         PhaseGradient<V> total;
         V error(S(0));

@@ -28,7 +28,8 @@ constexpr int hessian_index(int row, int column) { return phase_size * row + col
 /// ∂K/∂q and ∂K/∂p of a gradient.
 template <class V>
 KAGERO_INLINE Vec3<V> force_in(const PhaseGradient<V>& g) { return {g[component_x], g[component_y], g[component_z]}; }
-template <class V> KAGERO_INLINE Vec3<V> velocity_in(const PhaseGradient<V>& g) {
+template <class V>
+KAGERO_INLINE Vec3<V> velocity_in(const PhaseGradient<V>& g) {
     return {g[component_px], g[component_py], g[component_pz]};
 }
 

@@ -148,7 +148,8 @@ std::array<std::vector<Point>, carried_quantities> errors(const Method& method) 
             bool solved = true;
             for (int ray = 0; ray < bent_rays; ++ray) {
                 const Quad h = Quad(path_length<H>) / steps;
-                const auto f = follow<Step, carried_quantities>(system, method.coefficients, System::start(ray), h, steps);
+                const State<Quad> start = System::start(ray);
+                const auto f = follow<Step, carried_quantities>(system, method.coefficients, start, h, steps);
                 solved = solved && f.solved;
                 for (int k = 0; k < carried_quantities; ++k) sum[k] += double(abs(f.end.carried(k) - exact[ray][k]));
             }

@@ -38,8 +38,9 @@ public:
         State<V> state;
         for (std::uint32_t i = 0; i < W; ++i) {
             const PathPoint& point = paths_[i]->points[paths_[i]->count - 1 - std::min(k, paths_[i]->count - 1)];
-            for (int c = 0; c < 3; ++c) set_lane(state.y[c], int(i), point.q[c]), set_lane(state.y[3 + c], int(i), point.p[c]);
-            set_lane(state.y[6], int(i), point.pt);
+            for (int c = 0; c < space_size; ++c)
+                set_lane(state.y[c], int(i), point.q[c]), set_lane(state.y[momentum(c)], int(i), point.p[c]);
+            set_lane(state.pt(), int(i), point.pt);
             set_lane(parameter, int(i), point.parameter);
         }
         return state;

@@ -22,16 +22,16 @@ struct Sight {
 
 /// How these two numbers move with the state.
 template <class V>
-using Rows = V[2][6];
+using Rows = PhaseGradient<V>[2];
 
 /// The flow of H at one place, K being Ω(H − H0).
 template <class V>
 struct SweptPlace {
-    V slope[6];       ///< ∂K/Ω
-    V curvature[36];  ///< ∂²K/Ω
-    V inverse_pace;   ///< 1/Ω
-    V side;           ///< changes sign where H is not smooth
-    Vec3<V> velocity() const { return {slope[3], slope[4], slope[5]}; }
+    PhaseGradient<V> slope;     ///< ∂K/Ω
+    Hessian<V> curvature;  ///< ∂²K/Ω
+    V inverse_pace;        ///< 1/Ω
+    V side;                ///< changes sign where H is not smooth
+    Vec3<V> velocity() const { return velocity_in(slope); }
 };
 
 /// A system as the sweep sees it: through pointers, because few ask for it.
@@ -41,7 +41,9 @@ struct SweptSystem {
     const SystemStorage& storage;
     Listed<double> derivatives = kernel.derivatives(storage);
 
-    V roundings(const State<V>& s, const V (&seeds)[12]) const { return sum_of_roundings(derivatives, s.y, seeds, 6); }
+    V roundings(const State<V>& s, const Rows<V>& seeds) const {
+        return sum_of_roundings(derivatives, s.y, &seeds[0][0], phase_size);
+    }
 };
 
 /// Rays on their way back.
@@ -73,7 +75,7 @@ SweptPlace<V> place_at(const SweptSystem<V>& system, const State<V>& state) {
 template <class V>
 State<V> between(const State<V>& a, const State<V>& b, double s) {
     State<V> y = a;
-    for (int k = 0; k < 6; ++k) y.y[k] = mul_add(V(s), b.y[k] - a.y[k], a.y[k]);
+    for (int k = 0; k < phase_size; ++k) y.y[k] = mul_add(V(s), b.y[k] - a.y[k], a.y[k]);
     return y;
 }
 
@@ -82,35 +84,38 @@ template <class V>
 State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>& b, const SweptPlace<V>& at_b, const V& length) {
     State<V> y = between(a, b, 0.5);
     const V eighth = V(0.125) * length;
-    for (int k = 0; k < 3; ++k) {
-        y.y[k] = mul_add(eighth, at_a.slope[3 + k] - at_b.slope[3 + k], y.y[k]);
-        y.y[3 + k] = neg_mul_add(eighth, at_a.slope[k] - at_b.slope[k], y.y[3 + k]);
+    for (int k = 0; k < space_size; ++k) {
+        y.y[k] = mul_add(eighth, at_a.slope[momentum(k)] - at_b.slope[momentum(k)], y.y[k]);
+        y.y[momentum(k)] = neg_mul_add(eighth, at_a.slope[k] - at_b.slope[k], y.y[momentum(k)]);
     }
     return y;
 }
 
 /// Aᵀ row.
 template <class V>
-void transposed(const V (&curvature)[36], const V (&row)[6], V (&out)[6]) {
-    for (int i = 0; i < 6; ++i) {
+void transposed(const Hessian<V>& curvature, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
+    for (int i = 0; i < phase_size; ++i) {
         out[i] = V(0.0);
-        for (int k = 0; k < 3; ++k) out[i] += curvature[6 * i + 3 + k] * row[k] - curvature[6 * i + k] * row[3 + k];
+        for (int k = 0; k < space_size; ++k)
+            out[i] += curvature[hessian_index(i, momentum(k))] * row[k] -
+                      curvature[hessian_index(i, k)] * row[momentum(k)];
     }
 }
 
 /// A step of the transposed variational equation, back from `late` to `early`.
 template <class V>
-void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const SweptPlace<V>& early, const V& length, V (&row)[6]) {
-    V slope[4][6], at[6];
-    const auto moved = [&](const V& by, const V (&along)[6]) {
-        for (int i = 0; i < 6; ++i) at[i] = mul_add(by, along[i], row[i]);
+void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const SweptPlace<V>& early, const V& length,
+                PhaseGradient<V>& row) {
+    PhaseGradient<V> slope[4], at;
+    const auto moved = [&](const V& by, const PhaseGradient<V>& along) {
+        for (int i = 0; i < phase_size; ++i) at[i] = mul_add(by, along[i], row[i]);
     };
     const V half = V(0.5) * length;
     transposed(late.curvature, row, slope[0]);
     moved(half, slope[0]), transposed(middle.curvature, at, slope[1]);
     moved(half, slope[1]), transposed(middle.curvature, at, slope[2]);
     moved(length, slope[2]), transposed(early.curvature, at, slope[3]);
-    for (int i = 0; i < 6; ++i)
+    for (int i = 0; i < phase_size; ++i)
         row[i] = mul_add(length * V(1 / 6.0), slope[0][i] + V(2.0) * (slope[1][i] + slope[2][i]) + slope[3][i], row[i]);
 }
 
@@ -119,10 +124,11 @@ template <class V>
 void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows<V>& rows) {
     const auto jump = [&](int k) { return after.slope[k] - before.slope[k]; };
     const MaskOf<V> crossed = before.side * after.side < V(0.0);
-    const V inverse = recip(dot({jump(0), jump(1), jump(2)}, before.velocity()));
-    for (V(&row)[6] : rows) {
-        const V kick = (row[3] * jump(0) + row[4] * jump(1) + row[5] * jump(2)) * inverse;
-        for (int k = 0; k < 3; ++k) row[k] = pick(crossed, neg_mul_add(kick, jump(k), row[k]), row[k]);
+    const Vec3<V> force_jump{jump(component_x), jump(component_y), jump(component_z)};
+    const V inverse = recip(dot(force_jump, before.velocity()));
+    for (PhaseGradient<V>& row : rows) {
+        const V kick = dot(velocity_in(row), force_jump) * inverse;
+        for (int k = 0; k < space_size; ++k) row[k] = pick(crossed, neg_mul_add(kick, jump(k), row[k]), row[k]);
     }
 }
 
@@ -130,7 +136,8 @@ void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows
 template <class V>
 V reach(const Rows<V>& rows, const V* x) {
     V sum(0.0);
-    for (int k = 0; k < 6; ++k) sum += sqrt(rows[0][k] * rows[0][k] + rows[1][k] * rows[1][k]) * first_place(x[k]);
+    for (int k = 0; k < phase_size; ++k)
+        sum += sqrt(rows[0][k] * rows[0][k] + rows[1][k] * rows[1][k]) * first_place(x[k]);
     return sum;
 }
 
@@ -139,17 +146,17 @@ V reach(const Rows<V>& rows, const V* x) {
 template <class V>
 V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const SweptPlace<V>& place, const V& length, const RoundingCounts& counts,
                const Rows<V>& rows) {
-    V flow[6], seeds[12];
-    Rows<V> by_stages;
+    PhaseGradient<V> flow;
+    Rows<V> seeds, by_stages;
     const V share = V(counts.weight) * length;
     for (int r = 0; r < 2; ++r) {
         transposed(place.curvature, rows[r], by_stages[r]);
-        for (int k = 0; k < 3; ++k) {
-            seeds[6 * r + k] = -(share * place.inverse_pace * rows[r][3 + k]);
-            seeds[6 * r + 3 + k] = share * place.inverse_pace * rows[r][k];
+        for (int k = 0; k < space_size; ++k) {
+            seeds[r][k] = -(share * place.inverse_pace * rows[r][momentum(k)]);
+            seeds[r][momentum(k)] = share * place.inverse_pace * rows[r][k];
         }
     }
-    for (int k = 0; k < 3; ++k) flow[k] = place.slope[3 + k], flow[3 + k] = place.slope[k];
+    for (int k = 0; k < space_size; ++k) flow[k] = place.slope[momentum(k)], flow[momentum(k)] = place.slope[k];
     return abs(share) * (V(counts.sums + 1) * reach(rows, flow) + reach(by_stages, middle.y)) + system.roundings(middle, seeds);
 }
 
@@ -162,26 +169,28 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
     s.place = place_at(system, s.state);
     const Vec3<V> velocity = s.place.velocity();
     const V inverse = rsqrt(dot(velocity, velocity));
-    V seeds[12];
+    Rows<V> seeds;
     for (int r = 0; r < 2; ++r) {
         const Vec3<V> turn = retreat(view.by_direction[r], dot(view.by_direction[r], velocity) * inverse * inverse, velocity);
-        const V by_velocity[3] = {turn.x * inverse, turn.y * inverse, turn.z * inverse};
-        const V by_position[3] = {view.by_position[r].x, view.by_position[r].y, view.by_position[r].z};
-        for (int i = 0; i < 6; ++i) {
-            s.rows[r][i] = i < 3 ? by_position[i] : V(0.0);
-            for (int k = 0; k < 3; ++k) s.rows[r][i] = mul_add(by_velocity[k], s.place.curvature[6 * (3 + k) + i], s.rows[r][i]);
-            seeds[6 * r + i] = i < 3 ? V(0.0) : by_velocity[i - 3] * s.place.inverse_pace;
+        const V by_velocity[space_size] = {turn.x * inverse, turn.y * inverse, turn.z * inverse};
+        const V by_position[space_size] = {view.by_position[r].x, view.by_position[r].y, view.by_position[r].z};
+        for (int i = 0; i < phase_size; ++i) {
+            s.rows[r][i] = i < space_size ? by_position[i] : V(0.0);
+            for (int k = 0; k < space_size; ++k)
+                s.rows[r][i] = mul_add(by_velocity[k], s.place.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
+            seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.place.inverse_pace;
         }
     }
     constexpr double while_found = 8;  // the end is rounded a few times while it is found, along the ray as well
     s.bound = V(while_found) * reach(s.rows, s.state.y) + system.roundings(s.state, seeds);
     // A ray that is late or early ends on the same surface.
     const V across = recip(dot(view.normal, velocity));
-    const V normal[3] = {view.normal.x, view.normal.y, view.normal.z};
-    for (V(&row)[6] : s.rows) {
+    const V normal[space_size] = {view.normal.x, view.normal.y, view.normal.z};
+    for (PhaseGradient<V>& row : s.rows) {
         V late(0.0);
-        for (int k = 0; k < 3; ++k) late += row[k] * s.place.slope[3 + k] - row[3 + k] * s.place.slope[k];
-        for (int k = 0; k < 3; ++k) row[k] -= late * across * normal[k];
+        for (int k = 0; k < space_size; ++k)
+            late += row[k] * s.place.slope[momentum(k)] - row[momentum(k)] * s.place.slope[k];
+        for (int k = 0; k < space_size; ++k) row[k] -= late * across * normal[k];
     }
 }
 
@@ -201,9 +210,9 @@ void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& len
     const V of_state = V(counts.state) * reach(s.rows, s.state.y);
     Rows<V> rows_there;
     for (int r = 0; r < 2; ++r) {
-        for (int i = 0; i < 6; ++i) rows_there[r][i] = V(0.5) * s.rows[r][i];
+        for (int i = 0; i < phase_size; ++i) rows_there[r][i] = V(0.5) * s.rows[r][i];
         carry_back(late, between_them, early, length, s.rows[r]);
-        for (int i = 0; i < 6; ++i) rows_there[r][i] = mul_add(V(0.5), s.rows[r][i], rows_there[r][i]);
+        for (int i = 0; i < phase_size; ++i) rows_there[r][i] = mul_add(V(0.5), s.rows[r][i], rows_there[r][i]);
     }
     const V of_step = of_state + roundings_of(system, middle, between_them, length, counts, rows_there);
     s.bound = pick(abs(length) > V(0.0), s.bound + of_step, s.bound);

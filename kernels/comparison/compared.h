@@ -15,7 +15,7 @@ struct PerRayGradient {
     using Value = double;
     static constexpr Strategy strategy = Strategy::per_ray;
     static constexpr Form form = Form::gradient;
-    static constexpr int registers = ValueTraits<Packed<double, 6>>::registers;
+    static constexpr int registers = ValueTraits<Packed<double, phase_size>>::registers;
 };
 /// One ray, the stages of a Gauss method in the lanes.
 struct PerRayStages {

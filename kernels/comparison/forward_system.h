@@ -43,15 +43,15 @@ public:
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }
 
-    KAGERO_INLINE void derivatives(const State<S>& s, S* out) const { gradient<0, 6>(s, out); }
-    KAGERO_INLINE Vec3<S> dq(const State<S>& s) const { return side<0>(s); }
-    KAGERO_INLINE Vec3<S> dp(const State<S>& s) const { return side<3>(s); }
+    KAGERO_INLINE void derivatives(const State<S>& s, S* out) const { gradient<component_x, phase_size>(s, out); }
+    KAGERO_INLINE Vec3<S> dq(const State<S>& s) const { return side<component_x>(s); }
+    KAGERO_INLINE Vec3<S> dp(const State<S>& s) const { return side<component_px>(s); }
     /// ∂²K/∂q_i∂p_j: forward over the reverse program, the components of each row in the lanes.
     KAGERO_INLINE void mixed(const State<S>& s, S* out) const {
-        Packed<S, 3> row[3];
-        run_forward<force_, 3, 6>(force_u_.values, s.y, row);
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) out[3 * i + k] = get_lane(row[i], k);
+        Packed<S, space_size> row[space_size];
+        run_forward<force_, component_px, phase_size>(force_u_.values, s.y, row);
+        for (int i = 0; i < space_size; ++i)
+            for (int k = 0; k < space_size; ++k) out[space_size * i + k] = get_lane(row[i], k);
     }
 
 private:
@@ -63,8 +63,8 @@ private:
     }
     template <int first>
     KAGERO_INLINE Vec3<S> side(const State<S>& s) const {
-        S g[3];
-        gradient<first, first + 3>(s, g);
+        S g[space_size];
+        gradient<first, first + space_size>(s, g);
         return {g[0], g[1], g[2]};
     }
     template <class Self>

@@ -4,6 +4,7 @@
 /// The same iteration as `Gauss`, in the same order of operations, so that it ends at the same state to the last bit.
 #pragma once
 
+#include "kernels/comparison/forward.h"
 #include "kernels/integrators/gauss.h"
 
 namespace kagero {
@@ -46,10 +47,11 @@ KAGERO_INLINE void store(const L& l, S* to) {
     for (int r = 0; r < ValueTraits<L>::registers; ++r) *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
 }
 
-/// Calls f(k) for the six components of a gradient, written out: g++ leaves a loop of such length a loop, and its values in memory.
+/// Calls f(k) for the components of a gradient, written out: g++ does not unroll a loop of such length, and keeps its
+/// values in memory.
 template <class Function>
 KAGERO_INLINE void each_component(const Function& f) {
-    f(0), f(1), f(2), f(3), f(4), f(5);
+    f(component_x), f(component_y), f(component_z), f(component_px), f(component_py), f(component_pz);
 }
 
 template <class L>
@@ -71,16 +73,16 @@ struct StagesInLanes {
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
 
-    template <class System, class S>
-    static void begin(const System& system, Flow<S>& f, const Coefficients&) {
-        S g[6];
+    template <class System, class S, int N>
+    static void begin(const System& system, Flow<S, N>& f, const Coefficients&) {
+        PhaseGradient<S> g;
         system.derivatives(f.start, g);
-        for (int k = 0; k < 6; ++k)
-            for (int i = 0; i < max_stages; ++i) memory(f)[k * max_stages + i] = g[k];
+        for (int k = 0; k < phase_size; ++k)
+            for (int i = 0; i < max_stages; ++i) row(memory(f), k)[i] = g[k];
     }
 
-    template <class System, class S>
-    static void step(const System& system, Flow<S>& f, const Coefficients& coefficients) {
+    template <class System, class S, int N>
+    static void step(const System& system, Flow<S, N>& f, const Coefficients& coefficients) {
         constexpr int width = Lanes<S, 1>::width;
         if constexpr (fixed > 0 || width >= max_stages) {
             step_in<detail::registers_for<S, fixed ? fixed : max_stages>>(system, f, coefficients);
@@ -93,10 +95,12 @@ struct StagesInLanes {
     }
 
     /// Dense output of the step in `f`.
-    template <class S>
-    static Curve<S> curve(const Flow<S>& f, const Coefficients& coefficients) {
+    template <class S, int N = default_carried>
+    static Curve<S> curve(const Flow<S, N>& f, const Coefficients& coefficients) {
         const S* g = memory(f);
-        const auto velocity = [g](int j) { return Vec3<S>{g[3 * max_stages + j], g[4 * max_stages + j], g[5 * max_stages + j]}; };
+        const auto velocity = [g](int j) {
+            return Vec3<S>{row(g, component_px)[j], row(g, component_py)[j], row(g, component_pz)[j]};
+        };
         return Curve<S>::collocation(f, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
     }
 
@@ -105,9 +109,13 @@ private:
     /// Flow::stage by components: the derivative of component k at stage i is number 8 k + i.
     template <class AnyFlow>
     KAGERO_INLINE static auto* memory(AnyFlow& f) {
-        static_assert(sizeof f.stage == sizeof f.h * 6 * max_stages);
+        static_assert(sizeof f.stage == sizeof f.h * phase_size * max_stages);
         return &f.stage[0][0];
     }
+
+    /// The stages of component k.
+    template <class T>
+    KAGERO_INLINE static T* row(T* g, int k) { return g + k * max_stages; }
 
     /// Σ_j column_j g[j], for all stages at once; g lies in memory, so that each of its numbers is broadcast as it is loaded.
     template <class L, class S>
@@ -116,24 +124,27 @@ private:
         for (int j = 1; j < s; ++j) total = mul_add(detail::loaded<L>(columns[j]), L(g[j]), total);
         return total;
     }
-    template <class L, class S>
-    KAGERO_INLINE static void move(const Flow<S>& f, const S* g, const StageColumns<S>& columns, int s, State<L>& y) {
+    template <class L, class S, int N>
+    KAGERO_INLINE static void move(const Flow<S, N>& f, const S* g, const StageColumns<S>& columns, int s,
+                                   State<L>& y) {
         detail::each_component([&](int k) __attribute__((always_inline)) {
-            if (k < 3) y.y[k] = mul_add(L(f.h), sum<L>(g + (3 + k) * max_stages, columns.a, s), L(f.start.y[k]));
-            else y.y[k] = neg_mul_add(L(f.h), sum<L>(g + (k - 3) * max_stages, columns.a, s), L(f.start.y[k]));
+            if (k < space_size) y.y[k] = mul_add(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
+            else y.y[k] = neg_mul_add(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
         });
-        y.y[6] = L(f.start.y[6]);
+        y.pt() = L(f.start.pt());
     }
 
-    template <int R, class System, class S>
-    static void step_in(const System& system, Flow<S>& f, const Coefficients& coefficients) {
+    template <int R, class System, class S, int N>
+    static void step_in(const System& system, Flow<S, N>& f, const Coefficients& coefficients) {
         using L = Lanes<S, R>;
         const int s = stages(coefficients);
         static_assert(lane_count<L> <= max_stages, "a row of stages would end before its register");
         const StageColumns<S>& columns = detail::stage_columns<S>[s - 1];
-        alignas(64) S g[6 * max_stages] = {};
-        L now[6];
-        detail::each_component([&](int k) __attribute__((always_inline)) { now[k] = sum<L>(memory(f) + k * max_stages, columns.ahead, s); });
+        alignas(64) S g[phase_size * max_stages] = {};
+        PhaseGradient<L> now;
+        detail::each_component([&](int k) __attribute__((always_inline)) {
+            now[k] = sum<L>(row(memory(f), k), columns.ahead, s);
+        });
         keep(now, g);
         Convergence<S> convergence(f);
         S iterations(0);
@@ -142,10 +153,11 @@ private:
             ++f.issued_iterations;
             State<L> y;
             move(f, g, columns, s, y);
-            L fresh[6], change_q(S(0)), change_p(S(0));
+            PhaseGradient<L> fresh;
+            L change_q(S(0)), change_p(S(0));
             system.derivatives(y, fresh);
             detail::each_component([&](int k) __attribute__((always_inline)) {
-                L& change = k < 3 ? change_p : change_q;
+                L& change = k < space_size ? change_p : change_q;
                 change = max(change, abs(fresh[k] - now[k]));
                 now[k] = fresh[k];
             });
@@ -155,38 +167,40 @@ private:
         f.solved = !convergence.open();
         f.gradients = mul_add(iterations, S(s), f.gradients);
         f.open_iterations += iterations;
-        if (!f.solved) Shared<S>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1, max_stages);
+        if (!f.solved)
+            Shared<S, N>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1,
+                                        max_stages);
         finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
     template <class L, class S>
-    KAGERO_INLINE static void keep(const L (&now)[6], S* g) {
-        detail::each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], g + k * max_stages); });
+    KAGERO_INLINE static void keep(const PhaseGradient<L>& now, S* g) {
+        detail::each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], row(g, k)); });
     }
 
     /// The end of the step, as in `Gauss::finish`.
-    template <class L, class System, class S>
-    KAGERO_INLINE static void finish(const System& system, Flow<S>& f, const GaussNumbers<S>& w, const StageColumns<S>& columns, int s,
-                                     const S* g) {
-        f.end.y[6] = f.start.y[6];
-        for (int k = 0; k < 6; ++k) {
-            const S* from = g + (k < 3 ? k + 3 : k - 3) * max_stages;
+    template <class L, class System, class S, int N>
+    KAGERO_INLINE static void finish(const System& system, Flow<S, N>& f, const GaussNumbers<S>& w,
+                                     const StageColumns<S>& columns, int s, const S* g) {
+        f.end.pt() = f.start.pt();
+        for (int k = 0; k < phase_size; ++k) {
+            const S* from = row(g, conjugate(k));
             S total = w.b[0] * from[0];
             for (int j = 1; j < s; ++j) total = mul_add(w.b[j], from[j], total);
-            const S change = k < 3 ? mul_add(f.h, total, f.start.carry[k]) : neg_mul_add(f.h, total, f.start.carry[k]);
+            const S cut_off = f.start.carry[k];
+            const S change = k < space_size ? mul_add(f.h, total, cut_off) : neg_mul_add(f.h, total, cut_off);
             f.end.y[k] = f.start.y[k] + change;
             f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }
-        f.end.parameter = f.start.parameter + f.h;
-        if (system.rescaled && f.want_parameter) {
+        carry_evenly(f);
+        if (integrates_carried(system, f)) {
             State<L> y;
             move(f, g, columns, s, y);
-            const L paces = system.pace(y);
-            S pace(0);
-            for (int i = 0; i < s; ++i) pace = mul_add(w.b[i], get_lane(paces, i), pace);
-            f.end.parameter = mul_add(f.h, pace, f.start.parameter);
+            auto carried = CarriedSums<S, N>::of_weights();
+            carried.add_lanes(system, w.b, s, y);
+            carried.finish_weights(system, f);
         }
         detail::each_component([&](int k) __attribute__((always_inline)) {
-            std::memcpy(memory(f) + k * max_stages, g + k * max_stages, max_stages * sizeof(S));
+            std::memcpy(row(memory(f), k), row(g, k), max_stages * sizeof(S));
         });
     }
 };

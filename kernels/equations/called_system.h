@@ -15,14 +15,15 @@ template <class V>
 struct Calls {
     Call<V> force, velocity;  ///< ∂K/∂q and ∂K/∂p alone (3)
     Call<V> mixed;            ///< ∂²K/∂q_i∂p_j (9, row by row)
-    Call<V> derivatives;      ///< ∂K/∂q, ∂K/∂p (6)
+    Call<V> derivatives;      ///< ∂K/∂(q, p), a `PhaseGradient`
     Call<V> pace;             ///< dλ/dτ (1)
+    Call<V> carried_rates;    ///< of what rays carry beside λ
 };
 /// The calls for a ray by itself.
 template <class S>
 struct RayCalls {
-    Call<S> derivatives;  ///< ∂K/∂q, ∂K/∂p (6)
-    Call<S> hessian;      ///< ∂²K/∂(q, p)² (36, row by row)
+    Call<S> derivatives;  ///< ∂K/∂(q, p), a `PhaseGradient`
+    Call<S> hessian;      ///< ∂²K/∂(q, p)², a `Hessian`
 };
 
 /// Whether the steps in a system are those in a called one: in that of a Hamiltonian long to compute, and in one that no scene takes unasked.
@@ -32,12 +33,14 @@ constexpr bool is_called() {
     else return false;
 }
 
-template <class V>
+/// Rays carry N quantities along in it.
+template <class V, int N = default_carried>
 class CalledSystem {
     using S = ScalarOf<V>;
 
 public:
     static constexpr bool force_needs_p = true, velocity_needs_q = true;
+    static constexpr int carried = N;
     bool rescaled;
 
     CalledSystem(const void* system, const Calls<V>& calls, const RayCalls<S>& ray, bool is_rescaled)
@@ -52,12 +55,13 @@ public:
         calls_.pace(system_, s, &out);
         return out;
     }
+    KAGERO_INLINE void carried_rates(const State<V>& s, V* rates) const { calls_.carried_rates(system_, s, rates); }
     void ray_derivatives(const State<S>& s, S* out) const { ray_.derivatives(system_, s, out); }
     void ray_hessian(const State<S>& s, S* out) const { ray_.hessian(system_, s, out); }
 
 private:
     KAGERO_INLINE Vec3<V> side(Call<V> call, const State<V>& s) const {
-        V out[3];
+        V out[space_size];
         call(system_, s, out);
         return {out[0], out[1], out[2]};
     }
@@ -85,6 +89,10 @@ template <class System, class V>
 void call_derivatives(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->derivatives(s, out); }
 template <class System, class V>
 void call_pace(const void* system, const State<V>& s, V* out) { *out = static_cast<const System*>(system)->pace(s); }
+template <class System, class V>
+void call_carried_rates(const void* system, const State<V>& s, V* out) {
+    static_cast<const System*>(system)->carried_rates(s, out);
+}
 template <class System, class S>
 void call_hessian(const void* system, const State<S>& s, S* out) { static_cast<const System*>(system)->hessian(s, out); }
 
@@ -95,6 +103,7 @@ inline constexpr Calls<V> calls_of = [] {
         calls.force = call_force<System, V>, calls.velocity = call_velocity<System, V>, calls.mixed = call_mixed<System, V>;
     if constexpr (is_called<System>())
         calls.derivatives = call_derivatives<System, V>, calls.pace = call_pace<System, V>;
+    if constexpr (carried_in<System>() > 1) calls.carried_rates = call_carried_rates<System, V>;
     return calls;
 }();
 template <class System, class S>
@@ -108,12 +117,12 @@ inline constexpr RayCalls<S> ray_calls_of = [] {
 
 /// A system as a called one.
 template <class V, class System>
-CalledSystem<V> as_called(const System& system) {
+CalledSystem<V, carried_in<System>()> as_called(const System& system) {
     bool rescaled = false;
     if constexpr (requires { system.rescaled; }) rescaled = system.rescaled;
     return {&system, detail::calls_of<System, V>, detail::ray_calls_of<System, ScalarOf<V>>, rescaled};
 }
-template <class V>
-const CalledSystem<V>& as_called(const CalledSystem<V>& system) { return system; }
+template <class V, int N>
+const CalledSystem<V, N>& as_called(const CalledSystem<V, N>& system) { return system; }
 
 }  // namespace kagero

@@ -48,27 +48,42 @@ constexpr auto make_parameters(const S* values) {
     }(std::make_index_sequence<H::parameters.size()>{});
 }
 
+/// The nodes of a tape that hold a state, and those that hold the gradient of H by its phase.
+using StateNodes = std::array<int, state_size>;
+using GradientNodes = std::array<int, phase_size>;
+using VectorNodes = std::array<int, space_size>;
+
+/// The nodes of positions, or of velocities, and those of momenta.
+template <std::size_t n>
+constexpr Vec3<Recorded> recorded_first(Tape& t, const std::array<int, n>& nodes) {
+    return {{&t, nodes[component_x]}, {&t, nodes[component_y]}, {&t, nodes[component_z]}};
+}
+template <std::size_t n>
+constexpr Vec3<Recorded> recorded_second(Tape& t, const std::array<int, n>& nodes) {
+    return {{&t, nodes[component_px]}, {&t, nodes[component_py]}, {&t, nodes[component_pz]}};
+}
+
 /// The leaves of a tape: x y z px py pz pt, and the parameters, which are numbers where they are given.
 template <class H>
 struct Leaves {
-    std::array<int, 7> input{};
+    StateNodes input{};
     Recorded k[H::parameters.size() + 1];
     Vec3<Recorded> q, p;
 
     constexpr explicit Leaves(Tape& t, const double* numbers = nullptr) {
-        for (int i = 0; i < 7; ++i) input[i] = t.input(i);
+        for (int i = 0; i < state_size; ++i) input[i] = t.input(i);
         for (int i = 0; i < static_cast<int>(H::parameters.size()); ++i)
             k[i] = Recorded(&t, numbers ? t.constant(numbers[i]) : t.parameter(i));
-        q = {{&t, input[0]}, {&t, input[1]}, {&t, input[2]}};
-        p = {{&t, input[3]}, {&t, input[4]}, {&t, input[5]}};
+        q = recorded_first(t, input), p = recorded_second(t, input);
     }
     constexpr auto parameters() const { return make_parameters<H>(k); }
+    constexpr Recorded pt(Tape& t) const { return {&t, input[component_pt]}; }
 };
 
 /// H − H0.
 template <class H>
 constexpr int record_energy(Tape& t, const Leaves<H>& x) {
-    return t.sub(H::energy(x.parameters(), x.q, x.p, Recorded(&t, x.input[6])).on(t), t.constant(H::level));
+    return t.sub(H::energy(x.parameters(), x.q, x.p, x.pt(t)).on(t), t.constant(H::level));
 }
 
 /// The leaves and the Hamiltonian of a tape.
@@ -87,52 +102,56 @@ struct Recording : Leaves<H> {
 };
 
 /// p·∂H/∂p from the leaves and the gradient of a tape.
-constexpr int momentum_times_velocity(Tape& t, const std::array<int, 7>& input, const std::array<int, 6>& gradient) {
-    return t.add(t.add(t.mul(input[3], gradient[3]), t.mul(input[4], gradient[4])), t.mul(input[5], gradient[5]));
+constexpr int momentum_times_velocity(Tape& t, const StateNodes& input, const GradientNodes& gradient) {
+    const auto product = [&](Component k) { return t.mul(input[k], gradient[k]); };
+    return t.add(t.add(product(component_px), product(component_py)), product(component_pz));
 }
 
 /// Where the numbers of a `Survey` stand in what its program returns.
 enum SurveyPlace { survey_velocity = 0, survey_excess = 3, survey_size, survey_terms, survey_domain, survey_captured, survey_side, survey_scale, surveyed };
 
 /// The nodes of a survey on a tape; of what a Hamiltonian does not state, the number 1.
-constexpr std::array<int, surveyed> record_survey(Tape& t, const std::array<int, 7>& input, int hamiltonian, int pace, double level,
-                                                  const std::array<int, 6>& gradient) {
+constexpr std::array<int, surveyed> record_survey(Tape& t, const StateNodes& input, int hamiltonian, int pace,
+                                                  double level, const GradientNodes& gradient) {
     const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
     const auto size = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
     const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(pace, t.constant(level)), one = t.constant(1);
-    const int squares = t.mul(square(input[3], input[4], input[5]), square(gradient[3], gradient[4], gradient[5]));
-    return {gradient[3], gradient[4], gradient[5], hamiltonian, t.add(size(moving), size(resting)),
-            t.add(squares, t.mul(resting, resting)), one, one, one, one};
+    const int squares = t.mul(square(input[component_px], input[component_py], input[component_pz]),
+                              square(gradient[component_px], gradient[component_py], gradient[component_pz]));
+    return {gradient[component_px], gradient[component_py], gradient[component_pz], hamiltonian,
+            t.add(size(moving), size(resting)), t.add(squares, t.mul(resting, resting)), one, one, one, one};
 }
 
 /// … and what a Hamiltonian states of the ends of steps.
 template <class H>
-constexpr void record_ends(Tape& t, const Leaves<H>& x, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
-    const Vec3<Recorded> velocity{{&t, gradient[3]}, {&t, gradient[4]}, {&t, gradient[5]}};
+constexpr void record_ends(Tape& t, const Leaves<H>& x, const GradientNodes& gradient,
+                           std::array<int, surveyed>& survey) {
+    const Vec3<Recorded> velocity = recorded_second(t, gradient);
     if constexpr (Bounded<H>) survey[survey_domain] = H::domain(x.parameters(), x.q).on(t);
-    if constexpr (Capturing<H>) survey[survey_captured] = H::captured(x.parameters(), x.q, x.p, velocity, Recorded(&t, x.input[6])).on(t);
+    if constexpr (Capturing<H>)
+        survey[survey_captured] = H::captured(x.parameters(), x.q, x.p, velocity, x.pt(t)).on(t);
     if constexpr (Creased<H>) survey[survey_side] = H::surface(x.parameters(), x.q).on(t);
     if constexpr (Scaled<H>) survey[survey_scale] = H::length_scale(x.parameters(), x.q).on(t);
 }
 
 /// The gradient by x y z px py pz.
-constexpr std::array<int, 6> record_derivatives(Tape& t, int hamiltonian, const std::array<int, 7>& input) {
-    std::array<int, 6> wanted{}, gradient{};
-    for (int i = 0; i < 6; ++i) wanted[i] = input[i];
-    record_gradient<6>(t, hamiltonian, wanted, gradient);
+constexpr GradientNodes record_derivatives(Tape& t, int hamiltonian, const StateNodes& input) {
+    GradientNodes wanted{}, gradient{};
+    for (int i = 0; i < phase_size; ++i) wanted[i] = input[i];
+    record_gradient<phase_size>(t, hamiltonian, wanted, gradient);
     return gradient;
 }
 
 /// What stays and what varies while the implicit halves of eq. (9) are solved.
-inline constexpr Varying kick_varies{3, 6}, drift_varies{0, 3};
+inline constexpr Varying kick_varies{component_px, phase_size}, drift_varies{component_x, space_size};
 
 /// Everything the programs of a Hamiltonian are cut from: one tape, recorded once by the compiler.
 template <class H, bool Rescaled>
 struct Master {
     Tape tape{};
-    std::array<int, 6> gradient{};  ///< ∂K/∂(x y z px py pz)
-    std::array<int, 1> energy{};    ///< H − H0; filled in only where not Rescaled
-    std::array<int, 1> pace{};      ///< Ω
+    GradientNodes gradient{};     ///< ∂K/∂(x y z px py pz)
+    std::array<int, 1> energy{};  ///< H − H0; filled in only where not Rescaled
+    std::array<int, 1> pace{};    ///< Ω
     std::array<int, surveyed> survey{};
 
     constexpr Master() {
@@ -145,7 +164,9 @@ struct Master {
         if constexpr (!Rescaled) energy = {r.energy};
         record_ends<H>(t, r, gradient, survey);
     }
-    constexpr std::array<int, 3> side(int from) const { return {gradient[from], gradient[from + 1], gradient[from + 2]}; }
+    constexpr VectorNodes side(Component from) const {
+        return {gradient[from], gradient[from + 1], gradient[from + 2]};
+    }
 };
 template <class H, bool Rescaled>
 inline constexpr Master<H, Rescaled> master{};
@@ -154,9 +175,11 @@ inline constexpr Master<H, Rescaled> master{};
 template <class H, bool Rescaled>
 inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
-inline constexpr auto force_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(0), kick_varies>();
+inline constexpr auto force_program =
+    extract<master<H, Rescaled>, master<H, Rescaled>.side(component_x), kick_varies>();
 template <class H, bool Rescaled>
-inline constexpr auto velocity_program = extract<master<H, Rescaled>, master<H, Rescaled>.side(3), drift_varies>();
+inline constexpr auto velocity_program =
+    extract<master<H, Rescaled>, master<H, Rescaled>.side(component_px), drift_varies>();
 template <class H>
 inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
 template <class H>

@@ -41,7 +41,9 @@ struct Axes {
 /// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
 template <class Force, class Velocity>
 constexpr bool is_separable(const Force& force, const Velocity& velocity) {
-    return !force.uses_any_input(3, 6) && velocity.returns_input(0, 3) && velocity.returns_input(1, 4) && velocity.returns_input(2, 5);
+    bool is_momentum = true;
+    for (int k = 0; k < space_size; ++k) is_momentum = is_momentum && velocity.returns_input(k, momentum(k));
+    return is_momentum && !force.uses_any_input(component_px, component_pt);
 }
 
 /// A program's uniforms, as numbers of type S, computed in double at least.
@@ -60,6 +62,23 @@ private:
     static constexpr int parameter_limit = P.parameters() + 1;
 };
 
+/// How many quantities rays carry along in a system: λ, and those of which it states the rates, if it does, by
+///
+///     static constexpr int carried = …;                                 // λ included
+///     static constexpr bool carried_rates_need_p = …;                   // whether a rate depends on p
+///     template <class V> void carried_rates(const State<V>&, V* rates)  // d/dτ of all but λ
+template <class System>
+constexpr int carried_in() {
+    if constexpr (requires { System::carried; }) return System::carried;
+    else return 1;
+}
+/// Why kinds of step that follow rays in closed form refuse a system; null where they do not.
+template <class System>
+constexpr const char* refusal_to_carry() {
+    if (carried_in<System>() == 1) return nullptr;
+    return "it moves rays in closed form and integrates nothing that they carry beside the parameter";
+}
+
 /// The two sides of Hamilton's equations, all that semi-implicit steps need.
 template <class H, bool Rescaled, class S>
 class Sides {
@@ -68,13 +87,13 @@ class Sides {
 
 public:
     /// Whether ∂K/∂q depends on p, ∂K/∂p on q: where not, the half steps of eq. (9) are explicit.
-    static constexpr bool force_needs_p = force_.uses_any_input(3, 6);
-    static constexpr bool velocity_needs_q = velocity_.uses_any_input(0, 3);
+    static constexpr bool force_needs_p = force_.uses_any_input(component_px, component_pt);
+    static constexpr bool velocity_needs_q = velocity_.uses_any_input(component_x, component_px);
     static constexpr bool separable = is_separable(force_, velocity_);
     /// Coordinates that do not occur in K, as along the layers of a stratified medium: their momenta are constants of the motion.
     static constexpr Axes cyclic = [] {
         const auto is_cyclic = [](int k) { return force_.returns_zero(k) && !rescale_program<H>.uses_any_input(k, k + 1); };
-        return Axes{is_cyclic(0), is_cyclic(1), is_cyclic(2)};
+        return Axes{is_cyclic(component_x), is_cyclic(component_y), is_cyclic(component_z)};
     }();
 
     explicit Sides(const double* parameters) : force_u_(parameters), velocity_u_(parameters) {}
@@ -88,15 +107,15 @@ public:
     /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program, all momenta at once where that is short and every step asks.
     template <class V>
     __attribute__((noinline)) void mixed(const State<V>& s, V* out) const {
-        constexpr int together = stepped_by_newton<H> && force_.length() <= longest_unrolled ? 3 : 1;
+        constexpr int together = stepped_by_newton<H> && force_.length() <= longest_unrolled ? space_size : 1;
         using Forward = Dual<V, together>;
-        for (int from = 0; from < 3; from += together) {
-            Forward in[7], force[3];
-            for (int k = 0; k < 7; ++k) in[k] = Forward(s.y[k]);
-            for (int k = 0; k < together; ++k) in[3 + from + k] = Forward::variable(s.y[3 + from + k], k);
+        for (int from = 0; from < space_size; from += together) {
+            Forward in[state_size], force[space_size];
+            for (int k = 0; k < state_size; ++k) in[k] = Forward(s.y[k]);
+            for (int k = 0; k < together; ++k) in[momentum(from + k)] = Forward::variable(s.y[momentum(from + k)], k);
             run<force_>(force_u_.values, in, force);
-            for (int i = 0; i < 3; ++i)
-                for (int k = 0; k < together; ++k) out[3 * i + from + k] = force[i].derivative[k];
+            for (int i = 0; i < space_size; ++i)
+                for (int k = 0; k < together; ++k) out[space_size * i + from + k] = force[i].derivative[k];
         }
     }
 
@@ -118,7 +137,7 @@ private:
     __attribute__((noinline)) static void run_called(const S* uniforms, const V* inputs, V* outputs) { run<P>(uniforms, inputs, outputs); }
     template <const auto& P, class V>
     KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
-        V out[3];
+        V out[space_size];
         evaluate<P>(uniforms, s.y, out);
         return {out[0], out[1], out[2]};
     }
@@ -208,26 +227,28 @@ public:
     const auto& part_b() const requires Parted<H> { return parts_.b; }
     const auto& orbit() const requires Orbiting<H> { return orbit_; }
 
-    /// out = ∂K/∂q (3), ∂K/∂p (3).
+    /// ∂K/∂(q, p), a `PhaseGradient`.
     template <class V>
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
         if constexpr (Base::separable) {
-            out[3] = s.y[3], out[4] = s.y[4], out[5] = s.y[5];
+            out[component_px] = s.y[component_px];
+            out[component_py] = s.y[component_py];
+            out[component_pz] = s.y[component_pz];
             Base::put_dq(s, out);
         } else {
             Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);
         }
     }
-    /// ∂²K/∂(q, p)² (36, row by row): forward duals over the reverse program, one variable at a time.
+    /// ∂²K/∂(q, p)², a `Hessian`: forward duals over the reverse program, one variable at a time.
     template <class V>
     __attribute__((noinline)) void hessian(const State<V>& s, V* out) const {
         using Forward = Dual<V, 1>;
-        for (int variable = 0; variable < 6; ++variable) {
-            Forward in[7], g[6];
-            for (int k = 0; k < 7; ++k) in[k] = Forward(s.y[k]);
+        for (int variable = 0; variable < phase_size; ++variable) {
+            Forward in[state_size], g[phase_size];
+            for (int k = 0; k < state_size; ++k) in[k] = Forward(s.y[k]);
             in[variable] = Forward::variable(s.y[variable], 0);
             run<derivatives_>(derivatives_u_.values, in, g);
-            for (int k = 0; k < 6; ++k) out[6 * k + variable] = g[k].derivative[0];
+            for (int k = 0; k < phase_size; ++k) out[hessian_index(k, variable)] = g[k].derivative[0];
         }
     }
     /// The program of `derivatives` as data.

@@ -39,7 +39,8 @@ public:
     Vec3<V> point[most + 1];  ///< control points: the curve is within their convex hull
 
     /// The error is O(h⁴).
-    KAGERO_INLINE static Curve hermite(const Leg<V>& f) {
+    template <int N>
+    KAGERO_INLINE static Curve hermite(const Leg<V, N>& f) {
         const V third = f.h * V(S(1) / S(3));
         Curve c;
         c.degree = 3;
@@ -49,8 +50,8 @@ public:
     }
     /// The polynomial of degree s that collocation with s stages is, with an error O(h^{s+1}) (Hairer, Lubich & Wanner 2006,
     /// §II.1.2); `velocity(j)` is dq/dτ at stage j.
-    template <class Velocity>
-    static Curve collocation(const Leg<V>& f, const GaussNumbers<S>& w, int s, const Velocity& velocity) {
+    template <int N, class Velocity>
+    static Curve collocation(const Leg<V, N>& f, const GaussNumbers<S>& w, int s, const Velocity& velocity) {
         Curve c;
         c.degree = s;
         c.point[0] = f.start.q(), c.point[s] = f.end.q();

@@ -6,20 +6,37 @@
 
 namespace kagero {
 
-/// How many numbers a stepper may take along from step to step.
-inline constexpr int carried = 8;
+/// How many numbers a stepper may remember from step to step.
+inline constexpr int stepper_memory = 8;
 
-/// Where a ray is between two steps, and all that the next one has to know.
+/// The quantities that a ray carries beside λ; where there are none they take no room.
+template <class V, int n>
+struct FurtherCarried {
+    V value[n];
+};
 template <class V>
+struct FurtherCarried<V, 0> {};
+
+/// Where a ray is between two steps, and all that the next step needs. The ray carries N quantities beside its state.
+template <class V, int N = default_carried>
 struct Waypoint : State<V> {
     Vec3<V> velocity;    ///< dq/dτ
-    V parameter;         ///< λ of H
+    V parameter;         ///< λ of H: the first quantity that it carries along
+    [[no_unique_address]] FurtherCarried<V, N - 1> further;  ///< the other ones, of which the system states the rates
     V energy_terms;      ///< Survey::terms
     V domain;            ///< ≤ 0 where the ray has left the medium
     V captured;          ///< ≤ 0 where the ray is captured
     V side;              ///< changes sign where H is not smooth
     V scale;             ///< no step from here may be longer
-    V carry[carried] = {};  ///< from step to step by the stepper: what rounding has cut off the state (Gauss, and where an orbit starts), or the orbit
+    /// The memory of the stepper: what rounding has cut off the state (Gauss, and where an orbit starts), or the orbit.
+    V carry[stepper_memory] = {};
+
+    /// Quantity k that it carries along; λ is the first.
+    KAGERO_INLINE const V& carried(int k) const {
+        if constexpr (N == 1) return parameter;
+        else return k == 0 ? parameter : further.value[k - 1];
+    }
+    KAGERO_INLINE V& carried(int k) { return const_cast<V&>(static_cast<const Waypoint&>(*this).carried(k)); }
 
     /// Calls a function with every number of two waypoints; `each_of_motion` with those that tell where a ray is and where it goes.
     template <class Function>
@@ -27,13 +44,13 @@ struct Waypoint : State<V> {
         each_of_motion(a, b, function);
         function(a.energy_terms, b.energy_terms), function(a.domain, b.domain), function(a.captured, b.captured);
         function(a.side, b.side), function(a.scale, b.scale);
-        for (int k = 0; k < carried; ++k) function(a.carry[k], b.carry[k]);
+        for (int k = 0; k < stepper_memory; ++k) function(a.carry[k], b.carry[k]);
     }
     template <class Function>
     KAGERO_INLINE static void each_of_motion(Waypoint& a, const Waypoint& b, const Function& function) {
-        for (int k = 0; k < 7; ++k) function(a.y[k], b.y[k]);
+        for (int k = 0; k < state_size; ++k) function(a.y[k], b.y[k]);
         function(a.velocity.x, b.velocity.x), function(a.velocity.y, b.velocity.y), function(a.velocity.z, b.velocity.z);
-        function(a.parameter, b.parameter);
+        for (int k = 0; k < N; ++k) function(a.carried(k), b.carried(k));
     }
 };
 
@@ -45,9 +62,9 @@ struct CopyLanes {
 };
 
 /// What a ray takes along from a step.
-template <class V>
+template <class V, int N = default_carried>
 struct Arrival {
-    Waypoint<V> end;
+    Waypoint<V, N> end;
     V energy_error;  ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;        ///< H at the end
     V gradients;     ///< derivative evaluations of each ray, accumulated
@@ -55,18 +72,18 @@ struct Arrival {
     /// The lanes of `from` that `lanes` selects.
     void take(const Arrival& from, const MaskOf<V>& lanes) {
         const CopyLanes<V> copy{lanes};
-        Waypoint<V>::each_of_motion(end, from.end, copy);
+        Waypoint<V, N>::each_of_motion(end, from.end, copy);
         copy(energy_error, from.energy_error), copy(energy, from.energy), copy(gradients, from.gradients);
     }
 };
 
 /// A step, from where it begins to where it ends.
-template <class V>
-struct Leg : Arrival<V> {
+template <class V, int N = default_carried>
+struct Leg : Arrival<V, N> {
     // Set by the tracing loop.
-    Waypoint<V> start;
+    Waypoint<V, N> start;
     V h;                       ///< step length in the integration parameter τ; 0 in finished lanes, which makes a step the identity
-    bool want_parameter = false;
+    bool want_carried = false;  ///< λ and the further quantities that rays carry along are wanted
     bool want_energy = false;  ///< `energy_error` is wanted
     bool want_path = false;    ///< `energy` is wanted
     bool test_energy = false;  ///< `energy_holds` is wanted
@@ -88,15 +105,16 @@ struct Leg : Arrival<V> {
     /// The lanes of `from` that `lanes` selects.
     void take(const Leg& from, const MaskOf<V>& lanes) {
         const CopyLanes<V> copy{lanes};
-        Waypoint<V>::each(this->end, from.end, copy), Waypoint<V>::each(start, from.start, copy);
+        Waypoint<V, N>::each(this->end, from.end, copy), Waypoint<V, N>::each(start, from.start, copy);
         copy(h, from.h), copy(this->energy_error, from.energy_error), copy(this->energy, from.energy), copy(this->gradients, from.gradients);
     }
 };
 
 /// … and what the stepper remembers beside it, which `begin` makes anew.
-template <class V>
-struct Flow : Leg<V> {
-    V stage[max_stages][6];  ///< derivatives at the stages of the last step (Gauss), or the last forces (composition)
+template <class V, int N = default_carried>
+struct Flow : Leg<V, N> {
+    /// Derivatives at the stages of the last step (Gauss), or the last forces and velocities (composition).
+    PhaseGradient<V> stage[max_stages];
 };
 
 /// A way past nothing, which a stepper may go by itself.

@@ -2,6 +2,7 @@
 /// stages; the stages are independent of each other, which keeps several operations in flight. Newton's method takes what that leaves.
 #pragma once
 
+#include "kernels/integrators/carried.h"
 #include "kernels/integrators/costs.h"
 #include "kernels/integrators/implicit.h"
 #include "kernels/integrators/shared.h"
@@ -21,28 +22,29 @@ struct Gauss {
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
     static constexpr bool shareable() { return true; }
-    /// Sums of s stages: 2 s − 1 operations in each of six components; where the stage lies; how far it moved.
+    /// Sums of s stages: 2 s − 1 operations in each component of a gradient; where the stage lies; how far it moved.
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
-        const double s = c.gauss->stages, sum = 6 * (2 * s - 1);
-        return operations_in_space(program.derivatives + sum + 12 + 12, program.survey + (s + 1) * sum + 30);
+        const double s = c.gauss->stages, sum = phase_size * (2 * s - 1);
+        const double placed = 2 * phase_size, compared = 2 * phase_size;
+        return operations_in_space(program.derivatives + sum + placed + compared, program.survey + (s + 1) * sum + 30);
     }
     /// What the state cuts off is carried on.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
 
     /// Before the first step: every stage has the derivative at the start.
-    template <class System, class V>
-    static void begin(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+    template <class System, class V, int N>
+    static void begin(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
         system.derivatives(f.start, f.stage[0]);
         for (int i = 1; i < stages(coefficients); ++i)
-            for (int k = 0; k < 6; ++k) f.stage[i][k] = f.stage[0][k];
+            for (int k = 0; k < phase_size; ++k) f.stage[i][k] = f.stage[0][k];
     }
 
-    template <class System, class V>
-    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+    template <class System, class V, int N>
+    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         const int s = stages(coefficients);
         const GaussNumbers<S>& w = coefficients.gauss->template numbers<S>();
-        V g[room][6];  // ∂K/∂q, ∂K/∂p at the stages
+        PhaseGradient<V> g[room];  // ∂K/∂q, ∂K/∂p at the stages
         for (int i = 0; i < s; ++i) sum(f.stage, w.ahead[i], s, g[i]);
         auto&& prepared = prepare<V>(system, s);
         Convergence<V> convergence(f);
@@ -60,8 +62,10 @@ struct Gauss {
     }
 
     /// Dense output of the step in `f`.
-    template <class V>
-    static Curve<V> curve(const Flow<V>& f, const Coefficients& coefficients) { return Shared<V>::collocation_curve(f, coefficients); }
+    template <class V, int N = default_carried>
+    static Curve<V> curve(const Flow<V, N>& f, const Coefficients& coefficients) {
+        return Shared<V, N>::collocation_curve(f, coefficients);
+    }
 
 private:
     static constexpr int room = fixed ? fixed : max_stages;
@@ -69,24 +73,26 @@ private:
 
     /// Σ_j weight_j g_j.
     template <class V, class S>
-    KAGERO_INLINE static void sum(const V (*g)[6], const S* weight, int s, V (&total)[6]) {
-        for (int k = 0; k < 6; ++k) total[k] = V(weight[0]) * g[0][k];
+    KAGERO_INLINE static void sum(const PhaseGradient<V>* g, const S* weight, int s, PhaseGradient<V>& total) {
+        for (int k = 0; k < phase_size; ++k) total[k] = V(weight[0]) * g[0][k];
         for (int j = 1; j < s; ++j)
-            for (int k = 0; k < 6; ++k) total[k] = mul_add(V(weight[j]), g[j][k], total[k]);
+            for (int k = 0; k < phase_size; ++k) total[k] = mul_add(V(weight[j]), g[j][k], total[k]);
     }
     /// y = start + h Σ_j weight_j f_j: q moves along +∂K/∂p, p along −∂K/∂q; `y(k)` is where component k belongs.
-    template <class V, class S, class Place>
-    KAGERO_INLINE static void move(const Flow<V>& f, const V (*g)[6], const S* weight, int s, const Place& y) {
-        V total[6];
+    template <class V, int N, class S, class Place>
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
+                                   const Place& y) {
+        PhaseGradient<V> total;
         sum(g, weight, s, total);
-        for (int k = 0; k < 3; ++k) {
-            y(k) = mul_add(f.h, total[3 + k], f.start.y[k]);
-            y(3 + k) = neg_mul_add(f.h, total[k], f.start.y[3 + k]);
+        for (int k = 0; k < space_size; ++k) {
+            y(k) = mul_add(f.h, total[momentum(k)], f.start.y[k]);
+            y(momentum(k)) = neg_mul_add(f.h, total[k], f.start.y[momentum(k)]);
         }
-        y(6) = f.start.y[6];
+        y(component_pt) = f.start.pt();
     }
-    template <class V, class S>
-    KAGERO_INLINE static void move(const Flow<V>& f, const V (*g)[6], const S* weight, int s, State<V>& y) {
+    template <class V, int N, class S>
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
+                                   State<V>& y) {
         move(f, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
     }
 
@@ -100,20 +106,20 @@ private:
     }
 
     /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes.
-    template <class Prepared, class V, class S>
-    KAGERO_INLINE static V iterate(Prepared& prepared, const Flow<V>& f, const GaussNumbers<S>& w, int s,
-                                   const Convergence<V>& convergence, V (&g)[room][6]) {
+    template <class Prepared, class V, int N, class S>
+    KAGERO_INLINE static V iterate(Prepared& prepared, const Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                                   const Convergence<V>& convergence, PhaseGradient<V> (&g)[room]) {
         V change_q(S(0)), change_p(S(0));
-        const auto take = [&](int i, const V (&fresh)[6]) __attribute__((always_inline)) {
-            for (int k = 0; k < 3; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
-            for (int k = 3; k < 6; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
-            for (int k = 0; k < 6; ++k) g[i][k] = pick(convergence.open(), fresh[k], g[i][k]);
+        const auto take = [&](int i, const PhaseGradient<V>& fresh) __attribute__((always_inline)) {
+            for (int k = 0; k < space_size; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
+            for (int k = space_size; k < phase_size; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
+            for (int k = 0; k < phase_size; ++k) g[i][k] = pick(convergence.open(), fresh[k], g[i][k]);
         };
         if constexpr (requires { prepared.run(); }) {
             for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, [&](int k) __attribute__((always_inline)) -> V& { return prepared.input(i, k); });
             prepared.run();
             for (int i = 0; i < s; ++i) {
-                V fresh[6];
+                PhaseGradient<V> fresh;
                 prepared.read(i, fresh);
                 take(i, fresh);
             }
@@ -121,7 +127,7 @@ private:
             State<V> y[room];
             for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
             for (int i = 0; i < s; ++i) {
-                V fresh[6];
+                PhaseGradient<V> fresh;
                 prepared.derivatives(y[i], fresh);
                 take(i, fresh);
             }
@@ -130,43 +136,46 @@ private:
     }
 
     /// Rays that are not solved. Works on a copy, so that the stages of the others need not have an address.
-    template <class System, class V, class S>
-    static void solve_rest(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V (&g)[room][6]) {
-        V now[room][6];
-        std::copy(&g[0][0], &g[0][0] + 6 * s, &now[0][0]);
-        Shared<V>::newton_stages(as_called<V>(system), f, w, s, &now[0][0], 6, 1);
-        std::copy(&now[0][0], &now[0][0] + 6 * s, &g[0][0]);
+    template <class System, class V, int N, class S>
+    static void solve_rest(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                           PhaseGradient<V> (&g)[room]) {
+        PhaseGradient<V> now[room];
+        std::copy(&g[0][0], &g[0][0] + phase_size * s, &now[0][0]);
+        Shared<V, N>::newton_stages(as_called<V>(system), f, w, s, &now[0][0], phase_size, 1);
+        std::copy(&now[0][0], &now[0][0] + phase_size * s, &g[0][0]);
     }
 
     /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long ones.
-    template <class V, class S>
-    KAGERO_INLINE static void finish_state(Flow<V>& f, const V (&g)[room][6], const GaussNumbers<S>& w, int s) {
-        V total[6];
+    template <class V, int N, class S>
+    KAGERO_INLINE static void finish_state(Flow<V, N>& f, const PhaseGradient<V> (&g)[room], const GaussNumbers<S>& w,
+                                           int s) {
+        PhaseGradient<V> total;
         sum(g, w.b, s, total);
-        f.end.y[6] = f.start.y[6];
-        for (int k = 0; k < 6; ++k) {
-            const int from = k < 3 ? k + 3 : k - 3;
-            const V change = k < 3 ? mul_add(f.h, total[from], f.start.carry[k]) : neg_mul_add(f.h, total[from], f.start.carry[k]);
+        f.end.pt() = f.start.pt();
+        for (int k = 0; k < phase_size; ++k) {
+            const V &slope = total[conjugate(k)], &cut_off = f.start.carry[k];
+            const V change = k < space_size ? mul_add(f.h, slope, cut_off) : neg_mul_add(f.h, slope, cut_off);
             f.end.y[k] = f.start.y[k] + change;
             f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }
     }
 
-    template <class System, class V, class S>
-    KAGERO_INLINE static void finish(const System& system, Flow<V>& f, const GaussNumbers<S>& w, int s, const V (&g)[room][6]) {
+    template <class System, class V, int N, class S>
+    KAGERO_INLINE static void finish(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                                     const PhaseGradient<V> (&g)[room]) {
         finish_state(f, g, w, s);
-        f.end.parameter = f.start.parameter + f.h;
-        if (system.rescaled && f.want_parameter) {
-            V pace(S(0));
+        carry_evenly(f);
+        if (integrates_carried(system, f)) {
+            auto carried = CarriedSums<V, N>::of_weights();
             for (int i = 0; i < s; ++i) {
                 State<V> y;
                 move(f, g, w.a[i], s, y);
-                pace = mul_add(V(w.b[i]), system.pace(y), pace);
+                carried.add(system, V(w.b[i]), y);
             }
-            f.end.parameter = mul_add(f.h, pace, f.start.parameter);
+            carried.finish_weights(system, f);
         }
         for (int i = 0; i < s; ++i)
-            for (int k = 0; k < 6; ++k) f.stage[i][k] = g[i][k];
+            for (int k = 0; k < phase_size; ++k) f.stage[i][k] = g[i][k];
     }
 };
 

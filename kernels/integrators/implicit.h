@@ -14,7 +14,9 @@ public:
     static constexpr int max_iterations = 60;
 
     /// Changes are measured relative to |q|₁ + |h dq/dτ|₁ and |p|₁ at the start of the step.
-    KAGERO_INLINE explicit Convergence(const Flow<V>& f) : Convergence(f.start, f.h, f.start.velocity, f.solver_tolerance) {}
+    template <int N>
+    KAGERO_INLINE explicit Convergence(const Flow<V, N>& f)
+        : Convergence(f.start, f.h, f.start.velocity, f.solver_tolerance) {}
     KAGERO_INLINE Convergence(const State<V>& start, const V& h, const Vec3<V>& velocity, S tolerance)
         : tolerance_(max(tolerance, epsilon)),
           inverse_q_(inverse_size(mul_add(abs(h), size(velocity), size(start.q())))),
@@ -65,9 +67,9 @@ private:
 };
 
 /// The state of rays at q with momentum p.
-template <class V>
-KAGERO_INLINE State<V> joined(const Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p) {
-    return {{q.x, q.y, q.z, p.x, p.y, p.z, f.start.y[6]}};
+template <class V, int N>
+KAGERO_INLINE State<V> joined(const Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p) {
+    return {{q.x, q.y, q.z, p.x, p.y, p.z, f.start.pt()}};
 }
 
 /// Greatest component of |a − b|.

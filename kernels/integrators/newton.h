@@ -29,8 +29,9 @@ KAGERO_INLINE MaskOf<V> is_positive(const V (&j)[9], const V& determinant) {
 /// x with x = next(x), where next is one of the two sides, from the guess x. The Jacobian is I + τ M for a kick and I − τ Mᵀ for a
 /// drift, M = ∂²K/∂q∂p. Along the solution that grows out of the start as τ grows from zero its eigenvalues stay positive; they must
 /// be so at the start and at every iterate, or a second root, beyond a fold, might be taken.
-template <class V>
-Vec3<V> Shared<V>::newton(Side side, const CalledSystem<V>& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {
+template <class V, int N>
+Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, Flow<V, N>& f, const Vec3<V>& q,
+                             const Vec3<V>& p, const V& tau, Vec3<V> x) {
     constexpr int max_iterations = 12;
     Convergence<V> convergence(f);
     MaskOf<V> right_branch = always<V>();

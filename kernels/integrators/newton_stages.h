@@ -13,21 +13,21 @@ namespace kagero {
 /// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The Jacobian
 /// is the identity where h = 0; along the solution that grows out of the start its determinant stays positive. That, and
 /// corrections that at least halve each time (Deuflhard 2004, §2.1), keep a second root away.
-template <class V, class S = ScalarOf<V>>
+template <class V, int N, class S = ScalarOf<V>>
 class StageNewton {
 public:
-    StageNewton(const CalledSystem<V>& system, const State<S>& start, S h, const GaussNumbers<S>& w, int s,
+    StageNewton(const CalledSystem<V, N>& system, const State<S>& start, S h, const GaussNumbers<S>& w, int s,
                 const Convergence<S>& convergence)
         : system_(system), start_(start), h_(h), w_(w), s_(s), convergence_(convergence) {
         system.ray_derivatives(start, g_[0]);
-        for (int i = 1; i < s; ++i) std::copy(g_[0], g_[0] + 6, g_[i]);
+        for (int i = 1; i < s; ++i) std::copy(g_[0], g_[0] + phase_size, g_[i]);
     }
     bool solve() {
         constexpr int max_iterations = 12;
         S last(0);
         while (iterations_ < max_iterations && convergence_.open()) {
             linearise();
-            if (!solve_linear(6 * s_, matrix_, rest_)) return false;
+            if (!solve_linear(phase_size * s_, matrix_, rest_)) return false;
             const S change = correct();
             if (iterations_++ > 0 && !(change <= S(0.5) * last)) return convergence_.is_rounding(change);
             last = change;
@@ -39,12 +39,14 @@ public:
     S stage(int i, int k) const { return g_[i][k]; }
 
 private:
+    /// Of component k at stage i.
+    static constexpr int row(int i, int k) { return phase_size * i + k; }
     State<S> place(int i) const {
         State<S> y = start_;
         for (int j = 0; j < s_; ++j)
-            for (int k = 0; k < 3; ++k) {
-                y.y[k] += h_ * w_.a[i][j] * g_[j][3 + k];
-                y.y[3 + k] -= h_ * w_.a[i][j] * g_[j][k];
+            for (int k = 0; k < space_size; ++k) {
+                y.y[k] += h_ * w_.a[i][j] * g_[j][momentum(k)];
+                y.y[momentum(k)] -= h_ * w_.a[i][j] * g_[j][k];
             }
         return y;
     }
@@ -52,15 +54,17 @@ private:
     void linearise() {
         for (int i = 0; i < s_; ++i) {
             const State<S> y = place(i);
-            S fresh[6], second[36];
+            PhaseGradient<S> fresh;
+            Hessian<S> second;
             system_.ray_derivatives(y, fresh);
             system_.ray_hessian(y, second);
-            for (int k = 0; k < 6; ++k) {
-                rest_[6 * i + k] = fresh[k] - g_[i][k];
+            for (int k = 0; k < phase_size; ++k) {
+                rest_[row(i, k)] = fresh[k] - g_[i][k];
                 for (int j = 0; j < s_; ++j)
-                    for (int l = 0; l < 6; ++l) {
-                        const S moved = l < 3 ? -second[6 * k + 3 + l] : second[6 * k + l - 3];
-                        matrix_[6 * i + k][6 * j + l] = S(i == j && k == l) - h_ * w_.a[i][j] * moved;
+                    for (int l = 0; l < phase_size; ++l) {
+                        const S paired = second[hessian_index(k, conjugate(l))];
+                        const S moved = l < space_size ? -paired : paired;
+                        matrix_[row(i, k)][row(j, l)] = S(i == j && k == l) - h_ * w_.a[i][j] * moved;
                     }
             }
         }
@@ -68,37 +72,38 @@ private:
     S correct() {
         S q(0), p(0);
         for (int i = 0; i < s_; ++i)
-            for (int k = 0; k < 6; ++k) {
-                const S correction = rest_[6 * i + k];
+            for (int k = 0; k < phase_size; ++k) {
+                const S correction = rest_[row(i, k)];
                 g_[i][k] += correction;
-                S& greatest = k < 3 ? p : q;
+                S& greatest = k < space_size ? p : q;
                 greatest = max(greatest, abs(correction));
             }
         return convergence_.relative(abs(h_) * q, abs(h_) * p);
     }
 
-    const CalledSystem<V>& system_;
+    const CalledSystem<V, N>& system_;
     State<S> start_;
     S h_;
     const GaussNumbers<S>& w_;
     int s_;
     Convergence<S> convergence_;
     int iterations_ = 0;
-    S g_[max_stages][6], rest_[6 * max_stages], matrix_[6 * max_stages][6 * max_stages];
+    PhaseGradient<S> g_[max_stages];
+    S rest_[phase_size * max_stages], matrix_[phase_size * max_stages][phase_size * max_stages];
 };
 
 /// Solves the stages of all rays that are not `f.solved`.
-template <class V>
-void Shared<V>::newton_stages(const CalledSystem<V>& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V* stages, int per_stage,
-                              int per_component) {
+template <class V, int N>
+void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                                 V* stages, int per_stage, int per_component) {
     std::uint64_t solved = 0;
     int most = 0;
     for (const int lane : lanes_in(to_bits(!f.solved))) {
         const auto of = [lane](const V& v) { return get_lane(v, lane); };
         State<S> start;
-        for (int k = 0; k < 7; ++k) start.y[k] = of(f.start.y[k]);
+        for (int k = 0; k < state_size; ++k) start.y[k] = of(f.start.y[k]);
         const Vec3<S> velocity{of(f.start.velocity.x), of(f.start.velocity.y), of(f.start.velocity.z)};
-        StageNewton<V> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.solver_tolerance});
+        StageNewton<V, N> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.solver_tolerance});
         const bool done = newton.solve();
         set_lane(f.gradients, lane, of(f.gradients) + S(2 * s * newton.iterations()));
         set_lane(f.open_iterations, lane, of(f.open_iterations) + S(newton.iterations()));
@@ -106,7 +111,8 @@ void Shared<V>::newton_stages(const CalledSystem<V>& system, Flow<V>& f, const G
         if (!done) continue;
         solved |= std::uint64_t(1) << lane;
         for (int i = 0; i < s; ++i)
-            for (int k = 0; k < 6; ++k) set_lane(stages[i * per_stage + k * per_component], lane, newton.stage(i, k));
+            for (int k = 0; k < phase_size; ++k)
+                set_lane(stages[i * per_stage + k * per_component], lane, newton.stage(i, k));
     }
     f.solved = f.solved | from_bits<V>(solved);
     f.issued_iterations += std::uint64_t(most);

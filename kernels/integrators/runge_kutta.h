@@ -2,6 +2,7 @@
 /// passes only once.
 #pragma once
 
+#include "kernels/integrators/carried.h"
 #include "kernels/integrators/costs.h"
 #include "kernels/integrators/implicit.h"
 #include "kernels/integrators/shared.h"
@@ -21,7 +22,7 @@ struct RungeKutta {
             products += (c.table->b[i] != 0) + (c.table->error[i] != 0);
             for (int j = 0; j < i; ++j) products += c.table->a[i][j] != 0;
         }
-        return operations_in_space(program.derivatives, program.survey + 12 * products);
+        return operations_in_space(program.derivatives, program.survey + 2 * phase_size * products);
     }
     static constexpr RoundingCounts roundings(const Coefficients& c) {
         double weight = 0;
@@ -29,24 +30,24 @@ struct RungeKutta {
         return {1, double(c.table->stages), weight};
     }
     static constexpr bool resumes = true;
-    template <class System, class V>
-    static void begin(const System&, Flow<V>&, const Coefficients&) {}
+    template <class System, class V, int N>
+    static void begin(const System&, Flow<V, N>&, const Coefficients&) {}
 
-    template <class System, class V>
-    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+    template <class System, class V, int N>
+    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
         const ButcherTable& table = *coefficients.table;
         using S = ScalarOf<V>;
-        V g[max_rk_stages][6];
-        V pace(S(0));
+        PhaseGradient<V> g[max_rk_stages];
+        auto carried = CarriedSums<V, N>::of_weights();
         for (int i = 0; i < table.stages; ++i) {
             State<V> y;
             if (i == 0) y = f.start;
             else move(f, g, table.a[i], i, y);
             system.derivatives(y, g[i]);
-            if (system.rescaled && f.want_parameter) pace = mul_add(V(S(table.b[i])), system.pace(y), pace);
+            if (integrates_carried(system, f)) carried.add(system, V(S(table.b[i])), y);
         }
         move(f, g, table.b, table.stages, f.end);
-        f.end.parameter = system.rescaled ? mul_add(f.h, pace, f.start.parameter) : f.start.parameter + f.h;
+        carried.finish_weights(system, f);
         f.gradients += V(S(table.stages));
         f.solved = always<V>();
         if (table.estimate_order) control(f, g, table);
@@ -55,25 +56,27 @@ struct RungeKutta {
 private:
     /// Σ_j weight_j g_j over the stages with a weight; g as it comes, ∂K/∂q then ∂K/∂p.
     template <class V>
-    KAGERO_INLINE static void sum(const V (&g)[max_rk_stages][6], const double* weight, int stages, V (&total)[6]) {
+    KAGERO_INLINE static void sum(const PhaseGradient<V> (&g)[max_rk_stages], const double* weight, int stages,
+                                  PhaseGradient<V>& total) {
         using S = ScalarOf<V>;
         for (V& t : total) t = V(S(0));
         for (int j = 0; j < stages; ++j) {
             if (weight[j] == 0) continue;
             const V w{S(weight[j])};
-            for (int k = 0; k < 6; ++k) total[k] = mul_add(w, g[j][k], total[k]);
+            for (int k = 0; k < phase_size; ++k) total[k] = mul_add(w, g[j][k], total[k]);
         }
     }
     /// y = start + h Σ weight_j f_j.
-    template <class V>
-    KAGERO_INLINE static void move(const Flow<V>& f, const V (&g)[max_rk_stages][6], const double* weight, int stages, State<V>& y) {
-        V total[6];
+    template <class V, int N>
+    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
+                                   const double* weight, int stages, State<V>& y) {
+        PhaseGradient<V> total;
         sum(g, weight, stages, total);
-        for (int k = 0; k < 3; ++k) {
-            y.y[k] = mul_add(f.h, total[3 + k], f.start.y[k]);
-            y.y[3 + k] = neg_mul_add(f.h, total[k], f.start.y[3 + k]);
+        for (int k = 0; k < space_size; ++k) {
+            y.y[k] = mul_add(f.h, total[momentum(k)], f.start.y[k]);
+            y.y[momentum(k)] = neg_mul_add(f.h, total[k], f.start.y[momentum(k)]);
         }
-        y.y[6] = f.start.y[6];
+        y.pt() = f.start.pt();
     }
 
     /// x^(−1/n); of the eighth, which the costliest method asks for, in fewer operations.
@@ -84,14 +87,16 @@ private:
 
     /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated local error exceeds
     /// the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a safety factor.
-    template <class V>
-    KAGERO_INLINE static void control(Flow<V>& f, const V (&g)[max_rk_stages][6], const ButcherTable& table) {
+    template <class V, int N>
+    KAGERO_INLINE static void control(Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
+                                      const ButcherTable& table) {
         using S = ScalarOf<V>;
-        V total[6], error(S(0));
+        PhaseGradient<V> total;
+        V error(S(0));
         sum(g, table.error, table.stages, total);
-        for (int k = 0; k < 3; ++k) {
-            error = max(error, abs(f.h * total[3 + k]) / (V(S(1)) + abs(f.end.y[k])));
-            error = max(error, abs(f.h * total[k]) / (V(S(1)) + abs(f.end.y[3 + k])));
+        for (int k = 0; k < space_size; ++k) {
+            error = max(error, abs(f.h * total[momentum(k)]) / (V(S(1)) + abs(f.end.y[k])));
+            error = max(error, abs(f.h * total[k]) / (V(S(1)) + abs(f.end.y[momentum(k)])));
         }
         const V relative = max(error * V(S(1) / f.tolerance), V(S(1e-6)));
         const V factor = inverse_root(relative, table.estimate_order + 1);

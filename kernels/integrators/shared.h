@@ -10,25 +10,26 @@ namespace kagero {
 /// Which half of eq. (9) is implicit.
 enum class Side { kick, drift };  // p' = p − τ ∂K/∂q(q, p')  ·  q' = q + τ ∂K/∂p(q', p)
 
-/// What few rays need, in any called system, and dense output, which needs none.
-template <class V>
+/// What few rays need, in any called system, and dense output, which needs none. Rays carry N quantities along.
+template <class V, int N = default_carried>
 struct Shared {
     using S = ScalarOf<V>;
 
     /// Newton's method for half a step (newton.h).
-    static Vec3<V> newton(Side side, const CalledSystem<V>& system, Flow<V>& f, const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x);
+    static Vec3<V> newton(Side side, const CalledSystem<V, N>& system, Flow<V, N>& f, const Vec3<V>& q,
+                          const Vec3<V>& p, const V& tau, Vec3<V> x);
     /// … and for the stages of a Gauss step (newton_stages.h); component k of stage i is stages[i · per_stage + k · per_component].
-    static void newton_stages(const CalledSystem<V>& system, Flow<V>& f, const GaussNumbers<S>& w, int s, V* stages, int per_stage,
-                              int per_component);
+    static void newton_stages(const CalledSystem<V, N>& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+                              V* stages, int per_stage, int per_component);
     /// Dense output of a Gauss step.
-    static Curve<V> collocation_curve(const Flow<V>& f, const Coefficients& coefficients);
+    static Curve<V> collocation_curve(const Flow<V, N>& f, const Coefficients& coefficients);
 };
 
 /// A kind of step in any called system, for kinds that are `shareable`.
-template <class Step, class V>
+template <class Step, class V, int N = default_carried>
 struct SharedStep {
-    static void begin(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
-    static void step(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients);
+    static void begin(const CalledSystem<V, N>& system, Flow<V, N>& f, const Coefficients& coefficients);
+    static void step(const CalledSystem<V, N>& system, Flow<V, N>& f, const Coefficients& coefficients);
 };
 
 }  // namespace kagero

@@ -16,18 +16,18 @@
 
 namespace kagero {
 
-template <class Step, class V>
-void SharedStep<Step, V>::begin(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients) {
+template <class Step, class V, int N>
+void SharedStep<Step, V, N>::begin(const CalledSystem<V, N>& system, Flow<V, N>& f, const Coefficients& coefficients) {
     Step::begin(system, f, coefficients);
 }
-template <class Step, class V>
-void SharedStep<Step, V>::step(const CalledSystem<V>& system, Flow<V>& f, const Coefficients& coefficients) {
+template <class Step, class V, int N>
+void SharedStep<Step, V, N>::step(const CalledSystem<V, N>& system, Flow<V, N>& f, const Coefficients& coefficients) {
     Step::step(system, f, coefficients);
 }
 
-template <class V>
-Curve<V> Shared<V>::collocation_curve(const Flow<V>& f, const Coefficients& coefficients) {
-    const auto velocity = [&f](int j) { return Vec3<V>{f.stage[j][3], f.stage[j][4], f.stage[j][5]}; };
+template <class V, int N>
+Curve<V> Shared<V, N>::collocation_curve(const Flow<V, N>& f, const Coefficients& coefficients) {
+    const auto velocity = [&f](int j) { return velocity_in(f.stage[j]); };
     return Curve<V>::collocation(f, coefficients.gauss->template numbers<S>(), coefficients.gauss->stages, velocity);
 }
 

@@ -11,28 +11,36 @@ struct Nystroem {
     static constexpr Family family = Family::nystroem;
     template <class System>
     static constexpr const char* refusal() {
+        if (rates_need_p<System>())
+            return "it integrates carried quantities by position alone, and here a rate depends on p";
         return System::separable ? nullptr : "its Hamiltonian is not of the form |p|^2/2 + V(q)";
     }
     static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
-    template <class System, class V>
-    static void begin(const System&, Flow<V>&, const Coefficients&) {}
+    template <class System, class V, int N>
+    static void begin(const System&, Flow<V, N>&, const Coefficients&) {}
 
-    template <class System, class V>
-    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
-        if constexpr (System::cyclic.any())
+    template <class System, class V, int N>
+    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+        // Rates of further quantities may depend on the coordinates that K does not depend on.
+        if constexpr (System::cyclic.any() && N == 1)
             if (f.use_symmetry) return step_along<System::cyclic>(system, f, coefficients);
         step_along<Axes{}>(system, f, coefficients);
     }
 
 private:
+    template <class System>
+    static constexpr bool rates_need_p() {
+        if constexpr (carried_in<System>() > 1) return System::carried_rates_need_p;
+        else return false;
+    }
     /// Along cyclic coordinates, whose momenta stay, rays move evenly: they are left to the end.
-    template <Axes cyclic, class System, class V>
-    KAGERO_INLINE static void step_along(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+    template <Axes cyclic, class System, class V, int N>
+    KAGERO_INLINE static void step_along(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
-        V parameter = f.start.parameter;
+        auto carried = CarriedSums<V, N>::of_lengths(f);
         bool kick = coefficients.kick_first;
         for (const double fraction : coefficients.fractions) {
             const V t = f.h * V(S(fraction));
@@ -42,7 +50,7 @@ private:
                 if constexpr (!cyclic.x) p.x = neg_mul_add(t, force.x, p.x);
                 if constexpr (!cyclic.y) p.y = neg_mul_add(t, force.y, p.y);
                 if constexpr (!cyclic.z) p.z = neg_mul_add(t, force.z, p.z);
-                if (f.want_parameter) parameter = mul_add(t, system.pace(here), parameter);
+                if (integrates_carried(system, f)) carried.add(system, t, here);
                 f.gradients += V(S(1));
             } else {
                 if constexpr (!cyclic.x) q.x = mul_add(t, p.x, q.x);
@@ -55,7 +63,7 @@ private:
         if constexpr (cyclic.y) q.y = mul_add(f.h, p.y, q.y);
         if constexpr (cyclic.z) q.z = mul_add(f.h, p.z, q.z);
         f.end.set(q, p);
-        f.end.parameter = system.rescaled ? parameter : f.start.parameter + f.h;
+        carried.finish_lengths(system, f);
         f.solved = always<V>();
     }
 };
@@ -66,17 +74,18 @@ struct ExactSplit {
     template <class System>
     static constexpr const char* refusal() {
         if (System::rescaled) return "the exact split integrates H itself, not a rescaled one";
+        if (refusal_to_carry<System>()) return refusal_to_carry<System>();
         return ExactlySplit<typename System::Hamiltonian> ? nullptr : "its Hamiltonian has no exact Kerr-Schild split";
     }
     static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
     /// A kick turns and stretches both q and p.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {2.0 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
-    template <class System, class V>
-    static void begin(const System&, Flow<V>&, const Coefficients&) {}
+    template <class System, class V, int N>
+    static void begin(const System&, Flow<V, N>&, const Coefficients&) {}
 
-    template <class System, class V>
-    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+    template <class System, class V, int N>
+    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         const auto k = system.template parameters<V>();
         Vec3<V> q = f.start.q(), p = f.start.p();
@@ -86,13 +95,13 @@ struct ExactSplit {
             if (drift) {
                 q = advance(q, t, p);
             } else {
-                System::Hamiltonian::flow_of_rest(k, q, p, f.start.y[6], t);
+                System::Hamiltonian::flow_of_rest(k, q, p, f.start.pt(), t);
                 f.gradients += V(S(1));
             }
             drift = !drift;
         }
         f.end.set(q, p);
-        f.end.parameter = f.start.parameter + f.h;
+        carry_evenly(f);
         f.solved = always<V>();
     }
 };

@@ -1,6 +1,7 @@
 /// The definition of `space_kernel`: a Hamiltonian joined with every kind of step.
 #pragma once
 
+#include "kernels/integrators/carried.h"
 #include "kernels/methods/space_kernel.h"
 
 namespace kagero {
@@ -11,8 +12,9 @@ struct Straight {
     static void begin(const System&, Flow<V>&, const Coefficients&) {}
     template <class System, class V>
     static void step(const System&, Flow<V>& f, const Coefficients&) {
+        static_assert(!refusal_to_carry<System>(), "a straight step integrates nothing that a ray carries beside λ");
         f.end.set(advance(f.start.q(), f.h, f.start.velocity), f.start.p());
-        f.end.parameter = f.start.parameter + f.h;
+        carry_evenly(f);
         f.solved = always<V>();
     }
 };
@@ -30,8 +32,10 @@ __attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Way
     const Survey<V> here = system.survey(at);
     at.velocity = here.velocity, at.energy_terms = here.terms;
     at.domain = here.domain, at.captured = here.captured, at.side = here.side, at.scale = here.scale;
-    if (f.capture_within < std::numeric_limits<S>::infinity())
-        at.captured = max(at.captured, norm(Vec3<V>{at.y[0], at.y[1], V(f.capture_stretch) * at.y[2]}) - V(f.capture_within));
+    if (f.capture_within < std::numeric_limits<S>::infinity()) {
+        const Vec3<V> q = at.q(), stretched{q.x, q.y, V(f.capture_stretch) * q.z};
+        at.captured = max(at.captured, norm(stretched) - V(f.capture_within));
+    }
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     const V terms = max(here.terms, terms_before);
     f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite
@@ -42,7 +46,7 @@ __attribute__((noinline)) void look_around(const System& system, Flow<V>& f, Way
 /// At the end of a step.
 template <class System, class V>
 KAGERO_INLINE void arrive(const System& system, Flow<V>& f) {
-    f.end.y[6] = f.start.y[6];
+    f.end.pt() = f.start.pt();
     look_around(system, f, f.end, f.start.energy_terms);
 }
 

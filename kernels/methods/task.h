@@ -73,7 +73,7 @@ private:
         Waypoint<V>::each_of_motion(here, there, copy);
         copy(here.energy_terms, there.energy_terms);
         if (carries)
-            for (int k = 0; k < carried; ++k) copy(here.carry[k], there.carry[k]);
+            for (int k = 0; k < stepper_memory; ++k) copy(here.carry[k], there.carry[k]);
         if (kernel.bounded) copy(here.domain, there.domain);
         if (kernel.capturing) copy(here.captured, there.captured);
         if (kernel.scaled) copy(here.scale, there.scale);

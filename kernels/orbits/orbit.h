@@ -27,6 +27,7 @@ struct Orbit {
     template <class System>
     static constexpr const char* refusal() {
         if (System::rescaled) return "it steps in the angle of the orbit, not in a rescaled parameter";
+        if (refusal_to_carry<System>()) return refusal_to_carry<System>();
         return Orbiting<typename System::Hamiltonian> ? nullptr : "its Hamiltonian states no potential of the orbit plane";
     }
     /// Into the plane, turning its axes, and out of it, or how long the step may be and whether it is the last: counted below, with sine,
@@ -107,7 +108,7 @@ struct Orbit {
     /// After the end has been surveyed: its velocity is that along the orbit, by the angle.
     template <class V>
     KAGERO_INLINE static void arrived(Flow<V>& f) {
-        f.end.velocity = {f.stage[0][0], f.stage[0][1], f.stage[0][2]};
+        f.end.velocity = force_in(f.stage[0]);
         f.end.scale = no_bound<V>();
     }
 
@@ -218,7 +219,8 @@ private:
     template <class System, class V>
     KAGERO_INLINE static V captured(const System& system, const OrbitMotion<V>& m) {
         const State<V> here = in_plane(system, m);
-        const Vec3<V> velocity{-(m.w * here.y[0] * here.y[0]), here.y[0], here.y[1]};
+        const V &r = here.y[component_x], &zero = here.y[component_y];
+        const Vec3<V> velocity{-(m.w * r * r), r, zero};
         return System::Hamiltonian::captured(system.template parameters<V>(), here.q(), here.p(), velocity, m.pt);
     }
     template <class System, class V>
@@ -235,8 +237,9 @@ private:
         const State<V> here = in_plane(system, m);
         OrbitFrame<V> plane(f.start);
         plane.turn(angle, rest);
-        f.end.set(pick<V>(still, f.start.q(), here.y[0] * plane.out),
-                  pick<V>(still, f.start.p(), advance(here.y[3] * plane.out, here.y[4], plane.around)));
+        const Vec3<V> q = here.y[component_x] * plane.out;
+        const Vec3<V> p = advance(here.y[component_px] * plane.out, here.y[component_py], plane.around);
+        f.end.set(pick<V>(still, f.start.q(), q), pick<V>(still, f.start.p(), p));
         f.end.parameter = m.parameter;
         m.leave_to(f.end), plane.leave_to(f.end);
         const Vec3<V> velocity = pick<V>(still, f.start.velocity, plane.velocity(m.u, m.w));

@@ -8,7 +8,7 @@ namespace kagero {
 /// Where Waypoint::carry has what the orbit knows better than the state: L; 1/r and du/dφ with what rounding cuts off them; and the unit
 /// vector across the radius (3).
 enum OrbitCarry { orbit_momentum, orbit_u, orbit_u_rest, orbit_w, orbit_w_rest, orbit_around, orbit_carried = orbit_around + 3 };
-static_assert(orbit_carried <= carried);
+static_assert(orbit_carried <= stepper_memory);
 
 /// L dλ/dφ − 1/u².
 template <class System, class V>
@@ -67,8 +67,8 @@ struct OrbitMotion {
     template <class System>
     KAGERO_INLINE OrbitMotion(const System& system, const Flow<V>& f)
         : u(f.start.carry[orbit_u]), w(f.start.carry[orbit_w]), u_rest(f.start.carry[orbit_u_rest]), w_rest(f.start.carry[orbit_w_rest]),
-          momentum(f.start.carry[orbit_momentum]), pt(f.start.y[6]), parameter(f.start.parameter), far(never<V>()),
-          want_parameter(f.want_parameter) {
+          momentum(f.start.carry[orbit_momentum]), pt(f.start.pt()), parameter(f.start.parameter), far(never<V>()),
+          want_parameter(f.want_carried) {
         g = recip(momentum * momentum);
         if constexpr (System::Hamiltonian::spacetime) g = g * (pt * pt);
         change_sides(system);

@@ -24,28 +24,31 @@ struct WideLanes<V> {
 template <class System, class V>
 __attribute__((noinline)) void enter_orbit(const System& system, Waypoint<V>& start) {
     using D = typename WideLanes<V>::type;
+    constexpr int numbers_of_orbit = 3 + space_size;  // L, 1/r and du/dφ, and the unit vector across the radius
     constexpr int lanes = lane_count<V>, together = lane_count<D>;
-    alignas(64) double state[7][lanes], cut[6][lanes], carry[6][lanes];
-    for (int k = 0; k < 7; ++k) to_doubles(start.y[k], state[k]);
-    for (int k = 0; k < 6; ++k) to_doubles(start.carry[k], cut[k]);
+    alignas(64) double state[state_size][lanes], cut[phase_size][lanes], carry[numbers_of_orbit][lanes];
+    for (int k = 0; k < state_size; ++k) to_doubles(start.y[k], state[k]);
+    for (int k = 0; k < phase_size; ++k) to_doubles(start.carry[k], cut[k]);
     for (int i = 0; i < lanes; i += together) {
         const auto number = [&](int k) { return lanes_of<D>(state[k] + i) + lanes_of<D>(cut[k] + i); };
-        const Vec3<D> q{number(0), number(1), number(2)}, p{number(3), number(4), number(5)};
+        const Vec3<D> q{number(component_x), number(component_y), number(component_z)};
+        const Vec3<D> p{number(component_px), number(component_py), number(component_pz)};
         const D u = rsqrt(dot(q, q)), r = recip(u), zero(0.0), square = dot(p, p);
         const Vec3<D> out = u * q, spin = cross(q, p);
         const double share = std::max(16 * machine_epsilon<double>, double(machine_epsilon<ScalarOf<V>>) / 64), least = std::numeric_limits<float>::min();
         const D momentum = sqrt(max(dot(spin, spin), square * max(share * share * (r * r), D(least))));
         const Vec3<D> around = recip(momentum) * cross(spin, out);
-        const D speed = system.dp(State<D>{{r, zero, zero, dot(out, p), momentum * u, zero, lanes_of<D>(state[6] + i)}}).x;
+        const D pt = lanes_of<D>(state[component_pt] + i);
+        const D speed = system.dp(State<D>{{r, zero, zero, dot(out, p), momentum * u, zero, pt}}).x;
         const D w = -(speed * mul_add(u * u, orbit_delay(system, u), D(1.0)) * recip(momentum));
-        const D numbers[6] = {momentum, u, w, around.x, around.y, around.z};
-        for (int k = 0; k < 6; ++k) to_doubles(numbers[k], carry[k] + i);
+        const D numbers[numbers_of_orbit] = {momentum, u, w, around.x, around.y, around.z};
+        for (int k = 0; k < numbers_of_orbit; ++k) to_doubles(numbers[k], carry[k] + i);
     }
     V* const to = start.carry;
     V unused;
     to[orbit_momentum] = lanes_of(carry[0], unused);
     to[orbit_u] = lanes_of(carry[1], to[orbit_u_rest]), to[orbit_w] = lanes_of(carry[2], to[orbit_w_rest]);
-    for (int k = 0; k < 3; ++k) to[orbit_around + k] = lanes_of(carry[3 + k], unused);
+    for (int k = 0; k < space_size; ++k) to[orbit_around + k] = lanes_of(carry[3 + k], unused);
 }
 
 }  // namespace kagero

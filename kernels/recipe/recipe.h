@@ -14,6 +14,7 @@ struct Recipe {
     template <class System>
     static constexpr const char* refusal() {
         if (System::rescaled) return "the printed recipe integrates H itself, not a rescaled one";
+        if (refusal_to_carry<System>()) return refusal_to_carry<System>();
         return Parted<typename System::Hamiltonian> ? nullptr : "its Hamiltonian declares no parts H_A and H_B";
     }
     static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
@@ -34,7 +35,7 @@ struct Recipe {
             euler(system.part_a(), f, q, p, f.h * V(S(weight / 2)));
         }
         f.end.set(q, p);
-        f.end.parameter = f.start.parameter + f.h;
+        carry_evenly(f);
     }
 
 private:

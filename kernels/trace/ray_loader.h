@@ -80,7 +80,7 @@ private:
         state.test_energy = !task_.straight;
         state.use_symmetry = job.use_symmetry;
         state.capture_within = S(job.capture_within), state.capture_stretch = S(job.capture_stretch);
-        state.want_parameter = (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
+        state.want_carried = (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
         state.solver_tolerance = S(job.solver_tolerance);
         state.tolerance = S(job.tolerance);
     }

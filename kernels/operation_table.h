@@ -1,7 +1,8 @@
-/// The operations that a Hamiltonian may use. Each operation is one struct and one row of the table at the end of this file.
+/// The operations that a Hamiltonian may use: one struct each, and one row each of the table at the end of this file.
 ///
-/// The tape, programs, dual numbers, forward mode, rounding bounds, operation counts, the interpreter and the parser of formulas all
-/// iterate over the table. To add a function, write its struct, append its row to `KAGERO_FUNCTIONS`, and change nothing else.
+/// The tape, programs, dual numbers, forward mode, rounding bounds, operation counts, the interpreter and the parser
+/// of formulas all iterate over the table. To add a function, write its struct, append its row to `KAGERO_FUNCTIONS`,
+/// and change nothing else.
 ///
 /// A struct states
 ///   name             what a formula calls the function; operators have their symbol, and other operations ""
@@ -9,7 +10,8 @@
 ///   flops            floating-point operations, counted as lower bounds: signs and comparisons count nothing
 ///   rounding         the greatest rounding error of a result, in units of half its last place
 ///   is_library       the function costs about as much as 40 operations; interpreters call it instead of inlining it
-///   is_composed      `value` uses other functions; else every number type has a function of this name (simd/, numeric/quad.h)
+///   is_composed      `value` uses other functions; else every number type has a function of this name, as in
+///                    simd/lanes.h, simd/circular.h and numeric/quad.h
 ///   is_abbreviation  the tape records other operations in its place, so that it needs no derivative
 ///   value(a, b)      the result; y below
 ///   derivative(a, y), or derivative_a and derivative_b(a, b, y)
@@ -19,8 +21,8 @@
 ///   first(a, b)      the result is the first operand where this holds, else the second; replaces the derivatives
 ///   adjoint(d, a, y), or adjoint_a and adjoint_b(d, a, b, y)
 ///                    d·∂y/∂a on the tape, where its factors need an order of their own; else d·derivative
-/// All of them are generic in the number type: plain numbers, packets, dual numbers, and numbers that record. Arithmetic has no
-/// derivative here, because each number type defines its own.
+/// All of them are generic in the number type: plain numbers, packets, dual numbers, and numbers that record.
+/// Arithmetic has no derivative here, because each number type defines its own.
 #pragma once
 
 #include "kernels/inline.h"
@@ -44,7 +46,8 @@ struct Arithmetic {
 /// A function that every number type has.
 template <int n>
 struct Function : Arithmetic<n> {
-    static constexpr double rounding = 4;  // quick reciprocals are within two last places; functions are taken to be as good
+    /// The quick reciprocals of simd/lanes.h are within two last places. Other functions are taken to be as good.
+    static constexpr double rounding = 4;
     static constexpr bool is_library = true;
 };
 /// A function whose `value` uses other functions. It states its own flops and rounding.
@@ -57,7 +60,7 @@ struct Selection : Arithmetic<2> {
     static constexpr double rounding = 0;
 };
 
-// ---- arithmetic --------------------------------------------------------------------------------------------------------------
+// ---- arithmetic ----------------------------------------------------------------------------------------------
 
 struct Add : Arithmetic<2> {
     static constexpr const char* name = "+";
@@ -105,7 +108,7 @@ struct NegMulAdd : Arithmetic<3> {  // c − a·b
     KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return neg_mul_add(a, b, c); }
 };
 
-// ---- functions ---------------------------------------------------------------------------------------------------------------
+// ---- functions -----------------------------------------------------------------------------------------------
 
 struct Recip : Function<1> {
     static constexpr bool is_library = false;
@@ -187,7 +190,9 @@ struct Atan2 : Function<2> {
     KAGERO_INLINE static constexpr T derivative_b(const T& a, const T& b, const T&) { return -a / (a * a + b * b); }
     /// The two derivatives share d/(a² + b²).
     template <class T>
-    static constexpr T adjoint_a(const T& d, const T& a, const T& b, const T&) { return d * (T(1.0) / (a * a + b * b)) * b; }
+    static constexpr T adjoint_a(const T& d, const T& a, const T& b, const T&) {
+        return d * (T(1.0) / (a * a + b * b)) * b;
+    }
     template <class T>
     static constexpr T adjoint_b(const T& d, const T& a, const T& b, const T&) {
         return -(d * (T(1.0) / (a * a + b * b)) * a);
@@ -236,8 +241,8 @@ struct Abs : Arithmetic<1> {
 
 }  // namespace operations
 
-/// The table: X(name in `Op`, struct). The scheduler of formulas takes the operation that comes first here where two are ready equally
-/// often, so new rows go to the end of a list.
+/// The table: X(name in `Op`, struct). Where two operations are ready equally often, the scheduler of formulas takes
+/// the one that comes first here, so new rows go to the end of a list.
 #define KAGERO_ARITHMETIC(X) X(add, Add) X(sub, Sub) X(mul, Mul) X(div, Div) X(neg, Neg)
 #define KAGERO_FUNCTIONS(X) \
     X(recip, Recip)         \
@@ -302,11 +307,12 @@ inline constexpr int op_count = sizeof(operation_infos) / sizeof(OperationInfo),
 
 constexpr const OperationInfo& info_of(Op op) { return operation_infos[static_cast<int>(op)]; }
 
-#ifdef KAGERO_ISA
+#ifdef KAGERO_ISA  // kernels alone
 namespace detail {
 
 template <Op op, class T, int operands>
-concept ComposedFor = Operation<op>::is_composed && Operation<op>::operands == operands && (RayNumber<T> || std::is_same_v<T, Quad>);
+concept ComposedFor = Operation<op>::is_composed && Operation<op>::operands == operands &&
+                      (RayNumber<T> || std::is_same_v<T, Quad>);
 
 }  // namespace detail
 

@@ -9,7 +9,8 @@ namespace kagero {
 
 namespace detail {
 
-/// What the function at node i of the tape passes to its operands: d times its derivatives. Each is given before the next is recorded.
+/// Gives the operands of the function at node i of the tape d times its derivatives. The first derivative is given before
+/// the second is recorded.
 template <Op op, class Give>
 constexpr void give_by_derivatives(Tape& t, int i, int d, const Give& give) {
     using F = Operation<op>;
@@ -31,7 +32,8 @@ constexpr void give_by_derivatives(Tape& t, int i, int d, const Give& give) {
 
 }  // namespace detail
 
-/// What an operation at node i of the tape hands on to its operands of its own derivative, node d: `give(operand, amount)`.
+/// Gives the operands of the operation at node i of the tape their shares of its derivative, node d, by
+/// `give(operand, share)`.
 template <class Give>
 constexpr void give_operands(Tape& t, int i, int d, const Give& give) {
     const Node n = t.nodes[i];
@@ -56,8 +58,8 @@ constexpr void give_operands(Tape& t, int i, int d, const Give& give) {
     }
 }
 
-/// Adds to the tape the derivatives of node `output` with respect to the leaves `wanted`, inputs or parameters; `gradient[k]` receives
-/// their nodes. Branches that do not reach a wanted leaf cost nothing.
+/// Adds to the tape the derivatives of node `output` with respect to the leaves `wanted`, inputs or parameters;
+/// `gradient[k]` receives their nodes. Branches that do not reach a wanted leaf cost nothing.
 template <int N>
 constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wanted, std::array<int, N>& gradient) {
     const int last = output;
@@ -81,7 +83,10 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wa
         if (d < 0 || !reaches[i]) continue;
         give_operands(t, i, d, give);
     }
-    for (int k = 0; k < N; ++k) gradient[k] = wanted[k] > last || adjoint[wanted[k]] < 0 ? t.constant(0) : adjoint[wanted[k]];
+    for (int k = 0; k < N; ++k) {
+        const bool is_zero = wanted[k] > last || adjoint[wanted[k]] < 0;
+        gradient[k] = is_zero ? t.constant(0) : adjoint[wanted[k]];
+    }
 }
 
 /// The node of g·h with g multiplied through: distributed over sums that have a term with the factor 1/g, where it cancels.

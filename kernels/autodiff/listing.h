@@ -42,7 +42,8 @@ void evaluate(const Listed<S>& listed, const V* inputs, V* value) {
     }
 }
 
-/// The outputs of a program and their derivatives by its first inputs (one row per output): forward duals, a few inputs at a time.
+/// The outputs of a program and their derivatives by its first inputs, one row per output: forward duals, a few inputs
+/// at a time.
 template <class V, class S, int inputs, int outputs, int entries>
 void differentiate(const Listed<S>& listed, const V (&at)[inputs], V (&values)[outputs], V (&derivatives)[entries]) {
     constexpr int variables = entries / outputs, together = 3;

@@ -28,7 +28,7 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else return value_at<F>(a, b, c);
 }
 
-/// The same where an operand may be 0 or infinite, or not a number, as in uniforms and in formulas whose exponentials overflow.
+/// The same where an operand may be 0, infinite or not a number: in uniforms, and in formulas whose exponentials overflow.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
     using F = Operation<op>;

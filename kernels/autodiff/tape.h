@@ -1,9 +1,9 @@
 /// Reverse-mode automatic differentiation at compile time.
 ///
-/// A Hamiltonian is a generic function. Called in a constant expression with `Recorded` numbers (recorded.h) it leaves behind a tape: a
-/// list of operations whose operands are compile-time indices. The reverse sweep (gradient.h) is recorded onto the same tape, so value and
-/// derivatives share what they have in common; simplification happens as nodes are pushed. `program.h` turns the tape into straight-line
-/// code.
+/// A Hamiltonian is a generic function. Called in a constant expression with `Recorded` numbers (recorded.h), it leaves
+/// behind a tape: a list of operations whose operands are compile-time indices. The reverse sweep (gradient.h) is
+/// recorded onto the same tape, so value and derivatives share what they have in common; simplification happens as
+/// nodes are pushed. `program.h` turns the tape into straight-line code.
 ///
 /// Nodes that depend on parameters and constants alone are `uniform`: they are evaluated once per job, not once per ray.
 #pragma once

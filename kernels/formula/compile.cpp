@@ -86,7 +86,8 @@ constexpr Varying everything{};
 bool write_sides(const Tape& t, const std::array<int, phase_size>& g, Code& force, Code& velocity, bool& separable) {
     std::array<int, space_size> q, p;
     for (int k = 0; k < space_size; ++k) q[k] = g[k], p[k] = g[momentum(k)];
-    separable = is_separable(detail::extract_all<space_size>(t, q, kick_varies), detail::extract_all<space_size>(t, p, drift_varies));
+    separable = is_separable(detail::extract_all<space_size>(t, q, kick_varies),
+                             detail::extract_all<space_size>(t, p, drift_varies));
     return write(t, q, kick_varies, force) && write(t, p, drift_varies, velocity);
 }
 

@@ -78,7 +78,8 @@ private:
 template <int count, class V>
 void along(const State<V>& s, int from, Dual<V, count> (&in)[state_size]) {
     using Forward = Dual<V, count>;
-    for (int k = 0; k < state_size; ++k) in[k] = k >= from && k < from + count ? Forward::variable(s.y[k], k - from) : Forward(s.y[k]);
+    for (int k = 0; k < state_size; ++k)
+        in[k] = k >= from && k < from + count ? Forward::variable(s.y[k], k - from) : Forward(s.y[k]);
 }
 
 /// One of the two parts H_A and H_B.

@@ -8,7 +8,7 @@
 namespace kagero {
 namespace {
 
-/// A constant. Its functions are those of the standard library, so that constants are the same on every instruction set.
+/// A constant. Its functions are those of the standard library, so that it is the same on every instruction set.
 struct Number {
     double x;
     Number(double value) : x(value) {}

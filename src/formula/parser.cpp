@@ -156,8 +156,9 @@ private:
         close({opened.kind, opened.position, opened.text, 0});
         const auto operands = static_cast<std::size_t>(info_of(*function).operands);
         if (arguments.size() != operands)
-            fail_at(formula_, token.position, token.text + " takes " + std::to_string(operands) + (operands == 1 ? " argument" : " arguments") +
-                                                  ", not " + std::to_string(arguments.size()));
+            fail_at(formula_, token.position,
+                    token.text + " takes " + std::to_string(operands) + (operands == 1 ? " argument" : " arguments") + ", not " +
+                        std::to_string(arguments.size()));
         const std::int32_t second = arguments.size() > 1 ? arguments[1] : -1;
         return checked(operation(scope_, *function, arguments[0], second), token.position);
     }

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 namespace kagero::test {
 namespace {
@@ -248,7 +249,7 @@ TEST(Tape, FoldsWhatItKnows) {
     EXPECT_EQ(multiply_through(t, r.node, (1.0 / r).node), t.constant(1));
 }
 
-// The output may be a leaf itself, before which other leaves are wanted, and after which.
+// Wanted leaves may lie before and behind an output that is a leaf itself.
 TEST(Tape, ALeafHasTheGradientOfALeaf) {
     Tape t;
     const std::array<int, 3> leaves{t.input(0), t.input(1), t.parameter(0)};
@@ -263,33 +264,41 @@ template <class H>
 class TapeOf : public ::testing::Test {};
 TYPED_TEST_SUITE(TapeOf, AllHamiltonians, HamiltonianName);
 
-// ∂H/∂k on the tape against dual numbers, which are propagated through H itself and use no tape.
+/// ∂H/∂k by the tape, for one parameter k at a time, because a tape may be too short for all of them. It is too short for the
+/// seed of `shimmer`, on which the phase of every wave depends.
+template <class H>
+std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& leaves) {
+    std::vector<std::optional<Quad>> derivatives;
+    for (std::size_t i = 0; i < leaves.parameter.size(); ++i) {
+        auto t = std::make_unique<Tape>();
+        const Leaves<H> x(*t);
+        std::array<int, 1> gradient{};
+        record_gradient<1>(*t, record_energy<H>(*t, x), {x.k[i].node}, gradient);
+        EXPECT_EQ(t->full, std::string(H::parameters[i].name) == "seed") << H::parameters[i].name;
+        if (t->full) derivatives.emplace_back();
+        else derivatives.emplace_back(evaluate(t->nodes, t->size, leaves)[gradient[0]]);
+    }
+    return derivatives;
+}
+
+// Against dual numbers, which are propagated through H itself and use no tape.
 TYPED_TEST(TapeOf, DerivativesByParameters) {
     using H = TypeParam;
     constexpr int count = static_cast<int>(H::parameters.size());
-    if constexpr (count > 0) {
-        using Slopes = Dual<Quad, count>;
-        auto t = std::make_unique<Tape>();
-        const Leaves<H> x(*t);
-        const int energy = record_energy<H>(*t, x);
-        std::array<int, count> wanted{}, gradient{};
-        for (int i = 0; i < count; ++i) wanted[i] = x.k[i].node;
-        record_gradient<count>(*t, energy, wanted, gradient);
-        ASSERT_FALSE(t->full);
-        Random random(27);
-        for (int round = 0; round < 20; ++round) {
-            LeafValues leaves{std::vector<Quad>(state_size), std::vector<Quad>(count)};
-            for (Quad& value : leaves.input) value = random(0.3, 2);
-            Slopes k[count], y[state_size];
-            for (int i = 0; i < count; ++i) {
-                leaves.parameter[i] = H::parameters[i].fallback * random(0.9, 1);
-                k[i] = Slopes::variable(leaves.parameter[i], i);
-            }
-            for (int i = 0; i < state_size; ++i) y[i].value = leaves.input[i];
-            const Slopes direct = H::energy(make_parameters<H>(k), {y[0], y[1], y[2]}, {y[3], y[4], y[5]}, y[6]);
-            const auto value = evaluate(t->nodes, t->size, leaves);
-            for (int i = 0; i < count; ++i) expect_equal(value[gradient[i]], direct.derivative[i], H::parameters[i].name);
+    using Direct = Dual<Quad, count + 1>;
+    Random random(27);
+    for (int round = 0; round < 5; ++round) {
+        LeafValues leaves{std::vector<Quad>(state_size), std::vector<Quad>(count)};
+        Direct k[count + 1], y[state_size];
+        for (int i = 0; i < state_size; ++i) y[i].value = leaves.input[i] = random(0.3, 2);
+        for (int i = 0; i < count; ++i) {
+            leaves.parameter[i] = H::parameters[i].fallback * random(0.9, 1);
+            k[i] = Direct::variable(leaves.parameter[i], i);
         }
+        const Direct energy = H::energy(make_parameters<H>(k), {y[0], y[1], y[2]}, {y[3], y[4], y[5]}, y[6]);
+        const auto derivatives = derivatives_by_parameters<H>(leaves);
+        for (int i = 0; i < count; ++i)
+            if (derivatives[i]) expect_equal(*derivatives[i], energy.derivative[i], H::parameters[i].name);
     }
 }
 

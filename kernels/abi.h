@@ -12,7 +12,7 @@
 
 namespace kagero {
 
-inline constexpr std::uint32_t abi_version = 26;
+inline constexpr std::uint32_t abi_version = 27;
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
 /// What a strategy puts into vectors where it has a choice: per-ray the components of the gradient or the stages of a Gauss method;
@@ -195,14 +195,13 @@ struct RayPath {
     double by_position[2][3], by_direction[2][3];
 };
 
-/// Operations of a formula. Numbers and variables are leaves; `a` of a variable is 0 … 6 for x y z px py pz pt.
-enum class FormulaOp : std::uint8_t { number, variable, add, sub, mul, div, neg, sqrt, exp, log, sin, cos, tan, tanh, abs, atan2, min, max };
+enum class Op : std::uint8_t;  // kernels/operation_table.h
 
-/// One operation; its operands are earlier nodes of the list.
+/// One operation of a formula; its operands are earlier nodes of the list. `a` of an input is its place in x y z px py pz pt.
 struct FormulaNode {
-    FormulaOp op;
+    Op op;
     std::int32_t a, b;
-    double value;  ///< of a number
+    double value;  ///< of a constant
 };
 
 /// A Hamiltonian written in a scene: expressions as places in one list of nodes, −1 where there is none. Where `energy` is −1, H and

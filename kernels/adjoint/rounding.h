@@ -16,18 +16,11 @@ KAGERO_INLINE V first_place(const V& x) {
 
 namespace detail {
 
-/// How far a result is off at most, in units of half its last place. The quick reciprocals of numeric/lanes.h are within two last
-/// places; functions are taken to be as good.
-constexpr double greatest_rounding(Op op) {
-    if (is_leaf(op) || op == Op::neg || op == Op::min || op == Op::max || op == Op::at_least) return 0;
-    return op == Op::recip || op == Op::rsqrt || is_function(op) ? 4 : 1;
-}
-
 /// The product that a sum of products rounds on its own, where the instruction set has no fused operation for them; else none.
 template <class V>
 KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] const V& a, [[maybe_unused]] const V& b) {
 #if !defined(__FMA__)
-    if (op == Op::mul_add || op == Op::mul_sub || op == Op::neg_mul_add) return a * b;
+    if (info_of(op).operands == 3) return a * b;
 #endif
     return V(0.0);
 }
@@ -38,7 +31,7 @@ KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] c
 /// regard to two numbers (2 × outputs), which count by their length. In units of half the last place of 1.
 template <class V, class S>
 V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int outputs) {
-    using Forward = Dual<V, 3>;
+    using Forward = Dual<V, most_operands>;
     const Listing& program = listed.program;
     V value[Tape::capacity], adjoint[Tape::capacity][2];
     const V zero(S(0));
@@ -51,14 +44,14 @@ V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int
     for (int i = program.size - 1; i >= 0; --i) {
         const Node& n = program.nodes[i];
         if (detail::is_leaf(n.op)) continue;
-        const int operands[3] = {n.a, n.b, n.c};
+        const int operands[most_operands] = {n.a, n.b, n.c};
         const Forward result = detail::applied<Forward>(n.op, Forward::variable(of(n.a), 0), Forward::variable(of(n.b), 1),
                                                         Forward::variable(of(n.c), 2));
-        for (int k = 0; k < 3; ++k)
+        for (int k = 0; k < most_operands; ++k)
             for (int r = 0; r < 2 && operands[k] >= 0; ++r)
                 adjoint[operands[k]][r] = mul_add(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);
         const V reach = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
-        sum += V(S(detail::greatest_rounding(n.op))) * reach * first_place(value[i]);
+        sum += V(S(info_of(n.op).rounding)) * reach * first_place(value[i]);
         sum += reach * first_place(detail::product_rounded_apart(n.op, of(n.a), of(n.b)));
     }
     return sum;

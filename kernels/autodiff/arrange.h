@@ -6,6 +6,7 @@
 #include "kernels/autodiff/tape.h"
 
 #include <algorithm>
+#include <array>
 
 namespace kagero {
 
@@ -32,7 +33,7 @@ struct Program {
     /// Its size, a called function counting as the many operations that it is.
     constexpr int length() const {
         int sum = size;
-        for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && is_function(nodes[k].op) ? 40 : 0;
+        for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && info_of(nodes[k].op).is_library ? 40 : 0;
         return sum;
     }
     /// How many parameters it reads, counted to the last of them.
@@ -61,7 +62,7 @@ struct Varying {
 
 namespace detail {
 
-constexpr bool is_leaf(Op op) { return op == Op::constant || op == Op::parameter || op == Op::input; }
+constexpr bool is_leaf(Op op) { return op <= Op::input; }
 
 /// A node whose operands have moved to other places.
 constexpr Node moved(Node n, const int* place) {

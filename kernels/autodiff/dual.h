@@ -4,7 +4,7 @@
 /// beside the tape.
 #pragma once
 
-#include "kernels/simd/lanes.h"
+#include "kernels/operation_table.h"
 
 #include <array>
 
@@ -59,21 +59,15 @@ struct Dual {
     friend constexpr Dual mul_add(const Dual& a, const Dual& b, const Dual& c) { return a * b + c; }
     friend constexpr Dual mul_sub(const Dual& a, const Dual& b, const Dual& c) { return a * b - c; }
     friend constexpr Dual neg_mul_add(const Dual& a, const Dual& b, const Dual& c) { return c - a * b; }
-    friend constexpr Dual recip(const Dual& a) { const T r = recip(a.value); return chain(r, -(r * r), a); }
-    friend constexpr Dual rsqrt(const Dual& a) { const T r = rsqrt(a.value); return chain(r, T(-0.5) * (r * r * r), a); }
-    friend constexpr Dual total_recip(const Dual& a) { const T r = total_recip(a.value); return chain(r, -(r * r), a); }
-    friend constexpr Dual total_rsqrt(const Dual& a) { const T r = total_rsqrt(a.value); return chain(r, T(-0.5) * (r * r * r), a); }
-    friend constexpr Dual sqrt(const Dual& a) { const T r = sqrt(a.value); return chain(r, T(0.5) / r, a); }
-    friend constexpr Dual exp(const Dual& a) { const T e = exp(a.value); return chain(e, e, a); }
-    friend constexpr Dual log(const Dual& a) { return chain(log(a.value), T(1.0) / a.value, a); }
-    friend constexpr Dual sin(const Dual& a) { return chain(sin(a.value), cos(a.value), a); }
-    friend constexpr Dual cos(const Dual& a) { return chain(cos(a.value), -sin(a.value), a); }
-    friend constexpr Dual tan(const Dual& a) { const T t = tan(a.value); return chain(t, T(1.0) + t * t, a); }
-    friend constexpr Dual tanh(const Dual& a) { const T t = tanh(a.value); return chain(t, T(1.0) - t * t, a); }
-    friend constexpr Dual atan2(const Dual& a, const Dual& b) {
-        const T size = a.value * a.value + b.value * b.value;
-        return combine(atan2(a.value, b.value), b.value / size, a, -a.value / size, b);
-    }
+    friend constexpr Dual total_recip(const Dual& a) { return chained<operations::Recip>(total_recip(a.value), a); }
+    friend constexpr Dual total_rsqrt(const Dual& a) { return chained<operations::Rsqrt>(total_rsqrt(a.value), a); }
+#define KAGERO_OPERATION(OP, OPERATION)                                                                          \
+    friend constexpr Dual OP(const Dual& a)                                                                      \
+        requires(operations::OPERATION::operands == 1) { return function_of<operations::OPERATION>(a); }         \
+    friend constexpr Dual OP(const Dual& a, const Dual& b)                                                       \
+        requires(operations::OPERATION::operands == 2) { return function_of<operations::OPERATION>(a, b); }
+    KAGERO_FUNCTIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
     friend constexpr auto operator>=(const Dual& a, const Dual& b) { return primal(a) >= primal(b); }
     template <class Mask>
     friend constexpr Dual pick(const Mask& m, const Dual& a, const Dual& b) {
@@ -82,11 +76,30 @@ struct Dual {
         for (int k = 0; k < N; ++k) d.derivative[k] = pick(m, a.derivative[k], b.derivative[k]);
         return d;
     }
-    /// Of equal numbers the first, with its derivative, as on the tape.
-    friend constexpr Dual min(const Dual& a, const Dual& b) { return pick(primal(b) >= primal(a), a, b); }
-    friend constexpr Dual max(const Dual& a, const Dual& b) { return pick(primal(a) >= primal(b), a, b); }
 
 private:
+    /// A function of the table.
+    template <class F>
+    static constexpr Dual function_of(const Dual& a) {
+        if constexpr (requires { F::recorded(a); }) return F::recorded(a);
+        else if constexpr (F::is_abbreviation) return F::value(a);
+        else return chained<F>(F::value(a.value), a);
+    }
+    template <class F>
+    static constexpr Dual function_of(const Dual& a, const Dual& b) {
+        if constexpr (F::is_abbreviation) return F::value(a, b);
+        else if constexpr (requires { F::first(a, b); }) return pick(F::first(primal(a), primal(b)), a, b);
+        else if constexpr (requires { F::derivative_a(a, b, a); }) {
+            const T y = F::value(a.value, b.value);
+            return combine(y, F::derivative_a(a.value, b.value, y), a, F::derivative_b(a.value, b.value, y), b);
+        } else {
+            Dual d;  // constant but for jumps
+            d.value = F::value(a.value, b.value);
+            return d;
+        }
+    }
+    template <class F>
+    static constexpr Dual chained(const T& y, const Dual& a) { return chain(y, F::derivative(a.value, y), a); }
     static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {
         Dual d;
         d.value = f;

@@ -42,20 +42,23 @@ void evaluate(const Listed<S>& listed, const V* inputs, V* value) {
     }
 }
 
-/// The six outputs of a program by its first six of seven inputs (36, row by row), beside their values: forward duals, half of the
-/// inputs at a time.
-template <class V, class S>
-void differentiate(const Listed<S>& listed, const V* inputs, V* values, V* derivatives) {
-    using Forward = Dual<V, 3>;
+/// The outputs of a program and their derivatives by its first inputs, one row per output: forward duals, a few inputs
+/// at a time.
+template <class V, class S, int inputs, int outputs, int entries>
+void differentiate(const Listed<S>& listed, const V (&at)[inputs], V (&values)[outputs], V (&derivatives)[entries]) {
+    constexpr int variables = entries / outputs, together = 3;
+    static_assert(variables * outputs == entries && variables <= inputs && variables % together == 0);
+    using Forward = Dual<V, together>;
     Values<Forward> memory;
-    for (const int from : {0, 3}) {
-        Forward in[7];
-        for (int k = 0; k < 7; ++k) in[k] = k >= from && k < from + 3 ? Forward::variable(inputs[k], k - from) : Forward(inputs[k]);
+    for (int from = 0; from < variables; from += together) {
+        Forward in[inputs];
+        for (int k = 0; k < inputs; ++k)
+            in[k] = k >= from && k < from + together ? Forward::variable(at[k], k - from) : Forward(at[k]);
         evaluate(listed, in, memory.data());
-        for (int i = 0; i < 6; ++i) {
+        for (int i = 0; i < outputs; ++i) {
             const Forward& g = memory.data()[listed.program.outputs[i]];
             values[i] = g.value;
-            for (int k = 0; k < 3; ++k) derivatives[6 * i + from + k] = g.derivative[k];
+            for (int k = 0; k < together; ++k) derivatives[variables * i + from + k] = g.derivative[k];
         }
     }
 }

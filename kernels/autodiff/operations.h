@@ -1,18 +1,11 @@
-/// Floating-point operations of programs. Lower bounds: products, sums, quotients, roots, functions, minima and maxima count one each,
-/// fused ones two; comparisons, signs and masks count nothing.
+/// Floating-point operations of programs: lower bounds, as the table of operations states them.
 #pragma once
 
 #include "kernels/autodiff/program.h"
 
 namespace kagero {
 
-constexpr double operations_of(Op op) {
-    switch (op) {
-        case Op::constant: case Op::parameter: case Op::input: case Op::neg: case Op::at_least: return 0;
-        case Op::mul_add: case Op::mul_sub: case Op::neg_mul_add: return 2;
-        default: return 1;
-    }
-}
+constexpr double operations_of(Op op) { return info_of(op).flops; }
 
 /// Of one run; what depends on parameters alone is done once per job.
 template <int Size, int Outputs>

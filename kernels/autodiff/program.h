@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/autodiff/arrange.h"
-#include "kernels/simd/circular.h"
+#include "kernels/autodiff/gradient.h"
 
 #include <utility>
 
@@ -11,55 +11,42 @@ namespace kagero {
 
 namespace detail {
 
-template <Op op, class V>
-KAGERO_INLINE V function_of(const V& a, const V& b) {
-    if constexpr (op == Op::exp) return exp(a);
-    else if constexpr (op == Op::log) return log(a);
-    else if constexpr (op == Op::sin) return sin(a);
-    else if constexpr (op == Op::cos) return cos(a);
-    else if constexpr (op == Op::tan) return tan(a);
-    else if constexpr (op == Op::tanh) return tanh(a);
-    else return atan2(a, b);
+template <class F, class V>
+KAGERO_INLINE V value_at([[maybe_unused]] const V& a, [[maybe_unused]] const V& b, [[maybe_unused]] const V& c) {
+    if constexpr (F::operands == 1) return F::value(a);
+    else if constexpr (F::operands == 2) return F::value(a, b);
+    else return F::value(a, b, c);
 }
-template <Op op, class V>
-__attribute__((noinline)) V called(const V& a, const V& b) { return function_of<op, V>(a, b); }
+template <class F, class V>
+__attribute__((noinline)) V called(const V& a, const V& b) { return value_at<F>(a, b, b); }
 
 /// One operation on any number type; functions are called, or unrolled where they are used.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
-    if constexpr (op == Op::add) return a + b;
-    else if constexpr (op == Op::sub) return a - b;
-    else if constexpr (op == Op::mul) return a * b;
-    else if constexpr (op == Op::neg) return -a;
-    else if constexpr (op == Op::recip) return recip(a);
-    else if constexpr (op == Op::sqrt) return sqrt(a);
-    else if constexpr (op == Op::rsqrt) return rsqrt(a);
-    else if constexpr (is_function(op) && call) return called<op, V>(a, b);
-    else if constexpr (is_function(op)) return function_of<op, V>(a, b);
-    else if constexpr (op == Op::min) return min(a, b);
-    else if constexpr (op == Op::max) return max(a, b);
-    else if constexpr (op == Op::at_least) return pick(a >= b, V(1.0), V(0.0));
-    else if constexpr (op == Op::mul_add) return mul_add(a, b, c);
-    else if constexpr (op == Op::mul_sub) return mul_sub(a, b, c);
-    else if constexpr (op == Op::neg_mul_add) return neg_mul_add(a, b, c);
+    using F = Operation<op>;
+    if constexpr (F::is_library && call) return called<F>(a, b);
+    else return value_at<F>(a, b, c);
 }
 
-/// The same where a number may be 0 or infinite that is divided by: of parameters, and in formulas, whose exponentials overflow. The lesser or
-/// greater of two, of which the first is no number, is none either.
+/// The same where an operand may be 0, infinite or not a number: in uniforms, and in formulas whose exponentials overflow.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
-    if constexpr (op == Op::recip) return total_recip(a);
-    else if constexpr (op == Op::rsqrt) return total_rsqrt(a);
-    else if constexpr ((op == Op::min || op == Op::max) && requires { a <= a; }) return pick(a <= a, apply<op, call, V>(a, b, c), a);
+    using F = Operation<op>;
+    if constexpr (requires { F::total(a); }) return F::total(a);
+    else if constexpr (requires { F::total(a, b); }) return F::total(a, b);
     else return apply<op, call, V>(a, b, c);
 }
 
-/// op(a, b, c), of an operation that is no leaf.
+/// op(a, b, c). Programs contain no abbreviations.
 template <class V>
 V applied(Op op, const V& a, const V& b, const V& c) {
+    const auto result = [&]<Op of>() __attribute__((always_inline)) -> V {
+        if constexpr (Operation<of>::is_abbreviation) return a;
+        else return apply_total<of, false, V>(a, b, c);
+    };
     switch (op) {
-#define KAGERO_OPERATION(OP) \
-    case Op::OP: return apply_total<Op::OP, false, V>(a, b, c);
+#define KAGERO_OPERATION(OP, OPERATION) \
+    case Op::OP: return result.template operator()<Op::OP>();
         KAGERO_OPERATIONS(KAGERO_OPERATION)
 #undef KAGERO_OPERATION
         default: return a;

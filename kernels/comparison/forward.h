@@ -55,20 +55,6 @@ KAGERO_INLINE L combined(S da, const L& ta, S db, const L& tb) {
     else return L(db) * tb;
 }
 
-/// The slope of a function of one argument; f is its value at a.
-template <Op op, class S>
-KAGERO_INLINE S slope(S a, S f) {
-    if constexpr (op == Op::recip) return -(f * f);
-    else if constexpr (op == Op::sqrt) return S(0.5) / f;
-    else if constexpr (op == Op::rsqrt) return S(-0.5) * (f * f * f);
-    else if constexpr (op == Op::exp) return f;
-    else if constexpr (op == Op::log) return recip(a);
-    else if constexpr (op == Op::sin) return cos(a);
-    else if constexpr (op == Op::cos) return -sin(a);
-    else if constexpr (op == Op::tan) return mul_add(f, f, S(1));
-    else if constexpr (op == Op::tanh) return neg_mul_add(f, f, S(1));
-}
-
 /// The tangent of a node from those of its operands; A, B, C: which of them vary.
 template <Op op, bool A, bool B, bool C, class S, class L>
 KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
@@ -94,14 +80,13 @@ KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
         if constexpr (!A && !B) return -tc;
         else if constexpr (!C) return combined<A, B>(b, ta, a, tb);
         else return combined<A, B>(b, ta, a, tb) - tc;
-    } else if constexpr (op == Op::atan2) {
-        const S inverse = recip(mul_add(a, a, b * b));
-        return combined<A, B>(b * inverse, ta, -(a * inverse), tb);
-    } else if constexpr (op == Op::min || op == Op::max) {
-        const bool first = op == Op::min ? b >= a : a >= b;  // as the tape has it, where both are the same
+    } else if constexpr (requires { Operation<op>::first(a, b); }) {
+        const bool first = Operation<op>::first(a, b);
         return combined<A, B>(S(first), ta, S(!first), tb);
+    } else if constexpr (Operation<op>::operands == 2) {
+        return combined<A, B>(Operation<op>::derivative_a(a, b, f), ta, Operation<op>::derivative_b(a, b, f), tb);
     } else {
-        return L(slope<op>(a, f)) * ta;
+        return L(Operation<op>::derivative(a, f)) * ta;
     }
 }
 

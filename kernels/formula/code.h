@@ -1,6 +1,6 @@
 /// Programs as data: what formulas of a scene become, since no compiler is there to unroll them.
 ///
-/// Instructions work on numbered slots: the seven inputs, the constants, then what is computed. They are ordered into runs of the same
+/// Instructions work on numbered slots: the inputs, the constants, then what is computed. They are ordered into runs of the same
 /// operation on operands that do not wait for each other, so that an operation is looked up once per run and fills the pipelines. Where
 /// there is no such run, an operation on the last result follows: it finds it in registers, and does not wait for memory.
 #pragma once
@@ -19,7 +19,6 @@ struct Instruction {
 static_assert(256 * Instruction::unit <= 1 << 16);
 
 /// What a run does: an `Op`, or one of these, where L is the result of the instruction before.
-inline constexpr int op_count = 32;  // more than there are of Op
 enum class OnLast : std::uint8_t {
     add = op_count,   // L + b
     mul,              // L·b
@@ -29,7 +28,6 @@ enum class OnLast : std::uint8_t {
     neg_mul_add,      // c − L·b
     minus_product,    // L − a·b
 };
-static_assert(static_cast<int>(Op::neg_mul_add) < op_count);
 constexpr std::uint8_t kind_of(Op op) { return static_cast<std::uint8_t>(op); }
 constexpr std::uint8_t kind_of(OnLast op) { return static_cast<std::uint8_t>(op); }
 
@@ -45,7 +43,7 @@ struct Run {
 enum { survey_pace = surveyed, formula_surveyed };
 
 struct Code {
-    static constexpr int inputs = 7, greatest_slots = 256, greatest_outputs = formula_surveyed;
+    static constexpr int inputs = state_size, greatest_slots = 256, greatest_outputs = formula_surveyed;
     std::int32_t slots, constants, runs, outputs;
     std::int32_t prepared;  ///< the first so many runs know nothing of the varying inputs
     Run run[Tape::capacity];

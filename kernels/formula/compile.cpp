@@ -11,36 +11,15 @@ static_assert(Tape::capacity == 768 && Code::greatest_slots == 256);
 constexpr const char* too_large =
     "it is too large: with its derivatives it takes more than 768 operations, or keeps more than 256 numbers at a time";
 
-int record(Tape& t, FormulaOp op, int a, int b) {
-    switch (op) {
-        case FormulaOp::add: return t.add(a, b);
-        case FormulaOp::sub: return t.sub(a, b);
-        case FormulaOp::mul: return t.mul(a, b);
-        case FormulaOp::div: return t.div(a, b);
-        case FormulaOp::neg: return t.neg(a);
-        case FormulaOp::sqrt: return t.sqrt(a);
-        case FormulaOp::exp: return t.unary(Op::exp, a);
-        case FormulaOp::log: return t.unary(Op::log, a);
-        case FormulaOp::sin: return t.unary(Op::sin, a);
-        case FormulaOp::cos: return t.unary(Op::cos, a);
-        case FormulaOp::tan: return t.unary(Op::tan, a);
-        case FormulaOp::tanh: return t.unary(Op::tanh, a);
-        case FormulaOp::abs: return t.binary(Op::max, a, t.neg(a));
-        case FormulaOp::atan2: return t.binary(Op::atan2, a, b);
-        case FormulaOp::min: return t.binary(Op::min, a, b);
-        default: return t.binary(Op::max, a, b);
-    }
-}
-
 /// A tape with the inputs, onto which expressions of one formula are replayed.
 struct Replay {
     const Formula& formula;
     const Written* written;  ///< the compiled Hamiltonian that the formula rescales, if it does
     Tape tape{};
-    std::array<int, 7> input{};
+    std::array<int, state_size> input{};
 
     explicit Replay(const Formula& f, const Written* w = nullptr) : formula(f), written(w) {
-        for (int i = 0; i < 7; ++i) input[i] = tape.input(i);
+        for (int i = 0; i < state_size; ++i) input[i] = tape.input(i);
     }
     /// H − H0.
     int excess() {
@@ -48,7 +27,7 @@ struct Replay {
         return tape.sub(expression(formula.energy), tape.constant(formula.level));
     }
     /// What is stated of the ends of steps.
-    void ends(const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
+    void ends(const std::array<int, phase_size>& gradient, std::array<int, surveyed>& survey) {
         if (written) return written->ends(tape, formula.parameters, gradient, survey);
         if (formula.domain >= 0) survey[survey_domain] = expression(formula.domain, value_alone);
         if (formula.capture >= 0) survey[survey_captured] = expression(formula.capture, value_alone);
@@ -61,7 +40,7 @@ struct Replay {
         needed[root] = true;
         for (std::int32_t i = root; i >= 0; --i) {
             const FormulaNode& n = formula.nodes[i];
-            if (!needed[i] || n.op == FormulaOp::number || n.op == FormulaOp::variable) continue;
+            if (!needed[i] || detail::is_leaf(n.op)) continue;
             needed[n.a] = true;
             if (n.b >= 0) needed[n.b] = true;
         }
@@ -69,9 +48,9 @@ struct Replay {
         for (std::int32_t i = 0; i <= root && !tape.full; ++i) {
             const FormulaNode& n = formula.nodes[i];
             if (!needed[i]) continue;
-            if (n.op == FormulaOp::number) place[i] = tape.constant(n.value);
-            else if (n.op == FormulaOp::variable) place[i] = input[n.a];
-            else if (n.op == FormulaOp::sqrt && use == value_alone) place[i] = value_of_root(place[n.a]);
+            if (n.op == Op::constant) place[i] = tape.constant(n.value);
+            else if (n.op == Op::input) place[i] = input[n.a];
+            else if (n.op == Op::sqrt && use == value_alone) place[i] = value_of_root(place[n.a]);
             else place[i] = record(tape, n.op, place[n.a], n.b < 0 ? -1 : place[n.b]);
         }
         return place[root];
@@ -92,21 +71,23 @@ bool write(const Tape& t, const std::array<int, n>& outputs, Varying varying, Co
     return CodeWriter(program, varying, code).write();
 }
 
-Nodes listed(const Tape& t, const std::array<int, 6>& outputs) {
-    const auto program = detail::extract_all<6>(t, outputs, {});
+Nodes listed(const Tape& t, const std::array<int, phase_size>& outputs) {
+    const auto program = detail::extract_all<phase_size>(t, outputs, {});
     Nodes list{};
     list.size = program.size;
     std::copy_n(program.nodes, program.size, list.nodes);
-    std::copy_n(program.outputs.begin(), 6, list.outputs);
+    std::copy_n(program.outputs.begin(), phase_size, list.outputs);
     return list;
 }
 
 constexpr Varying everything{};
 
 /// Force and velocity of a function of q and p, and whether it is separable.
-bool write_sides(const Tape& t, const std::array<int, 6>& g, Code& force, Code& velocity, bool& separable) {
-    const std::array<int, 3> q{g[0], g[1], g[2]}, p{g[3], g[4], g[5]};
-    separable = is_separable(detail::extract_all<3>(t, q, kick_varies), detail::extract_all<3>(t, p, drift_varies));
+bool write_sides(const Tape& t, const std::array<int, phase_size>& g, Code& force, Code& velocity, bool& separable) {
+    std::array<int, space_size> q, p;
+    for (int k = 0; k < space_size; ++k) q[k] = g[k], p[k] = g[momentum(k)];
+    separable = is_separable(detail::extract_all<space_size>(t, q, kick_varies),
+                             detail::extract_all<space_size>(t, p, drift_varies));
     return write(t, q, kick_varies, force) && write(t, p, drift_varies, velocity);
 }
 
@@ -134,7 +115,7 @@ bool write_motion(const Formula& f, const Written* written, Programs& p) {
         k = small_as_tree(t, excess) ? multiply_through(t, pace, excess) : t.mul(pace, excess);
     }
     if (t.full) return false;
-    const std::array<int, 6> g = record_derivatives(t, k, r.input);
+    const std::array<int, phase_size> g = record_derivatives(t, k, r.input);
     std::array<int, surveyed> survey = record_survey(t, r.input, k, pace, f.level, g);
     r.ends(g, survey);
     if (t.full || !write(t, std::array{excess}, everything, p.value)) return false;
@@ -150,7 +131,7 @@ bool write_part(const Formula& f, int which, Programs& p) {
     Replay r(f);
     const int part = r.expression(f.parts[which]);
     if (r.tape.full) return false;
-    const std::array<int, 6> g = record_derivatives(r.tape, part, r.input);
+    const std::array<int, phase_size> g = record_derivatives(r.tape, part, r.input);
     bool ignored;
     return !r.tape.full && write_sides(r.tape, g, p.part_force[which], p.part_velocity[which], ignored);
 }

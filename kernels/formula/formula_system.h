@@ -55,8 +55,8 @@ public:
     Stages(const Stages&) = delete;
     Stages& operator=(const Stages&) = delete;
     KAGERO_INLINE V& input(int stage, int k) { return place(stage / together_, k)[stage % together_]; }
-    KAGERO_INLINE void read(int stage, V (&out)[6]) {
-        for (int k = 0; k < 6; ++k) out[k] = place(stage / together_, code_.output[k])[stage % together_];
+    KAGERO_INLINE void read(int stage, V (&out)[phase_size]) {
+        for (int k = 0; k < phase_size; ++k) out[k] = place(stage / together_, code_.output[k])[stage % together_];
     }
     void run() {
         for (int g = 0; g < groups_; ++g) {
@@ -73,6 +73,14 @@ private:
     int groups_, together_;
     alignas(64) unsigned char memory_[sizeof(V) * max_stages * Code::greatest_slots];
 };
+
+/// A state as inputs of a program, `count` of its components from the given one on being variables.
+template <int count, class V>
+void along(const State<V>& s, int from, Dual<V, count> (&in)[state_size]) {
+    using Forward = Dual<V, count>;
+    for (int k = 0; k < state_size; ++k)
+        in[k] = k >= from && k < from + count ? Forward::variable(s.y[k], k - from) : Forward(s.y[k]);
+}
 
 /// One of the two parts H_A and H_B.
 class PartSystem {
@@ -95,12 +103,12 @@ public:
     /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program.
     template <class V>
     static void mixed_of(const Code& force, const State<V>& s, V* out) {
-        using Forward = Dual<V, 3>;
-        Forward in[7], sides[3];
-        for (int k = 0; k < 7; ++k) in[k] = k >= 3 && k < 6 ? Forward::variable(s.y[k], k - 3) : Forward(s.y[k]);
+        using Forward = Dual<V, space_size>;
+        Forward in[state_size], sides[space_size];
+        along<space_size>(s, kick_varies.first, in);
         evaluate(force, in, sides);
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) out[3 * i + k] = sides[i].derivative[k];
+        for (int i = 0; i < space_size; ++i)
+            for (int k = 0; k < space_size; ++k) out[space_size * i + k] = sides[i].derivative[k];
     }
 
 private:
@@ -145,16 +153,16 @@ public:
     template <class V>
     void mixed(const State<V>& s, V* out) const { Parts::mixed_of(p_.force, s, out); }
 
-    /// ∂²K/∂(q, p)² (36, row by row): forward duals over the reverse program, half of the variables at a time.
+    /// ∂²K/∂(q, p)² row by row: forward duals over the reverse program, half of the variables at a time.
     template <class V>
     void hessian(const State<V>& s, V* out) const {
-        using Forward = Dual<V, 3>;
-        for (const int from : {0, 3}) {
-            Forward in[7], g[6];
-            for (int k = 0; k < 7; ++k) in[k] = k >= from && k < from + 3 ? Forward::variable(s.y[k], k - from) : Forward(s.y[k]);
+        using Forward = Dual<V, space_size>;
+        for (int from = 0; from < phase_size; from += space_size) {
+            Forward in[state_size], g[phase_size];
+            formula::along<space_size>(s, from, in);
             formula::evaluate(p_.derivatives, in, g);
-            for (int i = 0; i < 6; ++i)
-                for (int k = 0; k < 3; ++k) out[6 * i + from + k] = g[i].derivative[k];
+            for (int i = 0; i < phase_size; ++i)
+                for (int k = 0; k < space_size; ++k) out[phase_size * i + from + k] = g[i].derivative[k];
         }
     }
 

@@ -57,8 +57,10 @@ __attribute__((noinline)) void interpret(const Code& code, int first, int end, T
         const Run run = code.run[r];
         const Instruction* instruction = code.instruction + run.first;
         switch (run.kind) {
-#define KAGERO_RUN(OP) \
-    case kind_of(Op::OP): run_of<Op::OP, T, N>(instruction, run, s, last); break;
+#define KAGERO_RUN(OP, OPERATION)                                                                               \
+    case kind_of(Op::OP):                                                                                       \
+        if constexpr (!operations::OPERATION::is_abbreviation) run_of<Op::OP, T, N>(instruction, run, s, last); \
+        break;
             KAGERO_OPERATIONS(KAGERO_RUN)
 #undef KAGERO_RUN
 #define KAGERO_RUN(OP) \

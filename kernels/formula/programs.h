@@ -10,7 +10,7 @@ namespace kagero::formula {
 /// The gradient's program as it was before it became code.
 struct Nodes {
     Node nodes[Tape::capacity];
-    int outputs[6];
+    int outputs[phase_size];
     int size;
 };
 
@@ -30,13 +30,15 @@ inline const Programs& programs_in(const double* parameters) { return *reinterpr
 /// A compiled Hamiltonian, to be written down again while the program runs, its parameters as numbers.
 struct Written {
     int (*energy)(Tape&, const double* parameters);  ///< H − H0
-    void (*ends)(Tape&, const double* parameters, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey);
+    void (*ends)(Tape&, const double* parameters, const std::array<int, phase_size>& gradient,
+                 std::array<int, surveyed>& survey);
     bool scaled;
 };
 template <class H>
 inline constexpr Written written_again{
     [](Tape& t, const double* parameters) { return record_energy(t, Leaves<H>(t, parameters)); },
-    [](Tape& t, const double* parameters, const std::array<int, 6>& gradient, std::array<int, surveyed>& survey) {
+    [](Tape& t, const double* parameters, const std::array<int, phase_size>& gradient,
+       std::array<int, surveyed>& survey) {
         record_ends(t, Leaves<H>(t, parameters), gradient, survey);
     },
     Scaled<H>};

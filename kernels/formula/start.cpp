@@ -35,10 +35,10 @@ template <std::size_t n>
 Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::array<double, n>& p) {
     using First = Dual<double, n>;
     using Second = Dual<First, n>;
-    Second in[7], out[1];
-    for (int i = 0; i < 3; ++i) in[i] = Second(q[i]);
-    in[6] = Second(programs.pt);
-    for (std::size_t a = 0; a < n; ++a) in[3 + a] = Second::variable(First::variable(p[a], int(a)), int(a));
+    Second in[state_size], out[1];
+    for (int i = 0; i < space_size; ++i) in[i] = Second(q[i]);
+    in[component_pt] = Second(programs.pt);
+    for (std::size_t a = 0; a < n; ++a) in[component_px + a] = Second::variable(First::variable(p[a], int(a)), int(a));
     evaluate(programs.value, in, out);
     Expansion<n> e{out[0].value.value, out[0].value.derivative, {}};
     for (std::size_t a = 0; a < n; ++a) e.hessian[a] = out[0].derivative[a].derivative;
@@ -48,9 +48,9 @@ Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::a
 /// H − H0 and its first derivatives by p: far cheaper than the whole expansion.
 double slope(const Programs& programs, const double (&q)[3], const Vector& p, Vector& gradient) {
     using First = Dual<double, 3>;
-    First in[7], out[1];
-    for (int i = 0; i < 3; ++i) in[i] = First(q[i]), in[3 + i] = First::variable(p[i], i);
-    in[6] = First(programs.pt);
+    First in[state_size], out[1];
+    for (int i = 0; i < space_size; ++i) in[i] = First(q[i]), in[momentum(i)] = First::variable(p[i], i);
+    in[component_pt] = First(programs.pt);
     evaluate(programs.value, in, out);
     gradient = out[0].derivative;
     return out[0].value;

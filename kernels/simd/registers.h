@@ -2,16 +2,12 @@
 /// not, or not as quickly; `lanes.h` builds on it.
 #pragma once
 
+#include "kernels/inline.h"
+
 #include <cstddef>
 #include <cstdint>
 
 #include <immintrin.h>
-
-#ifdef KAGERO_SANITIZED  // checks multiply what is inlined, and with it the time of compiling
-#define KAGERO_INLINE inline
-#else
-#define KAGERO_INLINE inline __attribute__((always_inline))
-#endif
 
 namespace kagero::registers {
 

@@ -26,6 +26,8 @@ struct FormulaScope {
     std::set<std::string> used;           ///< names that some formula has
 };
 
-inline constexpr std::array<const char*, 7> formula_variables{"x", "y", "z", "px", "py", "pz", "pt"};
+inline constexpr std::array formula_variables{"x", "y", "z", "px", "py", "pz", "pt"};
+/// The values of these variables.
+using FormulaPoint = std::array<double, formula_variables.size()>;
 
 }  // namespace kagero

@@ -1,20 +1,64 @@
 #include "formula/nodes.h"
 
+#include "kernels/operation_table.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace kagero {
 namespace {
 
+/// A constant. Its functions are those of the standard library, so that it is the same on every instruction set.
+struct Number {
+    double x;
+    Number(double value) : x(value) {}
+
+    friend Number operator-(Number a) { return -a.x; }
+    friend Number operator+(Number a, Number b) { return a.x + b.x; }
+    friend Number operator-(Number a, Number b) { return a.x - b.x; }
+    friend Number operator*(Number a, Number b) { return a.x * b.x; }
+    friend Number operator/(Number a, Number b) { return a.x / b.x; }
+    friend bool operator<(Number a, Number b) { return a.x < b.x; }
+    friend bool operator<=(Number a, Number b) { return a.x <= b.x; }
+    friend bool operator>(Number a, Number b) { return a.x > b.x; }
+    friend bool operator>=(Number a, Number b) { return a.x >= b.x; }
+    friend Number pick(bool first, Number a, Number b) { return first ? a : b; }
+    friend Number mul_add(Number a, Number b, Number c) { return a.x * b.x + c.x; }
+    friend Number mul_sub(Number a, Number b, Number c) { return a.x * b.x - c.x; }
+    friend Number neg_mul_add(Number a, Number b, Number c) { return c.x - a.x * b.x; }
+    friend Number recip(Number a) { return 1 / a.x; }
+    friend Number rsqrt(Number a) { return 1 / std::sqrt(a.x); }
+    friend Number sqrt(Number a) { return std::sqrt(a.x); }
+    friend Number exp(Number a) { return std::exp(a.x); }
+    friend Number log(Number a) { return std::log(a.x); }
+    friend Number sin(Number a) { return std::sin(a.x); }
+    friend Number cos(Number a) { return std::cos(a.x); }
+    friend Number tan(Number a) { return std::tan(a.x); }
+    friend Number tanh(Number a) { return std::tanh(a.x); }
+    friend Number atan2(Number a, Number b) { return std::atan2(a.x, b.x); }
+    friend Number abs(Number a) { return std::abs(a.x); }
+    friend Number min(Number a, Number b) { return a.x < b.x ? a : b; }
+    friend Number max(Number a, Number b) { return a.x > b.x ? a : b; }
+};
+
+/// The result of an operation that formulas have, which has a name.
+template <class F>
+Number folded(Number a, [[maybe_unused]] Number b) {
+    if constexpr (F::name[0] == '\0') return a;
+    else if constexpr (requires { F::total(a, b); }) return F::total(a, b);
+    else if constexpr (F::operands == 1) return F::value(a);
+    else return F::value(a, b);
+}
+
 bool is_number(const FormulaScope& scope, std::int32_t node) {
-    return scope.nodes[static_cast<std::size_t>(node)].op == FormulaOp::number;
+    return scope.nodes[static_cast<std::size_t>(node)].op == Op::constant;
 }
 double value_of(const FormulaScope& scope, std::int32_t node) { return scope.nodes[static_cast<std::size_t>(node)].value; }
 
 std::int32_t append(FormulaScope& scope, const FormulaNode& node) {
     std::uint8_t variables = 0;
-    const bool leaf = node.op == FormulaOp::number || node.op == FormulaOp::variable;
-    if (node.op == FormulaOp::variable) variables = static_cast<std::uint8_t>(1u << node.a);
+    const bool leaf = node.op == Op::constant || node.op == Op::input;
+    if (node.op == Op::input) variables = static_cast<std::uint8_t>(1u << node.a);
     for (const std::int32_t operand : {node.a, node.b})
         if (!leaf && operand >= 0) variables |= scope.variables[static_cast<std::size_t>(operand)];
     scope.nodes.push_back(node);
@@ -25,8 +69,8 @@ std::int32_t append(FormulaScope& scope, const FormulaNode& node) {
 /// base^n by repeated squaring.
 std::int32_t whole_power(FormulaScope& scope, std::int32_t base, int n) {
     std::int32_t result = -1;
-    for (std::int32_t square = base;; square = operation(scope, FormulaOp::mul, square, square)) {
-        if (n & 1) result = result < 0 ? square : operation(scope, FormulaOp::mul, square, result);
+    for (std::int32_t square = base;; square = operation(scope, Op::mul, square, square)) {
+        if (n & 1) result = result < 0 ? square : operation(scope, Op::mul, square, result);
         if ((n >>= 1) == 0) break;
     }
     return result < 0 ? number_node(scope, 1) : result;
@@ -34,33 +78,19 @@ std::int32_t whole_power(FormulaScope& scope, std::int32_t base, int n) {
 
 }  // namespace
 
-double apply(FormulaOp op, double a, double b) {
+double apply(Op op, double a, double b) {
     switch (op) {
-        case FormulaOp::add: return a + b;
-        case FormulaOp::sub: return a - b;
-        case FormulaOp::mul: return a * b;
-        case FormulaOp::div: return a / b;
-        case FormulaOp::neg: return -a;
-        case FormulaOp::sqrt: return std::sqrt(a);
-        case FormulaOp::exp: return std::exp(a);
-        case FormulaOp::log: return std::log(a);
-        case FormulaOp::sin: return std::sin(a);
-        case FormulaOp::cos: return std::cos(a);
-        case FormulaOp::tan: return std::tan(a);
-        case FormulaOp::tanh: return std::tanh(a);
-        case FormulaOp::abs: return std::abs(a);
-        case FormulaOp::atan2: return std::atan2(a, b);
-        case FormulaOp::min: return std::isnan(a) || a < b ? a : b;  // as kernels/autodiff/program.h has it
-        case FormulaOp::max: return std::isnan(a) || a > b ? a : b;
-        case FormulaOp::number:
-        case FormulaOp::variable: break;
+#define KAGERO_OPERATION(OP, OPERATION) \
+    case Op::OP: return folded<operations::OPERATION>(a, b).x;
+        KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+        default: return a;
     }
-    return a;
 }
 
-std::int32_t number_node(FormulaScope& scope, double value) { return append(scope, {FormulaOp::number, -1, -1, value}); }
+std::int32_t number_node(FormulaScope& scope, double value) { return append(scope, {Op::constant, -1, -1, value}); }
 
-std::int32_t operation(FormulaScope& scope, FormulaOp op, std::int32_t a, std::int32_t b) {
+std::int32_t operation(FormulaScope& scope, Op op, std::int32_t a, std::int32_t b) {
     if (is_number(scope, a) && (b < 0 || is_number(scope, b)))
         return number_node(scope, apply(op, value_of(scope, a), b < 0 ? 0 : value_of(scope, b)));
     return append(scope, {op, a, b, 0});
@@ -77,31 +107,31 @@ std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent
         if (size == whole || (size == whole + 0.5 && size < greatest_half)) {
             std::int32_t result = size > 0 && whole == 0 ? -1 : whole_power(scope, base, static_cast<int>(whole));
             if (size != whole) {
-                const std::int32_t root = operation(scope, FormulaOp::sqrt, base);
-                result = result < 0 ? root : operation(scope, FormulaOp::mul, result, root);
+                const std::int32_t root = operation(scope, Op::sqrt, base);
+                result = result < 0 ? root : operation(scope, Op::mul, result, root);
             }
-            return value_of(scope, exponent) < 0 ? operation(scope, FormulaOp::div, number_node(scope, 1), result) : result;
+            return value_of(scope, exponent) < 0 ? operation(scope, Op::div, number_node(scope, 1), result) : result;
         }
     }
     const bool even = is_number(scope, exponent) && std::fmod(value_of(scope, exponent), 2) == 0;
-    const std::int32_t size = even ? operation(scope, FormulaOp::abs, base) : base;
-    return operation(scope, FormulaOp::exp, operation(scope, FormulaOp::mul, exponent, operation(scope, FormulaOp::log, size)));
+    const std::int32_t size = even ? operation(scope, Op::abs, base) : base;
+    return operation(scope, Op::exp, operation(scope, Op::mul, exponent, operation(scope, Op::log, size)));
 }
 
 FormulaScope formula_scope() {
     FormulaScope scope;
     for (std::size_t i = 0; i < formula_variables.size(); ++i)
-        scope.names.emplace_back(formula_variables[i], append(scope, {FormulaOp::variable, static_cast<std::int32_t>(i), -1, 0}));
+        scope.names.emplace_back(formula_variables[i], append(scope, {Op::input, static_cast<std::int32_t>(i), -1, 0}));
     scope.names.emplace_back("pi", number_node(scope, 3.14159265358979323846));
     return scope;
 }
 
-double evaluate(const FormulaScope& scope, std::int32_t node, const std::array<double, 7>& variables) {
+double evaluate(const FormulaScope& scope, std::int32_t node, const FormulaPoint& variables) {
     std::vector<double> values(static_cast<std::size_t>(node) + 1);
     for (std::size_t i = 0; i < values.size(); ++i) {
         const FormulaNode& n = scope.nodes[i];
-        if (n.op == FormulaOp::number) values[i] = n.value;
-        else if (n.op == FormulaOp::variable) values[i] = variables[static_cast<std::size_t>(n.a)];
+        if (n.op == Op::constant) values[i] = n.value;
+        else if (n.op == Op::input) values[i] = variables[static_cast<std::size_t>(n.a)];
         else values[i] = apply(n.op, values[static_cast<std::size_t>(n.a)], n.b < 0 ? 0 : values[static_cast<std::size_t>(n.b)]);
     }
     return values.back();

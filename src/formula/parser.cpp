@@ -4,29 +4,21 @@
 #include "error.h"
 #include "formula/lexer.h"
 #include "formula/nodes.h"
+#include "kernels/operation_table.h"
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <optional>
 
 namespace kagero {
 namespace {
 
-struct Function {
-    const char* name;
-    FormulaOp op;
-    std::size_t arguments;
-};
-constexpr Function functions[] = {
-    {"sqrt", FormulaOp::sqrt, 1}, {"exp", FormulaOp::exp, 1}, {"log", FormulaOp::log, 1},     {"sin", FormulaOp::sin, 1},
-    {"cos", FormulaOp::cos, 1},   {"tan", FormulaOp::tan, 1}, {"tanh", FormulaOp::tanh, 1},   {"abs", FormulaOp::abs, 1},
-    {"min", FormulaOp::min, 2},   {"max", FormulaOp::max, 2}, {"atan2", FormulaOp::atan2, 2},
-};
-
-const Function* function_named(const std::string& name) {
-    for (const Function& function : functions)
-        if (name == function.name) return &function;
-    return nullptr;
+/// The operation that formulas call by this name.
+std::optional<Op> function_named(const std::string& name) {
+    for (int i = 0; i < op_count; ++i)
+        if (operation_infos[i].has_function_name() && name == operation_infos[i].name) return static_cast<Op>(i);
+    return std::nullopt;
 }
 
 /// The node of a name that a formula has, or −1.
@@ -80,7 +72,7 @@ private:
     /// Numbers that are not finite, and lists that grow too long, are refused where they arise.
     std::int32_t checked(std::int32_t node, std::size_t position) {
         for (; checked_ < scope_.nodes.size(); ++checked_)
-            if (const FormulaNode& n = scope_.nodes[checked_]; n.op == FormulaOp::number && !std::isfinite(n.value))
+            if (const FormulaNode& n = scope_.nodes[checked_]; n.op == Op::constant && !std::isfinite(n.value))
                 fail_at(formula_, position, "this is constant, and not a finite number");
         if (scope_.nodes.size() > formula_limit)
             fail_at(formula_, position, "the formulas of this space are too large: more than " + std::to_string(formula_limit) + " operations");
@@ -92,7 +84,7 @@ private:
         std::int32_t sum = term();
         while (is("+") || is("-")) {
             const std::size_t position = now().position;
-            const FormulaOp op = is("+") ? FormulaOp::add : FormulaOp::sub;
+            const Op op = is("+") ? Op::add : Op::sub;
             ++next_;
             const std::int32_t right = term();
             sum = checked(operation(scope_, op, sum, right), position);
@@ -103,7 +95,7 @@ private:
         std::int32_t product = factor();
         while (is("*") || is("/")) {
             const std::size_t position = now().position;
-            const FormulaOp op = is("*") ? FormulaOp::mul : FormulaOp::div;
+            const Op op = is("*") ? Op::mul : Op::div;
             ++next_;
             const std::int32_t right = factor();
             product = checked(operation(scope_, op, product, right), position);
@@ -114,7 +106,7 @@ private:
         const Level level(*this);
         const std::size_t position = now().position;
         if (take("+")) return factor();
-        if (take("-")) return checked(operation(scope_, FormulaOp::neg, factor()), position);
+        if (take("-")) return checked(operation(scope_, Op::neg, factor()), position);
         const std::int32_t base = primary();
         if (!is("^")) return base;
         const std::size_t raised = now().position;
@@ -141,14 +133,16 @@ private:
         fail("an operator is missing before " + now().text);
     }
     std::int32_t named(const Token& token) {
-        if (const Function* f = function_named(token.text))
-            fail_at(formula_, token.position, token.text + " is a function: write " + token.text + (f->arguments == 1 ? "(…)" : "(…, …)"));
+        if (const auto function = function_named(token.text)) {
+            const char* arguments = info_of(*function).operands == 1 ? "(…)" : "(…, …)";
+            fail_at(formula_, token.position, token.text + " is a function: write " + token.text + arguments);
+        }
         const std::int32_t node = use(scope_, token.text);
         if (node < 0) fail_unknown(token, false);
         return node;
     }
     std::int32_t call(const Token& token) {
-        const Function* function = function_named(token.text);
+        const std::optional<Op> function = function_named(token.text);
         if (!function && use(scope_, token.text) >= 0)
             fail_at(formula_, token.position, token.text + " is not a function: to multiply write " + token.text + "*(…)");
         if (!function) fail_unknown(token, true);
@@ -160,17 +154,20 @@ private:
             while (take(","));
         }
         close({opened.kind, opened.position, opened.text, 0});
-        if (arguments.size() != function->arguments)
-            fail_at(formula_, token.position, token.text + " takes " + std::to_string(function->arguments) + (function->arguments == 1 ? " argument" : " arguments") +
-                                                  ", not " + std::to_string(arguments.size()));
+        const auto operands = static_cast<std::size_t>(info_of(*function).operands);
+        if (arguments.size() != operands)
+            fail_at(formula_, token.position,
+                    token.text + " takes " + std::to_string(operands) + (operands == 1 ? " argument" : " arguments") + ", not " +
+                        std::to_string(arguments.size()));
         const std::int32_t second = arguments.size() > 1 ? arguments[1] : -1;
-        return checked(operation(scope_, function->op, arguments[0], second), token.position);
+        return checked(operation(scope_, *function, arguments[0], second), token.position);
     }
     [[noreturn]] void fail_unknown(const Token& token, bool called) const {
         std::vector<std::string> known;
         if (!called)
             for (const auto& entry : scope_.names) known.push_back(entry.first);
-        for (const Function& function : functions) known.emplace_back(function.name);
+        for (const OperationInfo& operation : operation_infos)
+            if (operation.has_function_name()) known.emplace_back(operation.name);
         std::string message = std::string(called ? "there is no function " : "unknown name ") + token.text;
         std::string small = token.text, near, list;
         for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

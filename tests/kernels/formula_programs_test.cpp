@@ -15,39 +15,49 @@ namespace {
 
 using Forward = Dual<double, 6>;
 
-Forward apply(FormulaOp op, const Forward& a, const Forward& b) {
+/// Operations by themselves; those that are not listed here are applied as the table has them.
+Forward apply(Op op, const Forward& a, const Forward& b) {
     switch (op) {
-        case FormulaOp::add: return a + b;
-        case FormulaOp::sub: return a - b;
-        case FormulaOp::mul: return a * b;
-        case FormulaOp::div: return a / b;
-        case FormulaOp::neg: return -a;
-        case FormulaOp::sqrt: return sqrt(a);
-        case FormulaOp::exp: return exp(a);
-        case FormulaOp::log: return log(a);
-        case FormulaOp::sin: return sin(a);
-        case FormulaOp::cos: return cos(a);
-        case FormulaOp::tan: return tan(a);
-        case FormulaOp::tanh: return tanh(a);
-        case FormulaOp::abs: return max(a, -a);
-        case FormulaOp::atan2: return atan2(a, b);
-        case FormulaOp::min: return min(a, b);
-        default: return max(a, b);
+        case Op::add: return a + b;
+        case Op::sub: return a - b;
+        case Op::mul: return a * b;
+        case Op::div: return a / b;
+        case Op::neg: return -a;
+        case Op::sqrt: return sqrt(a);
+        case Op::exp: return exp(a);
+        case Op::log: return log(a);
+        case Op::sin: return sin(a);
+        case Op::cos: return cos(a);
+        case Op::tan: return tan(a);
+        case Op::tanh: return tanh(a);
+        case Op::abs: return max(a, -a);
+        case Op::atan2: return atan2(a, b);
+        case Op::min: return min(a, b);
+        case Op::max: return max(a, b);
+        default: return kagero::detail::applied<Forward>(op, a, b, b);
     }
+}
+
+/// The operations that formulas have.
+std::vector<Op> named_operations() {
+    std::vector<Op> all;
+    for (int i = 0; i < op_count; ++i)
+        if (*operation_infos[i].name) all.push_back(static_cast<Op>(i));
+    return all;
 }
 
 /// A random list of nodes over all operations; operands are mostly late ones, so that much of it hangs together.
 std::vector<FormulaNode> random_nodes(std::mt19937& random, int operations) {
+    static const std::vector<Op> named = named_operations();
     std::vector<FormulaNode> nodes;
-    for (int i = 0; i < 7; ++i) nodes.push_back({FormulaOp::variable, i, -1, 0});
-    for (const double x : {0.5, -1.0, 2.0, 0.0, 1.0, 3.7}) nodes.push_back({FormulaOp::number, -1, -1, x});
-    std::uniform_int_distribution<int> any_op(static_cast<int>(FormulaOp::add), static_cast<int>(FormulaOp::max));
+    for (int i = 0; i < state_size; ++i) nodes.push_back({Op::input, i, -1, 0});
+    for (const double x : {0.5, -1.0, 2.0, 0.0, 1.0, 3.7}) nodes.push_back({Op::constant, -1, -1, x});
+    std::uniform_int_distribution<std::size_t> any_op(0, named.size() - 1);
     for (int i = 0; i < operations; ++i) {
         const int size = static_cast<int>(nodes.size());
         std::uniform_int_distribution<int> any(0, size - 1), late(std::max(0, size - 6), size - 1);
-        const FormulaOp op = i % 3 ? static_cast<FormulaOp>(static_cast<int>(FormulaOp::add) + i % 2 * 2) : static_cast<FormulaOp>(any_op(random));
-        const bool two = op < FormulaOp::neg || op > FormulaOp::abs;
-        nodes.push_back({op, late(random), two ? any(random) : -1, 0});
+        const Op op = i % 3 == 0 ? named[any_op(random)] : i % 2 ? Op::mul : Op::add;
+        nodes.push_back({op, late(random), info_of(op).operands == 2 ? any(random) : -1, 0});
     }
     return nodes;
 }
@@ -55,8 +65,8 @@ std::vector<FormulaNode> random_nodes(std::mt19937& random, int operations) {
 std::vector<Forward> values_of(const std::vector<FormulaNode>& nodes, const double (&at)[7]) {
     std::vector<Forward> values;
     for (const FormulaNode& n : nodes) {
-        if (n.op == FormulaOp::number) values.emplace_back(n.value);
-        else if (n.op == FormulaOp::variable) values.push_back(n.a < 6 ? Forward::variable(at[n.a], n.a) : Forward(at[n.a]));
+        if (n.op == Op::constant) values.emplace_back(n.value);
+        else if (n.op == Op::input) values.push_back(n.a < 6 ? Forward::variable(at[n.a], n.a) : Forward(at[n.a]));
         else values.push_back(apply(n.op, values[n.a], n.b < 0 ? Forward(0.0) : values[n.b]));
     }
     return values;
@@ -66,10 +76,10 @@ std::vector<Forward> values_of(const std::vector<FormulaNode>& nodes, const doub
 bool tame(const std::vector<FormulaNode>& nodes, const std::vector<Forward>& values) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         const Forward& v = values[i];
-        if (nodes[i].op == FormulaOp::atan2 && std::abs(values[nodes[i].a].value) < 1e-3) return false;
-        const bool kink = nodes[i].op == FormulaOp::min || nodes[i].op == FormulaOp::max;
+        if (nodes[i].op == Op::atan2 && std::abs(values[nodes[i].a].value) < 1e-3) return false;
+        const bool kink = nodes[i].op == Op::min || nodes[i].op == Op::max;
         if (kink && std::abs(values[nodes[i].a].value - values[nodes[i].b].value) < 1e-3) return false;
-        if (nodes[i].op == FormulaOp::abs && std::abs(v.value) < 1e-3) return false;
+        if (nodes[i].op == Op::abs && std::abs(v.value) < 1e-3) return false;
         if (!(std::abs(v.value) < 1e4)) return false;
         for (const double d : v.derivative)
             if (!(std::abs(d) < 1e4)) return false;
@@ -81,11 +91,11 @@ bool tame(const std::vector<FormulaNode>& nodes, const std::vector<Forward>& val
 TEST(FormulaPrograms, TakeTheFirstOfEqualNumbers) {
     const auto programs = std::make_unique<formula::Programs>();
     const double at[7] = {0.5, 0.5, 0, 0.25, 0.25, 0, 1};
-    for (const FormulaOp op : {FormulaOp::min, FormulaOp::max, FormulaOp::abs})
+    for (const Op op : {Op::min, Op::max, Op::abs})
         for (const int first : {0, 1, 3, 4}) {
             std::vector<FormulaNode> nodes;
-            for (int i = 0; i < 7; ++i) nodes.push_back({FormulaOp::variable, i, -1, 0});
-            if (op == FormulaOp::abs) nodes.push_back({op, first < 3 ? 2 : 5, -1, 0});
+            for (int i = 0; i < 7; ++i) nodes.push_back({Op::input, i, -1, 0});
+            if (op == Op::abs) nodes.push_back({op, first < 3 ? 2 : 5, -1, 0});
             else nodes.push_back({op, first, first < 3 ? 1 - first : 7 - first, 0});
             const auto values = values_of(nodes, at);
             const Formula f{nodes.data(), 8, 7, -1, -1, -1, -1, {-1, -1}, 0, at[6]};
@@ -136,7 +146,7 @@ TEST(FormulaPrograms, TooLargeOnesAreRefused) {
     const auto nodes = random_nodes(random, 4000);
     std::vector<FormulaNode> sum = nodes;
     for (int i = 7; i < 4000 && sum.size() < formula_limit; ++i)
-        sum.push_back({FormulaOp::add, static_cast<int>(sum.size()) - 1, i, 0});
+        sum.push_back({Op::add, static_cast<int>(sum.size()) - 1, i, 0});
     const Formula f{sum.data(), static_cast<std::uint32_t>(sum.size()), static_cast<int>(sum.size()) - 1, -1, -1, -1, -1, {-1, -1}, 0, 0};
     const auto programs = std::make_unique<formula::Programs>();
     EXPECT_NE(formula::compile(f, nullptr, *programs), nullptr);

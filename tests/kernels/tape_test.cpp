@@ -4,21 +4,20 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 namespace kagero::test {
 namespace {
 
-constexpr int inputs = 4, parameters = 2;
-using Values = std::array<Quad, inputs>;
-using Slopes = Dual<Quad, inputs>;
+constexpr int inputs = 4, parameters = 2, variables = inputs + parameters;
+using Slopes = Dual<Quad, variables>;
 
 /// The numbers that a tape's leaves stand for.
-struct Leaves {
-    Values input;
-    std::array<Quad, parameters> parameter;
+struct LeafValues {
+    std::vector<Quad> input, parameter;
 };
-Leaves random_leaves(Random& random) {
-    Leaves l;
+LeafValues random_leaves(Random& random) {
+    LeafValues l{std::vector<Quad>(inputs), std::vector<Quad>(parameters)};
     for (Quad& x : l.input) x = random(0.5, 2);
     for (Quad& x : l.parameter) x = random(0.5, 2);
     return l;
@@ -40,6 +39,7 @@ Quad operate(const Node& n, Quad a, Quad b, Quad c) {
         case Op::cos: return cos(a);
         case Op::tan: return tan(a);
         case Op::tanh: return tanh(a);
+        case Op::atan2: return atan2(a, b);
         case Op::min: return min(a, b);
         case Op::max: return max(a, b);
         case Op::at_least: return a >= b ? 1 : 0;
@@ -51,7 +51,7 @@ Quad operate(const Node& n, Quad a, Quad b, Quad c) {
 }
 /// The values of `count` nodes, tape or program alike.
 template <class Nodes>
-std::vector<Quad> evaluate(const Nodes& nodes, int count, const Leaves& leaves) {
+std::vector<Quad> evaluate(const Nodes& nodes, int count, const LeafValues& leaves) {
     std::vector<Quad> value(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) {
         const Node& n = nodes[i];
@@ -91,14 +91,14 @@ Term random_operation(Random& random, const std::vector<Term>& terms) {
     return {min(a.recorded, a.recorded + 1.0), min(a.direct, a.direct + 1.0)};
 }
 
-/// A random expression of `leaves` on the tape, with its input nodes.
-Term random_expression(Random& random, Tape& t, const Leaves& leaves, std::array<int, inputs>& nodes) {
+/// A random expression of `leaves` on the tape, with the nodes of its inputs and parameters.
+Term random_expression(Random& random, Tape& t, const LeafValues& leaves, std::array<int, variables>& nodes) {
     std::vector<Term> terms;
-    for (int i = 0; i < inputs; ++i) {
-        nodes[i] = t.input(i);
-        terms.push_back({Recorded(&t, nodes[i]), Slopes::variable(leaves.input[i], i)});
+    for (int i = 0; i < variables; ++i) {
+        nodes[i] = i < inputs ? t.input(i) : t.parameter(i - inputs);
+        const Quad value = i < inputs ? leaves.input[i] : leaves.parameter[i - inputs];
+        terms.push_back({Recorded(&t, nodes[i]), Slopes::variable(value, i)});
     }
-    for (int i = 0; i < parameters; ++i) terms.push_back({Recorded(&t, t.parameter(i)), Slopes(leaves.parameter[i])});
     for (const double c : {0.0, 1.0, -1.0, 2.0}) terms.push_back({Recorded(&t, t.constant(c)), Slopes(c)});
     for (int i = 0; i < 25; ++i) {
         const Term next = random_operation(random, terms);
@@ -123,8 +123,8 @@ TEST(Tape, SimplificationKeepsValues) {
     Random random(21);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
-        const Leaves leaves = random_leaves(random);
-        std::array<int, inputs> nodes;
+        const LeafValues leaves = random_leaves(random);
+        std::array<int, variables> nodes;
         const Term e = random_expression(random, *t, leaves, nodes);
         ASSERT_LT(t->size, Tape::capacity);
         expect_equal(evaluate(t->nodes, t->size, leaves)[e.recorded.node], e.direct.value, "value");
@@ -135,13 +135,13 @@ TEST(Tape, ReverseSweepGivesTheSlopesOfDuals) {
     Random random(22);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
-        const Leaves leaves = random_leaves(random);
-        std::array<int, inputs> nodes, gradient{};
+        const LeafValues leaves = random_leaves(random);
+        std::array<int, variables> nodes, gradient{};
         const Term e = random_expression(random, *t, leaves, nodes);
-        record_gradient<inputs>(*t, e.recorded.node, nodes, gradient);
+        record_gradient<variables>(*t, e.recorded.node, nodes, gradient);
         ASSERT_LT(t->size, Tape::capacity);
         const auto value = evaluate(t->nodes, t->size, leaves);
-        for (int k = 0; k < inputs; ++k) expect_equal(value[gradient[k]], e.direct.derivative[k], "slope");
+        for (int k = 0; k < variables; ++k) expect_equal(value[gradient[k]], e.direct.derivative[k], "slope");
     }
 }
 
@@ -150,14 +150,14 @@ TEST(Tape, ProgramsComputeWhatTheTapeDoes) {
     Random random(23);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
-        const Leaves leaves = random_leaves(random);
-        std::array<int, inputs> nodes, gradient{};
+        const LeafValues leaves = random_leaves(random);
+        std::array<int, variables> nodes, gradient{};
         const Term e = random_expression(random, *t, leaves, nodes);
-        record_gradient<inputs>(*t, e.recorded.node, nodes, gradient);
-        const auto p = kagero::detail::extract_all<inputs>(*t, gradient);
+        record_gradient<variables>(*t, e.recorded.node, nodes, gradient);
+        const auto p = kagero::detail::extract_all<variables>(*t, gradient);
         EXPECT_LE(p.size, t->size);
         const auto value = evaluate(p.nodes, p.size, leaves);
-        for (int k = 0; k < inputs; ++k) expect_equal(value[p.outputs[k]], e.direct.derivative[k], "slope");
+        for (int k = 0; k < variables; ++k) expect_equal(value[p.outputs[k]], e.direct.derivative[k], "slope");
     }
 }
 
@@ -165,8 +165,8 @@ TEST(Tape, MultiplyThroughIsMultiplication) {
     Random random(24);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
-        const Leaves leaves = random_leaves(random);
-        std::array<int, inputs> nodes;
+        const LeafValues leaves = random_leaves(random);
+        std::array<int, variables> nodes;
         const Term e = random_expression(random, *t, leaves, nodes);
         // A factor that e contains, as Ω does: √(x² + y²), its cube, or an input; e with and without it in denominators.
         const Recorded x(t.get(), nodes[0]), y(t.get(), nodes[1]), r = sqrt(x * x + y * y);
@@ -184,7 +184,7 @@ TEST(Tape, FindsPerfectSquares) {
     Random random(25);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
-        const Leaves leaves = random_leaves(random);
+        const LeafValues leaves = random_leaves(random);
         std::vector<Recorded> x;
         for (int i = 0; i < inputs; ++i) x.push_back({t.get(), t->input(i)});
         const Recorded k(t.get(), t->parameter(0)), m(t.get(), t->parameter(1)), r = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
@@ -249,9 +249,58 @@ TEST(Tape, FoldsWhatItKnows) {
     EXPECT_EQ(multiply_through(t, r.node, (1.0 / r).node), t.constant(1));
 }
 
+// Wanted leaves may lie before and behind an output that is a leaf itself.
+TEST(Tape, ALeafHasTheGradientOfALeaf) {
+    Tape t;
+    const std::array<int, 3> leaves{t.input(0), t.input(1), t.parameter(0)};
+    for (int of = 0; of < 3; ++of) {
+        std::array<int, 3> gradient{};
+        record_gradient<3>(t, leaves[of], leaves, gradient);
+        for (int k = 0; k < 3; ++k) EXPECT_EQ(gradient[k], t.constant(k == of)) << of << ' ' << k;
+    }
+}
+
 template <class H>
 class TapeOf : public ::testing::Test {};
 TYPED_TEST_SUITE(TapeOf, AllHamiltonians, HamiltonianName);
+
+/// ∂H/∂k by the tape, for one parameter k at a time, because a tape may be too short for all of them. It is too short for the
+/// seed of `shimmer`, on which the phase of every wave depends.
+template <class H>
+std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& leaves) {
+    std::vector<std::optional<Quad>> derivatives;
+    for (std::size_t i = 0; i < leaves.parameter.size(); ++i) {
+        auto t = std::make_unique<Tape>();
+        const Leaves<H> x(*t);
+        std::array<int, 1> gradient{};
+        record_gradient<1>(*t, record_energy<H>(*t, x), {x.k[i].node}, gradient);
+        EXPECT_EQ(t->full, std::string(H::parameters[i].name) == "seed") << H::parameters[i].name;
+        if (t->full) derivatives.emplace_back();
+        else derivatives.emplace_back(evaluate(t->nodes, t->size, leaves)[gradient[0]]);
+    }
+    return derivatives;
+}
+
+// Against dual numbers, which are propagated through H itself and use no tape.
+TYPED_TEST(TapeOf, DerivativesByParameters) {
+    using H = TypeParam;
+    constexpr int count = static_cast<int>(H::parameters.size());
+    using Direct = Dual<Quad, count + 1>;
+    Random random(27);
+    for (int round = 0; round < 5; ++round) {
+        LeafValues leaves{std::vector<Quad>(state_size), std::vector<Quad>(count)};
+        Direct k[count + 1], y[state_size];
+        for (int i = 0; i < state_size; ++i) y[i].value = leaves.input[i] = random(0.3, 2);
+        for (int i = 0; i < count; ++i) {
+            leaves.parameter[i] = H::parameters[i].fallback * random(0.9, 1);
+            k[i] = Direct::variable(leaves.parameter[i], i);
+        }
+        const Direct energy = H::energy(make_parameters<H>(k), {y[0], y[1], y[2]}, {y[3], y[4], y[5]}, y[6]);
+        const auto derivatives = derivatives_by_parameters<H>(leaves);
+        for (int i = 0; i < count; ++i)
+            if (derivatives[i]) expect_equal(*derivatives[i], energy.derivative[i], H::parameters[i].name);
+    }
+}
 
 /// Operations that a program does for every ray.
 int operations(const auto& program) {

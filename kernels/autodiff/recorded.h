@@ -1,0 +1,89 @@
+/// Numbers that record what is done to them on a tape.
+#pragma once
+
+#include "kernels/autodiff/tape.h"
+
+namespace kagero {
+
+/// A number that writes down what is done to it.
+struct Recorded {
+    Tape* tape = nullptr;
+    int node = -1;
+    double value = 0;  ///< while it is a constant of no tape yet
+
+    constexpr Recorded() = default;
+    constexpr Recorded(double x) : value(x) {}
+    constexpr Recorded(Tape* t, int n) : tape(t), node(n) {}
+    constexpr int on(Tape& t) const { return tape ? node : t.constant(value); }
+};
+
+#define KAGERO_RECORD_BINARY(OPERATOR, FUNCTION)                                   \
+    constexpr Recorded operator OPERATOR(const Recorded& a, const Recorded& b) {  \
+        Tape* t = a.tape ? a.tape : b.tape;                                       \
+        if (!t) return a.value OPERATOR b.value;                                  \
+        const int i = a.on(*t), j = b.on(*t);                                     \
+        return {t, t->FUNCTION(i, j)};                                            \
+    }
+KAGERO_RECORD_BINARY(+, add)
+KAGERO_RECORD_BINARY(-, sub)
+KAGERO_RECORD_BINARY(*, mul)
+KAGERO_RECORD_BINARY(/, div)
+#undef KAGERO_RECORD_BINARY
+constexpr Recorded operator-(const Recorded& a) {
+    if (!a.tape) return -a.value;
+    return {a.tape, a.tape->neg(a.node)};
+}
+/// 1 where a ≥ b, else 0.
+constexpr Recorded operator>=(const Recorded& a, const Recorded& b);
+
+namespace detail {
+
+/// Writes down a function of the table.
+template <Op op, class... A>
+constexpr Recorded recorded_function(const A&... a) {
+    using F = Operation<op>;
+    if constexpr (F::is_abbreviation) {
+        if constexpr (requires { F::recorded(a...); }) return F::recorded(a...);
+        else return F::value(a...);
+    } else {
+        Tape* t = nullptr;
+        ((t = t ? t : a.tape), ...);
+        if (!t) return F::value(a.value...);
+        const int node[] = {a.on(*t)...};
+        return {t, t->function(op, node[0], sizeof...(A) > 1 ? node[sizeof...(A) - 1] : -1)};
+    }
+}
+template <Op op, class... A>
+concept RecordedOperands = sizeof...(A) == Operation<op>::operands && (std::is_same_v<A, Recorded> || ...) &&
+                           (std::is_convertible_v<A, Recorded> && ...);
+
+}  // namespace detail
+
+#define KAGERO_OPERATION(OP, OPERATION)                         \
+    template <class... A>                                       \
+        requires detail::RecordedOperands<Op::OP, A...>         \
+    constexpr Recorded OP(const A&... a) { return detail::recorded_function<Op::OP>(Recorded(a)...); }
+KAGERO_FUNCTIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+
+constexpr Recorded operator>=(const Recorded& a, const Recorded& b) { return at_least(a, b); }
+
+/// The node of an operation of a formula; b is unused where the operation has one operand.
+constexpr int record(Tape& t, Op op, int a, int b) {
+    const Recorded x(&t, a), y(&t, b);
+    const auto recorded = [&]<Op of>() -> Recorded {
+        if constexpr (of >= Op::recip && Operation<of>::operands == 1) return detail::recorded_function<of>(x);
+        else if constexpr (of >= Op::recip) return detail::recorded_function<of>(x, y);
+        else if constexpr (Operation<of>::operands == 1) return Operation<of>::value(x);
+        else return Operation<of>::value(x, y);
+    };
+    switch (op) {
+#define KAGERO_OPERATION(OP, OPERATION) case Op::OP: return recorded.template operator()<Op::OP>().node;
+        KAGERO_ARITHMETIC(KAGERO_OPERATION)
+        KAGERO_FUNCTIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+        default: return -1;
+    }
+}
+
+}  // namespace kagero

@@ -1,0 +1,331 @@
+/// The operations that a Hamiltonian may use: one struct each, and one row each of the table at the end of this file.
+///
+/// The tape, programs, dual numbers, forward mode, rounding bounds, operation counts, the interpreter and the parser
+/// of formulas all iterate over the table. To add a function, write its struct, append its row to `KAGERO_FUNCTIONS`,
+/// and change nothing else.
+///
+/// A struct states
+///   name             what a formula calls the function; operators have their symbol, and other operations ""
+///   operands         1 or 2; fused operations have 3
+///   flops            floating-point operations, counted as lower bounds: signs and comparisons count nothing
+///   rounding         the greatest rounding error of a result, in units of half its last place
+///   is_library       the function costs about as much as 40 operations; interpreters call it instead of inlining it
+///   is_composed      `value` uses other functions; else every number type has a function of this name, as in
+///                    simd/lanes.h, simd/circular.h and numeric/quad.h
+///   is_abbreviation  the tape records other operations in its place, so that it needs no derivative
+///   value(a, b)      the result; y below
+///   derivative(a, y), or derivative_a and derivative_b(a, b, y)
+/// and, where it needs them,
+///   recorded(a)      what the tape records for an abbreviation, where that is not `value`
+///   total(a, b)      `value` where an operand may be 0, infinite or not a number; used for uniforms and formulas
+///   first(a, b)      the result is the first operand where this holds, else the second; replaces the derivatives
+///   adjoint(d, a, y), or adjoint_a and adjoint_b(d, a, b, y)
+///                    d·∂y/∂a on the tape, where its factors need an order of their own; else d·derivative
+/// All of them are generic in the number type: plain numbers, packets, dual numbers, and numbers that record.
+/// Arithmetic has no derivative here, because each number type defines its own.
+#pragma once
+
+#include "kernels/inline.h"
+
+#ifdef KAGERO_ISA  // the functions of double, float and Quad must be declared before the templates that call them
+#include "kernels/numeric/quad.h"
+#endif
+
+#include <cstdint>
+
+namespace kagero {
+namespace operations {
+
+template <int n>
+struct Arithmetic {
+    static constexpr const char* name = "";
+    static constexpr int operands = n;
+    static constexpr double flops = 1, rounding = 1;
+    static constexpr bool is_library = false, is_composed = false, is_abbreviation = false;
+};
+/// A function that every number type has.
+template <int n>
+struct Function : Arithmetic<n> {
+    /// The quick reciprocals of simd/lanes.h are within two last places. Other functions are taken to be as good.
+    static constexpr double rounding = 4;
+    static constexpr bool is_library = true;
+};
+/// A function whose `value` uses other functions. It states its own flops and rounding.
+template <int n>
+struct ComposedFunction : Arithmetic<n> {
+    static constexpr bool is_library = true, is_composed = true;
+};
+/// The lesser or greater of two operands. Where these are equal it is the first.
+struct Selection : Arithmetic<2> {
+    static constexpr double rounding = 0;
+};
+
+// ---- arithmetic ----------------------------------------------------------------------------------------------
+
+struct Add : Arithmetic<2> {
+    static constexpr const char* name = "+";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return a + b; }
+};
+struct Sub : Arithmetic<2> {
+    static constexpr const char* name = "-";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return a - b; }
+};
+struct Mul : Arithmetic<2> {
+    static constexpr const char* name = "*";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return a * b; }
+};
+/// a·(1/b) on the tape.
+struct Div : Arithmetic<2> {
+    static constexpr const char* name = "/";
+    static constexpr bool is_abbreviation = true;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return a / b; }
+};
+struct Neg : Arithmetic<1> {
+    static constexpr const char* name = "-";
+    static constexpr double flops = 0, rounding = 0;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return -a; }
+};
+
+/// Fused operations replace a product and a sum after recording; the tape has none.
+struct MulAdd : Arithmetic<3> {  // a·b + c
+    static constexpr double flops = 2;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return mul_add(a, b, c); }
+};
+struct MulSub : Arithmetic<3> {  // a·b − c
+    static constexpr double flops = 2;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return mul_sub(a, b, c); }
+};
+struct NegMulAdd : Arithmetic<3> {  // c − a·b
+    static constexpr double flops = 2;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return neg_mul_add(a, b, c); }
+};
+
+// ---- functions -----------------------------------------------------------------------------------------------
+
+struct Recip : Function<1> {
+    static constexpr bool is_library = false;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return recip(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T total(const T& a) { return total_recip(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T&, const T& y) { return -(y * y); }
+};
+struct Sqrt : Arithmetic<1> {
+    static constexpr const char* name = "sqrt";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return sqrt(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T&, const T& y) { return T(0.5) / y; }
+};
+struct Rsqrt : Function<1> {
+    static constexpr bool is_library = false;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return rsqrt(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T total(const T& a) { return total_rsqrt(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T&, const T& y) { return T(-0.5) * (y * y * y); }
+    /// Shares y·y with the derivatives of other powers of y.
+    template <class T>
+    static constexpr T adjoint(const T& d, const T&, const T& y) { return T(-0.5) * ((d * y) * (y * y)); }
+};
+struct Exp : Function<1> {
+    static constexpr const char* name = "exp";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return exp(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T&, const T& y) { return y; }
+};
+struct Log : Function<1> {
+    static constexpr const char* name = "log";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return log(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T&) { return T(1.0) / a; }
+};
+struct Sin : Function<1> {
+    static constexpr const char* name = "sin";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return sin(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T&) { return cos(a); }
+};
+struct Cos : Function<1> {
+    static constexpr const char* name = "cos";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return cos(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T&) { return -sin(a); }
+};
+struct Tan : Function<1> {
+    static constexpr const char* name = "tan";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return tan(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T&, const T& y) { return T(1.0) + y * y; }
+};
+struct Tanh : Function<1> {
+    static constexpr const char* name = "tanh";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return tanh(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T&, const T& y) { return T(1.0) - y * y; }
+};
+struct Atan2 : Function<2> {
+    static constexpr const char* name = "atan2";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return atan2(a, b); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative_a(const T& a, const T& b, const T&) { return b / (a * a + b * b); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative_b(const T& a, const T& b, const T&) { return -a / (a * a + b * b); }
+    /// The two derivatives share d/(a² + b²).
+    template <class T>
+    static constexpr T adjoint_a(const T& d, const T& a, const T& b, const T&) {
+        return d * (T(1.0) / (a * a + b * b)) * b;
+    }
+    template <class T>
+    static constexpr T adjoint_b(const T& d, const T& a, const T& b, const T&) {
+        return -(d * (T(1.0) / (a * a + b * b)) * a);
+    }
+};
+struct Min : Selection {
+    static constexpr const char* name = "min";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return min(a, b); }
+    /// NaN if the first operand is NaN. Dual numbers have no such comparison, and do without.
+    template <class T>
+    KAGERO_INLINE static constexpr T total(const T& a, const T& b) {
+        if constexpr (requires { a <= a; }) return pick(a <= a, min(a, b), a);
+        else return min(a, b);
+    }
+    template <class T>
+    KAGERO_INLINE static constexpr auto first(const T& a, const T& b) { return b >= a; }
+};
+struct Max : Selection {
+    static constexpr const char* name = "max";
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return max(a, b); }
+    template <class T>
+    KAGERO_INLINE static constexpr T total(const T& a, const T& b) {
+        if constexpr (requires { a <= a; }) return pick(a <= a, max(a, b), a);
+        else return max(a, b);
+    }
+    template <class T>
+    KAGERO_INLINE static constexpr auto first(const T& a, const T& b) { return a >= b; }
+};
+/// 1 where a ≥ b, else 0.
+struct AtLeast : ComposedFunction<2> {
+    static constexpr double flops = 0, rounding = 0;
+    static constexpr bool is_library = false;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return pick(a >= b, T(1.0), T(0.0)); }
+};
+struct Abs : Arithmetic<1> {
+    static constexpr const char* name = "abs";
+    static constexpr bool is_abbreviation = true;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return abs(a); }
+    template <class T>
+    static constexpr T recorded(const T& a) { return max(a, -a); }
+};
+
+}  // namespace operations
+
+/// The table: X(name in `Op`, struct). Where two operations are ready equally often, the scheduler of formulas takes
+/// the one that comes first here, so new rows go to the end of a list.
+#define KAGERO_ARITHMETIC(X) X(add, Add) X(sub, Sub) X(mul, Mul) X(div, Div) X(neg, Neg)
+#define KAGERO_FUNCTIONS(X) \
+    X(recip, Recip)         \
+    X(sqrt, Sqrt)           \
+    X(rsqrt, Rsqrt)         \
+    X(exp, Exp)             \
+    X(log, Log)             \
+    X(sin, Sin)             \
+    X(cos, Cos)             \
+    X(tan, Tan)             \
+    X(tanh, Tanh)           \
+    X(atan2, Atan2)         \
+    X(min, Min)             \
+    X(max, Max)             \
+    X(at_least, AtLeast)    \
+    X(abs, Abs)
+#define KAGERO_FUSED(X) X(mul_add, MulAdd) X(mul_sub, MulSub) X(neg_mul_add, NegMulAdd)
+#define KAGERO_OPERATIONS(X) KAGERO_ARITHMETIC(X) KAGERO_FUNCTIONS(X) KAGERO_FUSED(X)
+
+/// Leaves are a number, a parameter of H, and a variable of the ray.
+enum class Op : std::uint8_t {
+    constant, parameter, input,
+#define KAGERO_OPERATION(OP, OPERATION) OP,
+    KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+};
+
+namespace detail {
+
+template <Op op>
+struct OperationAt;
+#define KAGERO_OPERATION(OP, OPERATION) \
+    template <>                         \
+    struct OperationAt<Op::OP> { using Type = operations::OPERATION; };
+KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+
+}  // namespace detail
+
+/// The struct of an operation.
+template <Op op>
+using Operation = typename detail::OperationAt<op>::Type;
+
+/// The constants of a row.
+struct OperationInfo {
+    const char* name = "";
+    int operands = 0;
+    double flops = 0, rounding = 0;
+    bool is_library = false, is_abbreviation = false;
+    constexpr bool has_function_name() const { return name[0] >= 'a' && name[0] <= 'z'; }
+};
+/// By operation; leaves have nothing.
+inline constexpr OperationInfo operation_infos[] = {
+    {}, {}, {},
+#define KAGERO_OPERATION(OP, OPERATION)                                                                          \
+    {operations::OPERATION::name,   operations::OPERATION::operands,   operations::OPERATION::flops,             \
+     operations::OPERATION::rounding, operations::OPERATION::is_library, operations::OPERATION::is_abbreviation},
+    KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+};
+inline constexpr int op_count = sizeof(operation_infos) / sizeof(OperationInfo), most_operands = 3;
+
+constexpr const OperationInfo& info_of(Op op) { return operation_infos[static_cast<int>(op)]; }
+
+#ifdef KAGERO_ISA  // kernels alone
+namespace detail {
+
+template <Op op, class T, int operands>
+concept ComposedFor = Operation<op>::is_composed && Operation<op>::operands == operands &&
+                      (RayNumber<T> || std::is_same_v<T, Quad>);
+
+}  // namespace detail
+
+/// Composed functions of plain numbers and packets.
+#define KAGERO_OPERATION(OP, OPERATION)                                                             \
+    template <class T>                                                                              \
+        requires detail::ComposedFor<Op::OP, T, 1>                                                  \
+    KAGERO_INLINE T OP(const T& a) { return operations::OPERATION::value(a); }                      \
+    template <class T>                                                                              \
+        requires detail::ComposedFor<Op::OP, T, 2>                                                  \
+    KAGERO_INLINE T OP(const T& a, const T& b) { return operations::OPERATION::value(a, b); }
+KAGERO_FUNCTIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+#endif
+
+}  // namespace kagero

@@ -1,0 +1,107 @@
+// Every function of the table of operations: its derivative is that of its value, on every kind of number, and its result is as exact
+// as the table says.
+#include "tests/kernels/steps.h"
+
+namespace kagero::test {
+namespace {
+
+struct Operands {
+    double a, b;
+};
+/// Where all functions exist, and are smooth.
+constexpr Operands points[] = {{0.3, 0.7}, {1.2, 0.4}, {0.9, 2.1}, {2.5, 1.1}};
+
+template <Op op, class T>
+T value_at(const T& a, const T& b) {
+    if constexpr (Operation<op>::operands == 1) return Operation<op>::value(a);
+    else return Operation<op>::value(a, b);
+}
+
+/// The two derivatives by differences, in 34 digits.
+template <Op op>
+std::array<Quad, 2> differences(const Operands& at) {
+    const Quad h = 1e-11, a = at.a, b = at.b;
+    return {(value_at<op, Quad>(a + h, b) - value_at<op, Quad>(a - h, b)) / (2 * h),
+            (value_at<op, Quad>(a, b + h) - value_at<op, Quad>(a, b - h)) / (2 * h)};
+}
+
+void expect_near(double a, Quad b, const char* what) {
+    EXPECT_NEAR(a, static_cast<double>(b), 1e-14 * (1 + std::abs(static_cast<double>(b)))) << what;
+}
+
+template <Op op>
+void check_dual_numbers(const Operands& at) {
+    using Two = Dual<double, 2>;
+    if constexpr (!Operation<op>::is_abbreviation) {
+        const Two y = kagero::detail::applied<Two>(op, Two::variable(at.a, 0), Two::variable(at.b, 1), Two(0.0));
+        const auto expected = differences<op>(at);
+        expect_near(y.value, value_at<op, Quad>(at.a, at.b), "value");
+        for (int k = 0; k < Operation<op>::operands; ++k) expect_near(y.derivative[k], expected[k], "derivative");
+    }
+}
+
+/// As formulas record it.
+template <Op op>
+void check_program(const Operands& at) {
+    auto t = std::make_unique<Tape>();
+    const std::array<int, 2> inputs{t->input(0), t->input(1)};
+    std::array<int, 2> gradient{};
+    const int node = record(*t, op, inputs[0], inputs[1]);
+    record_gradient<2>(*t, node, inputs, gradient);
+    const auto program = kagero::detail::extract_all<3>(*t, {node, gradient[0], gradient[1]});
+    const Listed<double> listed{{program.nodes, nullptr, program.outputs.data(), program.size}, nullptr};
+    const double in[] = {at.a, at.b};
+    double values[Tape::capacity];
+    evaluate(listed, in, values);
+    const auto expected = differences<op>(at);
+    expect_near(values[program.outputs[0]], value_at<op, Quad>(at.a, at.b), "value of the program");
+    for (int k = 0; k < Operation<op>::operands; ++k)
+        expect_near(values[program.outputs[k + 1]], expected[k], "derivative of the program");
+}
+
+TEST(OperationTable, DerivativesAreThoseOfTheValues) {
+    for (const Operands& at : points) {
+#define KAGERO_OPERATION(OP, OPERATION)                                 \
+    {                                                                   \
+        SCOPED_TRACE(std::string(#OP) + " at " + std::to_string(at.a)); \
+        check_dual_numbers<Op::OP>(at);                                 \
+        check_program<Op::OP>(at);                                      \
+    }
+        KAGERO_FUNCTIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+    }
+}
+
+/// One operation on plain numbers in both precisions.
+template <Op op>
+void check_rounding(double a, double b) {
+    const Quad exact = value_at<op, Quad>(a, b);
+    const double error = static_cast<double>(abs(exact - value_at<op, double>(a, b)));
+    const double half_place = machine_epsilon<double> / 2 * std::abs(static_cast<double>(exact));
+    EXPECT_LE(error, Operation<op>::rounding * half_place * (1 + 1e-9)) << a << ' ' << b;
+}
+
+TEST(OperationTable, RoundsNoMoreThanItStates) {
+    Random random(28);
+    for (int i = 0; i < 2000; ++i) {
+        const double a = random(0.05, 1.5), b = random(0.05, 1.5);
+#define KAGERO_OPERATION(OP, OPERATION) \
+    {                                   \
+        SCOPED_TRACE(#OP);              \
+        check_rounding<Op::OP>(a, b);   \
+    }
+        KAGERO_FUNCTIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+    }
+}
+
+TEST(OperationTable, NamesOfFunctionsDiffer) {
+    for (int i = 0; i < op_count; ++i)
+        for (int k = 0; k < i; ++k)
+            if (operation_infos[i].has_function_name()) {
+                EXPECT_STRNE(operation_infos[i].name, operation_infos[k].name);
+            }
+}
+
+}  // namespace
+}  // namespace kagero::test

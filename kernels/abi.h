@@ -195,7 +195,7 @@ struct RayPath {
     double by_position[2][3], by_direction[2][3];
 };
 
-enum class Op : std::uint8_t;  // kernels/operation_table.h
+enum class Op : std::uint8_t;  // kernels/operation.h
 
 /// One operation of a formula; its operands are earlier nodes of the list. `a` of an input is its place in x y z px py pz pt.
 struct FormulaNode {

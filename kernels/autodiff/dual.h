@@ -4,7 +4,7 @@
 /// beside the tape.
 #pragma once
 
-#include "kernels/operation_table.h"
+#include "kernels/operation.h"
 
 #include <array>
 

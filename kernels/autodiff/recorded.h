@@ -71,15 +71,19 @@ constexpr Recorded operator>=(const Recorded& a, const Recorded& b) { return at_
 /// The node of an operation of a formula; b is unused where the operation has one operand.
 constexpr int record(Tape& t, Op op, int a, int b) {
     const Recorded x(&t, a), y(&t, b);
-    const auto recorded = [&]<Op of>() -> Recorded {
-        if constexpr (of >= Op::recip && Operation<of>::operands == 1) return detail::recorded_function<of>(x);
-        else if constexpr (of >= Op::recip) return detail::recorded_function<of>(x, y);
-        else if constexpr (Operation<of>::operands == 1) return Operation<of>::value(x);
+    const auto arithmetic = [&]<Op of>() -> Recorded {
+        if constexpr (Operation<of>::operands == 1) return Operation<of>::value(x);
         else return Operation<of>::value(x, y);
     };
+    const auto function = [&]<Op of>() -> Recorded {
+        if constexpr (Operation<of>::operands == 1) return detail::recorded_function<of>(x);
+        else return detail::recorded_function<of>(x, y);
+    };
     switch (op) {
-#define KAGERO_OPERATION(OP, OPERATION) case Op::OP: return recorded.template operator()<Op::OP>().node;
+#define KAGERO_OPERATION(OP, OPERATION) case Op::OP: return arithmetic.template operator()<Op::OP>().node;
         KAGERO_ARITHMETIC(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+#define KAGERO_OPERATION(OP, OPERATION) case Op::OP: return function.template operator()<Op::OP>().node;
         KAGERO_FUNCTIONS(KAGERO_OPERATION)
 #undef KAGERO_OPERATION
         default: return -1;

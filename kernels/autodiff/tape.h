@@ -8,7 +8,7 @@
 /// Nodes that depend on parameters and constants alone are `uniform`: they are evaluated once per job, not once per ray.
 #pragma once
 
-#include "kernels/operation_table.h"
+#include "kernels/operation.h"
 
 #include <type_traits>
 

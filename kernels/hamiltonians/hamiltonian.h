@@ -36,7 +36,7 @@
 
 #include "kernels/abi.h"
 #include "kernels/numeric/quad.h"
-#include "kernels/operation_table.h"
+#include "kernels/operation.h"
 #include "kernels/numeric/vec.h"
 
 #include <array>

@@ -1,6 +1,6 @@
 #include "formula/nodes.h"
 
-#include "kernels/operation_table.h"
+#include "kernels/operation.h"
 
 #include <algorithm>
 #include <cmath>

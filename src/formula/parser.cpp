@@ -4,7 +4,7 @@
 #include "error.h"
 #include "formula/lexer.h"
 #include "formula/nodes.h"
-#include "kernels/operation_table.h"
+#include "kernels/operation.h"
 
 #include <algorithm>
 #include <cctype>

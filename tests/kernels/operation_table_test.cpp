@@ -1,5 +1,5 @@
-// Every function of the table of operations: its derivative is that of its value, on every kind of number, and its result is as exact
-// as the table says.
+// Every function of the table of operations: its derivative is that of its value, on every kind of number, and its
+// result is as exact as the table says.
 #include "tests/kernels/steps.h"
 
 namespace kagero::test {

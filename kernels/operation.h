@@ -1,0 +1,77 @@
+/// The operations of the table by number: `Op`, the struct of each, and the constants of its row.
+#pragma once
+
+#include "kernels/operation_table.h"
+
+#include <cstdint>
+#include <type_traits>
+
+namespace kagero {
+
+/// Leaves are a number, a parameter of H, and a variable of the ray.
+enum class Op : std::uint8_t {
+    constant, parameter, input,
+#define KAGERO_OPERATION(OP, OPERATION) OP,
+    KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+};
+
+namespace detail {
+
+template <Op op>
+struct OperationAt;
+#define KAGERO_OPERATION(OP, OPERATION) \
+    template <>                         \
+    struct OperationAt<Op::OP> { using Type = operations::OPERATION; };
+KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+
+}  // namespace detail
+
+/// The struct of an operation.
+template <Op op>
+using Operation = typename detail::OperationAt<op>::Type;
+
+/// The constants of a row.
+struct OperationInfo {
+    const char* name = "";
+    int operands = 0;
+    double flops = 0, rounding = 0;
+    bool is_library = false, is_abbreviation = false;
+    constexpr bool has_function_name() const { return name[0] >= 'a' && name[0] <= 'z'; }
+};
+/// By operation; leaves have nothing.
+inline constexpr OperationInfo operation_infos[] = {
+    {}, {}, {},
+#define KAGERO_OPERATION(OP, OPERATION)                                                                          \
+    {operations::OPERATION::name,   operations::OPERATION::operands,   operations::OPERATION::flops,             \
+     operations::OPERATION::rounding, operations::OPERATION::is_library, operations::OPERATION::is_abbreviation},
+    KAGERO_OPERATIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+};
+inline constexpr int op_count = sizeof(operation_infos) / sizeof(OperationInfo), most_operands = 3;
+
+constexpr const OperationInfo& info_of(Op op) { return operation_infos[static_cast<int>(op)]; }
+
+#ifdef KAGERO_ISA  // kernels alone
+namespace detail {
+
+template <Op op, class T, int operands>
+concept ComposedFor = Operation<op>::is_composed && Operation<op>::operands == operands &&
+                      (RayNumber<T> || std::is_same_v<T, Quad>);
+
+}  // namespace detail
+
+/// Composed functions of plain numbers and packets.
+#define KAGERO_OPERATION(OP, OPERATION)                                                             \
+    template <class T>                                                                              \
+        requires detail::ComposedFor<Op::OP, T, 1>                                                  \
+    KAGERO_INLINE T OP(const T& a) { return operations::OPERATION::value(a); }                      \
+    template <class T>                                                                              \
+        requires detail::ComposedFor<Op::OP, T, 2>                                                  \
+    KAGERO_INLINE T OP(const T& a, const T& b) { return operations::OPERATION::value(a, b); }
+KAGERO_FUNCTIONS(KAGERO_OPERATION)
+#undef KAGERO_OPERATION
+#endif
+
+}  // namespace kagero

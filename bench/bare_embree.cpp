@@ -20,7 +20,7 @@ void bare_embree(const CameraRays& camera, const Geometry& geometry, double esca
             double x[W], y[W];
             for (int i = 0; i < W; ++i) x[i] = bx + i % side + 0.5, y[i] = by + i / side + 0.5;
             RayStarts<W> rays;
-            look(camera, x, y, rays);
+            generate_camera_rays(camera, x, y, rays);
             std::uint64_t active = 0;
             RayEnd* end[W];
             for (int i = 0; i < W; ++i) {

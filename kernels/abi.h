@@ -74,7 +74,7 @@ struct HamiltonianInfo {
     const char* step_goes_with = nullptr;   ///< … for the parameters' defaults: a formula in them and escape_radius, of the length that it goes with
     const char* index_parameter = nullptr;  ///< an index of refraction: the step goes with its inverse too
     bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
-    bool creased = false, scaled = false;    ///< H is not smooth somewhere; it bounds the length of steps
+    bool discontinuous = false, bounds_steps = false;  ///< H is not smooth somewhere; it bounds the length of steps
     bool far_sided = false;  ///< there is another universe, with a sky of its own
     bool cyclic[3] = {};                     ///< coordinates that do not occur in what is integrated
     const char* orbit_method = nullptr;      ///< integrator in the plane of the orbit, taken unasked; null: none
@@ -308,7 +308,7 @@ struct Module {
     /// True where these parameters make every ray straight, so that no integrator is needed.
     bool (*straight)(std::uint32_t hamiltonian, const double* parameters);
     /// The radius |q| inside of which lies another universe, mirrored by inversion; 0 where there is none.
-    double (*far_side)(std::uint32_t hamiltonian, const double* parameters);
+    double (*throat_radius)(std::uint32_t hamiltonian, const double* parameters);
     /// The radius |q| beyond which rays are straight; infinity where none is known.
     double (*bends_within)(std::uint32_t hamiltonian, const double* parameters);
     /// The hole at its origin; of a formula none is known.

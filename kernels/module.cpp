@@ -31,9 +31,9 @@ HamiltonianInfo info_of() {
         .step = H::step,
         .bounded = Bounded<H>,
         .captures = Capturing<H>,
-        .creased = Creased<H>,
-        .scaled = Scaled<H>,
-        .far_sided = FarSided<H>,
+        .discontinuous = HasDiscontinuity<H>,
+        .bounds_steps = BoundsSteps<H>,
+        .far_sided = TwoSheeted<H>,
     };
     const Axes cyclic = space_kernel<H, double>(Rescalable<H>).cyclic;
     info.cyclic[0] = cyclic.x, info.cyclic[1] = cyclic.y, info.cyclic[2] = cyclic.z;
@@ -48,7 +48,7 @@ const HamiltonianInfo hamiltonian_infos[] = {
 #undef KAGERO_HAMILTONIAN
     {.name = "formula", .what = "any Hamiltonian, written in the scene", .formula = "space.H = \"...\" in x y z px py pz pt",
      .source = "docs/hamiltonians.md", .conserved = "", .parameters = nullptr, .parameter_count = 0, .spacetime = false,
-     .rescales = false, .level = 0, .method = "gauss8", .step = 0.1, .bounded = true, .captures = true, .scaled = true},
+     .rescales = false, .level = 0, .method = "gauss8", .step = 0.1, .bounded = true, .captures = true, .bounds_steps = true},
 };
 constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 
@@ -120,8 +120,8 @@ const char* compile(const Formula* formula, double* programs) {
     formula::Programs& to = *new (programs) formula::Programs;
     if (formula->energy >= 0) return formula::compile(*formula, nullptr, to);
     return visit_hamiltonian(formula->hamiltonian, [&]<class H>() -> const char* {
-        if (Creased<H>) return "the slope of its H jumps at a surface, where steps must end: it is not rescaled";
-        return formula::compile(*formula, &formula::written_again<H>, to);
+        if (HasDiscontinuity<H>) return "the slope of its H jumps at a surface, where steps must end: it is not rescaled";
+        return formula::compile(*formula, &formula::rerecorded<H>, to);
     });
 }
 
@@ -138,11 +138,11 @@ void copy(const double* from, double (&to)[n]) {
     for (std::size_t i = 0; i < n; ++i) to[i] = from[i];
 }
 
-double far_side(std::uint32_t hamiltonian, const double* parameters) {
+double throat_radius(std::uint32_t hamiltonian, const double* parameters) {
     if (hamiltonian == formula_index) return 0;
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
-        if constexpr (FarSided<H>)
-            return H::far_side(make_parameters<H>(parameters));
+        if constexpr (TwoSheeted<H>)
+            return H::throat_radius(make_parameters<H>(parameters));
         else return 0;
     });
 }
@@ -206,7 +206,7 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
     if (hamiltonian == formula_index) {
         const formula::Programs& p = formula::programs_in(parameters);
         return operations_of(method, {formula::operations_of(p.derivatives), formula::operations_of(p.force),
-                                      formula::operations_of(p.velocity), formula::operations_of(p.survey)});
+                                      formula::operations_of(p.velocity), formula::operations_of(p.event_functions)});
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() {
         return operations_of(method, space_kernel<H, double>(rescaled && Rescalable<H>).operations);
@@ -229,7 +229,7 @@ const Module module{
     .kernel_count = kernels.count,
     .refusal = refusal,
     .straight = is_straight,
-    .far_side = far_side,
+    .throat_radius = throat_radius,
     .bends_within = bends_within,
     .hole = hole,
     .observe = observe,

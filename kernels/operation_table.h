@@ -93,17 +93,17 @@ struct Neg : Arithmetic<1> {
 struct MulAdd : Arithmetic<3> {  // a·b + c
     static constexpr double flops = 2;
     template <class T>
-    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return mul_add(a, b, c); }
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return fma(a, b, c); }
 };
 struct MulSub : Arithmetic<3> {  // a·b − c
     static constexpr double flops = 2;
     template <class T>
-    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return mul_sub(a, b, c); }
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return fms(a, b, c); }
 };
 struct NegMulAdd : Arithmetic<3> {  // c − a·b
     static constexpr double flops = 2;
     template <class T>
-    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return neg_mul_add(a, b, c); }
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b, const T& c) { return fnma(a, b, c); }
 };
 
 // ---- functions -----------------------------------------------------------------------------------------------
@@ -203,7 +203,7 @@ struct Min : Selection {
     /// NaN if the first operand is NaN. Dual numbers have no such comparison, and do without.
     template <class T>
     KAGERO_INLINE static constexpr T total(const T& a, const T& b) {
-        if constexpr (requires { a <= a; }) return pick(a <= a, min(a, b), a);
+        if constexpr (requires { a <= a; }) return select(a <= a, min(a, b), a);
         else return min(a, b);
     }
     template <class T>
@@ -215,7 +215,7 @@ struct Max : Selection {
     KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return max(a, b); }
     template <class T>
     KAGERO_INLINE static constexpr T total(const T& a, const T& b) {
-        if constexpr (requires { a <= a; }) return pick(a <= a, max(a, b), a);
+        if constexpr (requires { a <= a; }) return select(a <= a, max(a, b), a);
         else return max(a, b);
     }
     template <class T>
@@ -226,7 +226,7 @@ struct AtLeast : ComposedFunction<2> {
     static constexpr double flops = 0, rounding = 0;
     static constexpr bool is_library = false;
     template <class T>
-    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return pick(a >= b, T(1.0), T(0.0)); }
+    KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return select(a >= b, T(1.0), T(0.0)); }
 };
 struct Abs : Arithmetic<1> {
     static constexpr const char* name = "abs";
@@ -257,7 +257,7 @@ struct Abs : Arithmetic<1> {
     X(max, Max)             \
     X(at_least, AtLeast)    \
     X(abs, Abs)
-#define KAGERO_FUSED(X) X(mul_add, MulAdd) X(mul_sub, MulSub) X(neg_mul_add, NegMulAdd)
+#define KAGERO_FUSED(X) X(fma, MulAdd) X(fms, MulSub) X(fnma, NegMulAdd)
 #define KAGERO_OPERATIONS(X) KAGERO_ARITHMETIC(X) KAGERO_FUNCTIONS(X) KAGERO_FUSED(X)
 
 }  // namespace kagero

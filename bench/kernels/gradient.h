@@ -72,7 +72,7 @@ void chain(benchmark::State& state) {
         for (int i = 0; i < length; ++i) {
             V d[6];
             rival.derivatives(s, d);
-            for (int k = 0; k < 6; ++k) s.y[k] = mul_add(hair, d[k], s.y[k]);
+            for (int k = 0; k < 6; ++k) s.y[k] = fma(hair, d[k], s.y[k]);
         }
         benchmark::DoNotOptimize(&s);
         benchmark::ClobberMemory();

@@ -25,22 +25,22 @@ struct Hand {
         const Common c(*this, s);
         const V along_q = c.along_q(s), along_p = c.r2 * c.ir;
         for (int k = 0; k < 3; ++k) {
-            out[k] = mul_sub(along_q, s.y[k], c.a * s.y[3 + k]);
-            if constexpr (Rescaled) out[3 + k] = mul_sub(along_p, s.y[3 + k], c.a * s.y[k]);
-            else out[3 + k] = neg_mul_add(c.a, s.y[k], s.y[3 + k]);
+            out[k] = fms(along_q, s.y[k], c.a * s.y[3 + k]);
+            if constexpr (Rescaled) out[3 + k] = fms(along_p, s.y[3 + k], c.a * s.y[k]);
+            else out[3 + k] = fnma(c.a, s.y[k], s.y[3 + k]);
         }
     }
     /// Either side alone, of K.
     KAGERO_INLINE Vec3<V> dq(const State<V>& s) const requires Rescaled {
         const Common c(*this, s);
         const V along_q = c.along_q(s);
-        const auto at = [&](int k) __attribute__((always_inline)) { return mul_sub(along_q, s.y[k], c.a * s.y[3 + k]); };
+        const auto at = [&](int k) __attribute__((always_inline)) { return fms(along_q, s.y[k], c.a * s.y[3 + k]); };
         return {at(0), at(1), at(2)};
     }
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const requires Rescaled {
         const Common c(*this, s);
         const V along_p = c.r2 * c.ir;
-        const auto at = [&](int k) __attribute__((always_inline)) { return mul_sub(along_p, s.y[3 + k], c.a * s.y[k]); };
+        const auto at = [&](int k) __attribute__((always_inline)) { return fms(along_p, s.y[3 + k], c.a * s.y[k]); };
         return {at(0), at(1), at(2)};
     }
 
@@ -56,14 +56,14 @@ private:
         KAGERO_INLINE V along_q(const State<V>& s) const {
             using S = ScalarOf<V>;
             const V pt = s.y[6];
-            if (!Rescaled) return a * ir * mul_sub(V(S(1.5)), u, pt);
+            if (!Rescaled) return a * ir * fms(V(S(1.5)), u, pt);
             const Vec3<V> p = s.p();
-            const V twice_t = mul_add(p.x, p.x, mul_add(p.y, p.y, mul_sub(p.z, p.z, pt * pt)));
-            return ir * mul_add(V(S(0.5)), twice_t, a * pr);
+            const V twice_t = fma(p.x, p.x, fma(p.y, p.y, fms(p.z, p.z, pt * pt)));
+            return ir * fma(V(S(0.5)), twice_t, a * pr);
         }
     };
     KAGERO_INLINE static V fused_dot(const Vec3<V>& a, const Vec3<V>& b) {
-        return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
+        return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));
     }
 };
 

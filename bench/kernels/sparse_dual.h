@@ -63,7 +63,7 @@ KAGERO_INLINE SparseDual<V, a | b> operator-(const SparseDual<V, a>& x, const Sp
 template <class V, unsigned a, unsigned b>
 KAGERO_INLINE SparseDual<V, a | b> operator*(const SparseDual<V, a>& x, const SparseDual<V, b>& y) {
     return with_derivatives<V, a | b>(x.value * y.value, [&]<int k>() __attribute__((always_inline)) {
-        if constexpr (has(a, k) && has(b, k)) return mul_add(derivative<k>(x), y.value, x.value * derivative<k>(y));
+        if constexpr (has(a, k) && has(b, k)) return fma(derivative<k>(x), y.value, x.value * derivative<k>(y));
         else if constexpr (has(a, k)) return derivative<k>(x) * y.value;
         else return x.value * derivative<k>(y);
     });

@@ -38,7 +38,7 @@ auto parameters_of() {
 
 /// Rays side by side at x = −1, moving along x, started on no particular level of H: the work is the same.
 template <class V>
-void aim(Flow<V>& f, double pt) {
+void aim(StepperState<V>& f, double pt) {
     using S = ScalarOf<V>;
     for (int i = 0; i < lane_count<V>; ++i) {
         const double y[7] = {-1, 0.3 + 0.002 * (i % 4), 0.1 + 0.002 * (i / 4), 0.98, 0.1, 0.02, pt};
@@ -48,7 +48,7 @@ void aim(Flow<V>& f, double pt) {
 }
 
 template <class V>
-KAGERO_INLINE void commit(Flow<V>& f) {
+KAGERO_INLINE void commit(StepperState<V>& f) {
     for (int k = 0; k < 6; ++k) f.start.y[k] = f.end.y[k];
     f.start.velocity = f.end.velocity;
 }
@@ -84,7 +84,7 @@ void require_same_step(const Method& method, const SpaceKernel<V>& one, const Sp
     const auto flow_of = [&](const SpaceKernel<V>& kernel) {
         const auto system = std::make_unique<SystemStorage>();
         kernel.construct(*system, parameters.data());
-        auto flow = std::make_unique<Flow<V>>();
+        auto flow = std::make_unique<StepperState<V>>();
         aim(*flow, H::spacetime ? 1.0 : 0.0);
         flow->h = V(S(step_of(method)));
         kernel.begin[kind](*system, *flow, method.coefficients);
@@ -107,7 +107,7 @@ void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& 
     const auto kind = static_cast<int>(method.kind);
     const auto system = std::make_unique<SystemStorage>();
     kernel.construct(*system, parameters.data());
-    const auto start = std::make_unique<Flow<V>>(), flow = std::make_unique<Flow<V>>();
+    const auto start = std::make_unique<StepperState<V>>(), flow = std::make_unique<StepperState<V>>();
     aim(*start, H::spacetime ? 1.0 : 0.0);
     start->h = V(ScalarOf<V>(step_of(method)));
     start->tolerance = ScalarOf<V>(1e-6);  // adaptive methods estimate their error, but every step counts here

@@ -49,7 +49,7 @@ V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int
                                                         Forward::variable(of(n.c), 2));
         for (int k = 0; k < most_operands; ++k)
             for (int r = 0; r < 2 && operands[k] >= 0; ++r)
-                adjoint[operands[k]][r] = mul_add(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);
+                adjoint[operands[k]][r] = fma(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);
         const V reach = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
         sum += V(S(info_of(n.op).rounding)) * reach * first_place(value[i]);
         sum += reach * first_place(detail::product_rounded_apart(n.op, of(n.a), of(n.b)));

@@ -29,8 +29,8 @@ template <class V>
 struct SweptPlace {
     PhaseGradient<V> slope;     ///< ∂K/Ω
     Hessian<V> curvature;  ///< ∂²K/Ω
-    V inverse_pace;        ///< 1/Ω
-    V side;                ///< changes sign where H is not smooth
+    V inverse_rescaling;        ///< 1/Ω
+    V switching;                ///< changes sign where H is not smooth
     Vec3<V> velocity() const { return velocity_in(slope); }
 };
 
@@ -64,10 +64,10 @@ template <class V>
 SweptPlace<V> place_at(const SweptSystem<V>& system, const State<V>& state) {
     SweptPlace<V> place;
     differentiate(system.derivatives, state.y, place.slope, place.curvature);
-    place.inverse_pace = recip(system.kernel.pace(system.storage, state));
-    for (V& s : place.slope) s = s * place.inverse_pace;
-    for (V& c : place.curvature) c = c * place.inverse_pace;
-    if (system.kernel.creased) place.side = system.kernel.side(system.storage, state);
+    place.inverse_rescaling = recip(system.kernel.time_rescaling_factor(system.storage, state));
+    for (V& s : place.slope) s = s * place.inverse_rescaling;
+    for (V& c : place.curvature) c = c * place.inverse_rescaling;
+    if (system.kernel.discontinuous) place.switching = system.kernel.switching_function(system.storage, state);
     return place;
 }
 
@@ -75,7 +75,7 @@ SweptPlace<V> place_at(const SweptSystem<V>& system, const State<V>& state) {
 template <class V>
 State<V> between(const State<V>& a, const State<V>& b, double s) {
     State<V> y = a;
-    for (int k = 0; k < phase_size; ++k) y.y[k] = mul_add(V(s), b.y[k] - a.y[k], a.y[k]);
+    for (int k = 0; k < phase_size; ++k) y.y[k] = fma(V(s), b.y[k] - a.y[k], a.y[k]);
     return y;
 }
 
@@ -85,8 +85,8 @@ State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>&
     State<V> y = between(a, b, 0.5);
     const V eighth = V(0.125) * length;
     for (int k = 0; k < space_size; ++k) {
-        y.y[k] = mul_add(eighth, at_a.slope[momentum(k)] - at_b.slope[momentum(k)], y.y[k]);
-        y.y[momentum(k)] = neg_mul_add(eighth, at_a.slope[k] - at_b.slope[k], y.y[momentum(k)]);
+        y.y[k] = fma(eighth, at_a.slope[momentum(k)] - at_b.slope[momentum(k)], y.y[k]);
+        y.y[momentum(k)] = fnma(eighth, at_a.slope[k] - at_b.slope[k], y.y[momentum(k)]);
     }
     return y;
 }
@@ -108,7 +108,7 @@ void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const Sw
                 PhaseGradient<V>& row) {
     PhaseGradient<V> slope[4], at;
     const auto moved = [&](const V& by, const PhaseGradient<V>& along) {
-        for (int i = 0; i < phase_size; ++i) at[i] = mul_add(by, along[i], row[i]);
+        for (int i = 0; i < phase_size; ++i) at[i] = fma(by, along[i], row[i]);
     };
     const V half = V(0.5) * length;
     transposed(late.curvature, row, slope[0]);
@@ -116,19 +116,19 @@ void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const Sw
     moved(half, slope[1]), transposed(middle.curvature, at, slope[2]);
     moved(length, slope[2]), transposed(early.curvature, at, slope[3]);
     for (int i = 0; i < phase_size; ++i)
-        row[i] = mul_add(length * V(1 / 6.0), slope[0][i] + V(2.0) * (slope[1][i] + slope[2][i]) + slope[3][i], row[i]);
+        row[i] = fma(length * V(1 / 6.0), slope[0][i] + V(2.0) * (slope[1][i] + slope[2][i]) + slope[3][i], row[i]);
 }
 
 /// Back through a surface where the slope of K jumps, across itself, from `before` to `after`.
 template <class V>
 void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows<V>& rows) {
     const auto jump = [&](int k) { return after.slope[k] - before.slope[k]; };
-    const MaskOf<V> crossed = before.side * after.side < V(0.0);
+    const MaskOf<V> crossed = before.switching * after.switching < V(0.0);
     const Vec3<V> force_jump{jump(component_x), jump(component_y), jump(component_z)};
     const V inverse = recip(dot(force_jump, before.velocity()));
     for (PhaseGradient<V>& row : rows) {
         const V kick = dot(velocity_in(row), force_jump) * inverse;
-        for (int k = 0; k < space_size; ++k) row[k] = pick(crossed, neg_mul_add(kick, jump(k), row[k]), row[k]);
+        for (int k = 0; k < space_size; ++k) row[k] = select(crossed, fnma(kick, jump(k), row[k]), row[k]);
     }
 }
 
@@ -152,8 +152,8 @@ V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const Swept
     for (int r = 0; r < 2; ++r) {
         transposed(place.curvature, rows[r], by_stages[r]);
         for (int k = 0; k < space_size; ++k) {
-            seeds[r][k] = -(share * place.inverse_pace * rows[r][momentum(k)]);
-            seeds[r][momentum(k)] = share * place.inverse_pace * rows[r][k];
+            seeds[r][k] = -(share * place.inverse_rescaling * rows[r][momentum(k)]);
+            seeds[r][momentum(k)] = share * place.inverse_rescaling * rows[r][k];
         }
     }
     for (int k = 0; k < space_size; ++k) flow[k] = place.slope[momentum(k)], flow[momentum(k)] = place.slope[k];
@@ -177,8 +177,8 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
         for (int i = 0; i < phase_size; ++i) {
             s.rows[r][i] = i < space_size ? by_position[i] : V(0.0);
             for (int k = 0; k < space_size; ++k)
-                s.rows[r][i] = mul_add(by_velocity[k], s.place.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
-            seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.place.inverse_pace;
+                s.rows[r][i] = fma(by_velocity[k], s.place.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
+            seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.place.inverse_rescaling;
         }
     }
     constexpr double while_found = 8;  // the end is rounded a few times while it is found, along the ray as well
@@ -198,13 +198,13 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
 template <class V>
 void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& length, const RoundingCounts& counts, Sweep<V>& s) {
     using namespace detail;
-    const bool creased = system.kernel.creased;
+    const bool discontinuous = system.kernel.discontinuous;
     SweptPlace<V> late = s.place;
-    if (creased) {
+    if (discontinuous) {
         late = place_at(system, between(s.state, from, aside));
         carry_through(late, s.place, s.rows);
     }
-    const SweptPlace<V> early = place_at(system, creased ? between(from, s.state, aside) : from);
+    const SweptPlace<V> early = place_at(system, discontinuous ? between(from, s.state, aside) : from);
     const State<V> middle = middle_of(from, early, s.state, late, length);
     const SweptPlace<V> between_them = place_at(system, middle);
     const V of_state = V(counts.state) * reach(s.rows, s.state.y);
@@ -212,10 +212,10 @@ void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& len
     for (int r = 0; r < 2; ++r) {
         for (int i = 0; i < phase_size; ++i) rows_there[r][i] = V(0.5) * s.rows[r][i];
         carry_back(late, between_them, early, length, s.rows[r]);
-        for (int i = 0; i < phase_size; ++i) rows_there[r][i] = mul_add(V(0.5), s.rows[r][i], rows_there[r][i]);
+        for (int i = 0; i < phase_size; ++i) rows_there[r][i] = fma(V(0.5), s.rows[r][i], rows_there[r][i]);
     }
     const V of_step = of_state + roundings_of(system, middle, between_them, length, counts, rows_there);
-    s.bound = pick(abs(length) > V(0.0), s.bound + of_step, s.bound);
+    s.bound = select(abs(length) > V(0.0), s.bound + of_step, s.bound);
     s.state = from, s.place = early;
 }
 

@@ -188,10 +188,10 @@ constexpr void fuse(Tape& t, const Uses& uses) {
         const auto lone_product = [&](int k) { return t.nodes[k].op == Op::mul && !t.uniform(k) && uses.count[k] == 1; };
         if (lone_product(n.b)) {
             const Node product = t.nodes[n.b];
-            n = {n.op == Op::add ? Op::mul_add : Op::neg_mul_add, product.a, product.b, n.a, 0, false};
+            n = {n.op == Op::add ? Op::fma : Op::fnma, product.a, product.b, n.a, 0, false};
         } else if (lone_product(n.a)) {
             const Node product = t.nodes[n.a];
-            n = {n.op == Op::add ? Op::mul_add : Op::mul_sub, product.a, product.b, n.b, 0, false};
+            n = {n.op == Op::add ? Op::fma : Op::fms, product.a, product.b, n.b, 0, false};
         }
     }
 }

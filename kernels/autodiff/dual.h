@@ -56,9 +56,9 @@ struct Dual {
         const T quotient = a.value / b.value;
         return combine(quotient, T(1.0) / b.value, a, -quotient / b.value, b);
     }
-    friend constexpr Dual mul_add(const Dual& a, const Dual& b, const Dual& c) { return a * b + c; }
-    friend constexpr Dual mul_sub(const Dual& a, const Dual& b, const Dual& c) { return a * b - c; }
-    friend constexpr Dual neg_mul_add(const Dual& a, const Dual& b, const Dual& c) { return c - a * b; }
+    friend constexpr Dual fma(const Dual& a, const Dual& b, const Dual& c) { return a * b + c; }
+    friend constexpr Dual fms(const Dual& a, const Dual& b, const Dual& c) { return a * b - c; }
+    friend constexpr Dual fnma(const Dual& a, const Dual& b, const Dual& c) { return c - a * b; }
     friend constexpr Dual total_recip(const Dual& a) { return chained<operations::Recip>(total_recip(a.value), a); }
     friend constexpr Dual total_rsqrt(const Dual& a) { return chained<operations::Rsqrt>(total_rsqrt(a.value), a); }
 #define KAGERO_OPERATION(OP, OPERATION)                                                                          \
@@ -70,10 +70,10 @@ struct Dual {
 #undef KAGERO_OPERATION
     friend constexpr auto operator>=(const Dual& a, const Dual& b) { return primal(a) >= primal(b); }
     template <class Mask>
-    friend constexpr Dual pick(const Mask& m, const Dual& a, const Dual& b) {
+    friend constexpr Dual select(const Mask& m, const Dual& a, const Dual& b) {
         Dual d;
-        d.value = pick(m, a.value, b.value);
-        for (int k = 0; k < N; ++k) d.derivative[k] = pick(m, a.derivative[k], b.derivative[k]);
+        d.value = select(m, a.value, b.value);
+        for (int k = 0; k < N; ++k) d.derivative[k] = select(m, a.derivative[k], b.derivative[k]);
         return d;
     }
 
@@ -88,7 +88,7 @@ private:
     template <class F>
     static constexpr Dual function_of(const Dual& a, const Dual& b) {
         if constexpr (F::is_abbreviation) return F::value(a, b);
-        else if constexpr (requires { F::first(a, b); }) return pick(F::first(primal(a), primal(b)), a, b);
+        else if constexpr (requires { F::first(a, b); }) return select(F::first(primal(a), primal(b)), a, b);
         else if constexpr (requires { F::derivative_a(a, b, a); }) {
             const T y = F::value(a.value, b.value);
             return combine(y, F::derivative_a(a.value, b.value, y), a, F::derivative_b(a.value, b.value, y), b);

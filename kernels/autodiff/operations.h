@@ -18,7 +18,7 @@ constexpr double operations_of(const Program<Size, Outputs>& program) {
 
 /// Of the programs of a Hamiltonian that methods run.
 struct ProgramOperations {
-    double derivatives, force, velocity, survey;
+    double derivatives, force, velocity, event_functions;
     double slope = 0;  ///< ∂V/∂u in the plane of an orbit, where it is stated
 };
 

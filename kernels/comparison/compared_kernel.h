@@ -20,20 +20,20 @@ template <class System, class V, class Choose>
 constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_not) {
     SpaceKernel<V> kernel = kernel_without_steps<System, V>();
     const auto fill = [&]<int k>() {
-        using Step = typename decltype(choose.template operator()<static_cast<Kind>(k)>())::type;
-        if constexpr (std::is_void_v<Step>) {
+        using Stepper = typename decltype(choose.template operator()<static_cast<Kind>(k)>())::type;
+        if constexpr (std::is_void_v<Stepper>) {
             kernel.refusal[k] = why_not;
         } else {
-            kernel.refusal[k] = refusal<System, Step>();
-            if constexpr (!refusal<System, Step>()) add_step<System, Step>(kernel, k);
+            kernel.refusal[k] = refusal<System, Stepper>();
+            if constexpr (!refusal<System, Stepper>()) add_step<System, Stepper>(kernel, k);
         }
     };
     [&]<int... k>(std::integer_sequence<int, k...>) { (fill.template operator()<k>(), ...); }(std::make_integer_sequence<int, kind_count>{});
     return kernel;
 }
 
-template <class Step>
-using Chosen = std::type_identity<Step>;
+template <class Stepper>
+using Chosen = std::type_identity<Stepper>;
 
 struct StageSteps {
     template <Kind kind>
@@ -56,7 +56,7 @@ struct WidthSteps {
     template <Kind kind>
     constexpr auto operator()() const {
         if constexpr (kind == Kind::recipe || kind == Kind::exact_split || kind == Kind::orbit) return Chosen<void>{};
-        else return Chosen<typename StepOf<kind>::type>{};
+        else return Chosen<typename StepperOf<kind>::type>{};
     }
 };
 

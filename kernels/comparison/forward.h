@@ -50,7 +50,7 @@ KAGERO_INLINE L unit() {
 /// da·ta + db·tb over those of the two that vary.
 template <bool A, bool B, class S, class L>
 KAGERO_INLINE L combined(S da, const L& ta, S db, const L& tb) {
-    if constexpr (A && B) return mul_add(L(db), tb, L(da) * ta);
+    if constexpr (A && B) return fma(L(db), tb, L(da) * ta);
     else if constexpr (A) return L(da) * ta;
     else return L(db) * tb;
 }
@@ -69,14 +69,14 @@ KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
         return -ta;
     } else if constexpr (op == Op::mul) {
         return combined<A, B>(b, ta, a, tb);
-    } else if constexpr (op == Op::mul_add || op == Op::neg_mul_add) {
-        const S sign(op == Op::mul_add ? 1 : -1);
+    } else if constexpr (op == Op::fma || op == Op::fnma) {
+        const S sign(op == Op::fma ? 1 : -1);
         if constexpr (!C) return combined<A, B>(sign * b, ta, sign * a, tb);
         L t = tc;
-        if constexpr (A) t = mul_add(L(sign * b), ta, t);
-        if constexpr (B) t = mul_add(L(sign * a), tb, t);
+        if constexpr (A) t = fma(L(sign * b), ta, t);
+        if constexpr (B) t = fma(L(sign * a), tb, t);
         return t;
-    } else if constexpr (op == Op::mul_sub) {
+    } else if constexpr (op == Op::fms) {
         if constexpr (!A && !B) return -tc;
         else if constexpr (!C) return combined<A, B>(b, ta, a, tb);
         else return combined<A, B>(b, ta, a, tb) - tc;

@@ -74,7 +74,7 @@ struct StagesInLanes {
     static constexpr const char* refusal() { return nullptr; }
 
     template <class System, class S, int N>
-    static void begin(const System& system, Flow<S, N>& f, const Coefficients&) {
+    static void begin(const System& system, StepperState<S, N>& f, const Coefficients&) {
         PhaseGradient<S> g;
         system.derivatives(f.start, g);
         for (int k = 0; k < phase_size; ++k)
@@ -82,7 +82,7 @@ struct StagesInLanes {
     }
 
     template <class System, class S, int N>
-    static void step(const System& system, Flow<S, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<S, N>& f, const Coefficients& coefficients) {
         constexpr int width = Lanes<S, 1>::width;
         if constexpr (fixed > 0 || width >= max_stages) {
             step_in<detail::registers_for<S, fixed ? fixed : max_stages>>(system, f, coefficients);
@@ -96,7 +96,7 @@ struct StagesInLanes {
 
     /// Dense output of the step in `f`.
     template <class S, int N = default_carried>
-    static Curve<S> curve(const Flow<S, N>& f, const Coefficients& coefficients) {
+    static Curve<S> curve(const StepperState<S, N>& f, const Coefficients& coefficients) {
         const S* g = memory(f);
         const auto velocity = [g](int j) {
             return Vec3<S>{row(g, component_px)[j], row(g, component_py)[j], row(g, component_pz)[j]};
@@ -106,7 +106,7 @@ struct StagesInLanes {
 
 private:
     static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
-    /// Flow::stage by components: the derivative of component k at stage i is number 8 k + i.
+    /// StepperState::stage by components: the derivative of component k at stage i is number 8 k + i.
     template <class AnyFlow>
     KAGERO_INLINE static auto* memory(AnyFlow& f) {
         static_assert(sizeof f.stage == sizeof f.h * phase_size * max_stages);
@@ -121,21 +121,21 @@ private:
     template <class L, class S>
     KAGERO_INLINE static L sum(const S* g, const S (&columns)[max_stages][max_stages], int s) {
         L total = detail::loaded<L>(columns[0]) * L(g[0]);
-        for (int j = 1; j < s; ++j) total = mul_add(detail::loaded<L>(columns[j]), L(g[j]), total);
+        for (int j = 1; j < s; ++j) total = fma(detail::loaded<L>(columns[j]), L(g[j]), total);
         return total;
     }
     template <class L, class S, int N>
-    KAGERO_INLINE static void move(const Flow<S, N>& f, const S* g, const StageColumns<S>& columns, int s,
+    KAGERO_INLINE static void move(const StepperState<S, N>& f, const S* g, const StageColumns<S>& columns, int s,
                                    State<L>& y) {
         detail::each_component([&](int k) __attribute__((always_inline)) {
-            if (k < space_size) y.y[k] = mul_add(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
-            else y.y[k] = neg_mul_add(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
+            if (k < space_size) y.y[k] = fma(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
+            else y.y[k] = fnma(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
         });
         y.pt() = L(f.start.pt());
     }
 
     template <int R, class System, class S, int N>
-    static void step_in(const System& system, Flow<S, N>& f, const Coefficients& coefficients) {
+    static void step_in(const System& system, StepperState<S, N>& f, const Coefficients& coefficients) {
         using L = Lanes<S, R>;
         const int s = stages(coefficients);
         static_assert(lane_count<L> <= max_stages, "a row of stages would end before its register");
@@ -165,7 +165,7 @@ private:
             convergence.update(convergence.relative(abs(f.h) * detail::greatest_lane(change_q), abs(f.h) * detail::greatest_lane(change_p)));
         }
         f.solved = !convergence.open();
-        f.gradients = mul_add(iterations, S(s), f.gradients);
+        f.gradients = fma(iterations, S(s), f.gradients);
         f.open_iterations += iterations;
         if (!f.solved)
             Shared<S, N>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1,
@@ -179,15 +179,15 @@ private:
 
     /// The end of the step, as in `Gauss::finish`.
     template <class L, class System, class S, int N>
-    KAGERO_INLINE static void finish(const System& system, Flow<S, N>& f, const GaussNumbers<S>& w,
+    KAGERO_INLINE static void finish(const System& system, StepperState<S, N>& f, const GaussNumbers<S>& w,
                                      const StageColumns<S>& columns, int s, const S* g) {
         f.end.pt() = f.start.pt();
         for (int k = 0; k < phase_size; ++k) {
             const S* from = row(g, conjugate(k));
             S total = w.b[0] * from[0];
-            for (int j = 1; j < s; ++j) total = mul_add(w.b[j], from[j], total);
+            for (int j = 1; j < s; ++j) total = fma(w.b[j], from[j], total);
             const S cut_off = f.start.carry[k];
-            const S change = k < space_size ? mul_add(f.h, total, cut_off) : neg_mul_add(f.h, total, cut_off);
+            const S change = k < space_size ? fma(f.h, total, cut_off) : fnma(f.h, total, cut_off);
             f.end.y[k] = f.start.y[k] + change;
             f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }

@@ -16,7 +16,7 @@ struct Calls {
     Call<V> force, velocity;  ///< ∂K/∂q and ∂K/∂p alone (3)
     Call<V> mixed;            ///< ∂²K/∂q_i∂p_j (9, row by row)
     Call<V> derivatives;      ///< ∂K/∂(q, p), a `PhaseGradient`
-    Call<V> pace;             ///< dλ/dτ (1)
+    Call<V> time_rescaling_factor;             ///< dλ/dτ (1)
     Call<V> carried_rates;    ///< of what rays carry beside λ
 };
 /// The calls for a ray by itself.
@@ -50,9 +50,9 @@ public:
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side(calls_.velocity, s); }
     KAGERO_INLINE void mixed(const State<V>& s, V* out) const { calls_.mixed(system_, s, out); }
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const { calls_.derivatives(system_, s, out); }
-    KAGERO_INLINE V pace(const State<V>& s) const {
+    KAGERO_INLINE V time_rescaling_factor(const State<V>& s) const {
         V out;
-        calls_.pace(system_, s, &out);
+        calls_.time_rescaling_factor(system_, s, &out);
         return out;
     }
     KAGERO_INLINE void carried_rates(const State<V>& s, V* rates) const { calls_.carried_rates(system_, s, rates); }
@@ -88,7 +88,7 @@ void call_mixed(const void* system, const State<V>& s, V* out) { static_cast<con
 template <class System, class V>
 void call_derivatives(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->derivatives(s, out); }
 template <class System, class V>
-void call_pace(const void* system, const State<V>& s, V* out) { *out = static_cast<const System*>(system)->pace(s); }
+void call_time_rescaling_factor(const void* system, const State<V>& s, V* out) { *out = static_cast<const System*>(system)->time_rescaling_factor(s); }
 template <class System, class V>
 void call_carried_rates(const void* system, const State<V>& s, V* out) {
     static_cast<const System*>(system)->carried_rates(s, out);
@@ -102,7 +102,7 @@ inline constexpr Calls<V> calls_of = [] {
     if constexpr (System::force_needs_p || System::velocity_needs_q)
         calls.force = call_force<System, V>, calls.velocity = call_velocity<System, V>, calls.mixed = call_mixed<System, V>;
     if constexpr (is_called<System>())
-        calls.derivatives = call_derivatives<System, V>, calls.pace = call_pace<System, V>;
+        calls.derivatives = call_derivatives<System, V>, calls.time_rescaling_factor = call_time_rescaling_factor<System, V>;
     if constexpr (carried_in<System>() > 1) calls.carried_rates = call_carried_rates<System, V>;
     return calls;
 }();

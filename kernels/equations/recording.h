@@ -17,17 +17,17 @@ template <class H>
 concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q, q, 1.0); };
 /// H is not smooth where `surface` is zero.
 template <class H>
-concept Creased = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::surface(k, q); };
+concept HasDiscontinuity = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::switching_function(k, q); };
 /// Bounds the length of steps.
 template <class H>
-concept Scaled = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::length_scale(k, q); };
+concept BoundsSteps = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::max_step_length(k, q); };
 /// States H as a sum of two parts, the paper's H_A and H_B (eq. 10).
 template <class H>
 concept Parted = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::part_a(k, q, q, 1.0); };
 /// States the exact flow of H − ½(|p|² − p_t²).
 template <class H>
 concept ExactlySplit =
-    requires(const typename H::template Parameters<double>& k, Vec3<double>& q) { H::flow_of_rest(k, q, q, 1.0, 1.0); };
+    requires(const typename H::template Parameters<double>& k, Vec3<double>& q) { H::remainder_flow(k, q, q, 1.0, 1.0); };
 /// States V(u) of the motion in the plane of an orbit, ½ (du/dφ)² + V(u) with u = 1/r.
 template <class H>
 concept Orbiting =
@@ -36,7 +36,7 @@ template <class H>
 concept Delaying = requires(const typename H::template Parameters<double>& k) { H::orbit_delay(k, 1.0); };
 /// Joins a second universe to this one.
 template <class H>
-concept FarSided = requires(const typename H::template Parameters<double>& k) { H::far_side(k); };
+concept TwoSheeted = requires(const typename H::template Parameters<double>& k) { H::throat_radius(k); };
 template <class H>
 concept SometimesStraight = requires(const typename H::template Parameters<double>& k) { H::straight(k); };
 
@@ -107,15 +107,15 @@ constexpr int momentum_times_velocity(Tape& t, const StateNodes& input, const Gr
     return t.add(t.add(product(component_px), product(component_py)), product(component_pz));
 }
 
-/// Where the numbers of a `Survey` stand in what its program returns.
-enum SurveyPlace { survey_velocity = 0, survey_excess = 3, survey_size, survey_terms, survey_domain, survey_captured, survey_side, survey_scale, surveyed };
+/// Where the numbers of a `EventFunctions` stand in what its program returns.
+enum EventFunctionIndex { index_velocity = 0, index_excess = 3, index_size, index_terms, index_domain, index_captured, index_switching, index_max_step_length, event_function_count };
 
-/// The nodes of a survey on a tape; of what a Hamiltonian does not state, the number 1.
-constexpr std::array<int, surveyed> record_survey(Tape& t, const StateNodes& input, int hamiltonian, int pace,
+/// The nodes of a event_functions on a tape; of what a Hamiltonian does not state, the number 1.
+constexpr std::array<int, event_function_count> record_event_functions(Tape& t, const StateNodes& input, int hamiltonian, int rescaling,
                                                   double level, const GradientNodes& gradient) {
     const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
     const auto size = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
-    const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(pace, t.constant(level)), one = t.constant(1);
+    const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(rescaling, t.constant(level)), one = t.constant(1);
     const int squares = t.mul(square(input[component_px], input[component_py], input[component_pz]),
                               square(gradient[component_px], gradient[component_py], gradient[component_pz]));
     return {gradient[component_px], gradient[component_py], gradient[component_pz], hamiltonian,
@@ -125,13 +125,13 @@ constexpr std::array<int, surveyed> record_survey(Tape& t, const StateNodes& inp
 /// … and what a Hamiltonian states of the ends of steps.
 template <class H>
 constexpr void record_ends(Tape& t, const Leaves<H>& x, const GradientNodes& gradient,
-                           std::array<int, surveyed>& survey) {
+                           std::array<int, event_function_count>& event_functions) {
     const Vec3<Recorded> velocity = recorded_second(t, gradient);
-    if constexpr (Bounded<H>) survey[survey_domain] = H::domain(x.parameters(), x.q).on(t);
+    if constexpr (Bounded<H>) event_functions[index_domain] = H::domain(x.parameters(), x.q).on(t);
     if constexpr (Capturing<H>)
-        survey[survey_captured] = H::captured(x.parameters(), x.q, x.p, velocity, x.pt(t)).on(t);
-    if constexpr (Creased<H>) survey[survey_side] = H::surface(x.parameters(), x.q).on(t);
-    if constexpr (Scaled<H>) survey[survey_scale] = H::length_scale(x.parameters(), x.q).on(t);
+        event_functions[index_captured] = H::captured(x.parameters(), x.q, x.p, velocity, x.pt(t)).on(t);
+    if constexpr (HasDiscontinuity<H>) event_functions[index_switching] = H::switching_function(x.parameters(), x.q).on(t);
+    if constexpr (BoundsSteps<H>) event_functions[index_max_step_length] = H::max_step_length(x.parameters(), x.q).on(t);
 }
 
 /// The gradient by x y z px py pz.
@@ -147,45 +147,45 @@ inline constexpr Varying kick_varies{component_px, phase_size}, drift_varies{com
 
 /// Everything the programs of a Hamiltonian are cut from: one tape, recorded once by the compiler.
 template <class H, bool Rescaled>
-struct Master {
+struct HamiltonianTape {
     Tape tape{};
     GradientNodes gradient{};     ///< ∂K/∂(x y z px py pz)
     std::array<int, 1> energy{};  ///< H − H0; filled in only where not Rescaled
-    std::array<int, 1> pace{};    ///< Ω
-    std::array<int, surveyed> survey{};
+    std::array<int, 1> time_rescaling_factor{};    ///< Ω
+    std::array<int, event_function_count> event_functions{};
 
-    constexpr Master() {
+    constexpr HamiltonianTape() {
         Tape& t = tape;
         const Recording<H> r(t);
         const int k = r.hamiltonian(t, Rescaled);
         gradient = record_derivatives(t, k, r.input);
-        pace = {r.rescale};
-        survey = record_survey(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
+        time_rescaling_factor = {r.rescale};
+        event_functions = record_event_functions(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
         if constexpr (!Rescaled) energy = {r.energy};
-        record_ends<H>(t, r, gradient, survey);
+        record_ends<H>(t, r, gradient, event_functions);
     }
     constexpr VectorNodes side(Component from) const {
         return {gradient[from], gradient[from + 1], gradient[from + 2]};
     }
 };
 template <class H, bool Rescaled>
-inline constexpr Master<H, Rescaled> master{};
+inline constexpr HamiltonianTape<H, Rescaled> hamiltonian_tape{};
 
 /// The programs.
 template <class H, bool Rescaled>
-inline constexpr auto derivatives_program = extract<master<H, Rescaled>, master<H, Rescaled>.gradient>();
+inline constexpr auto derivatives_program = extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
 inline constexpr auto force_program =
-    extract<master<H, Rescaled>, master<H, Rescaled>.side(component_x), kick_varies>();
+    extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.side(component_x), kick_varies>();
 template <class H, bool Rescaled>
 inline constexpr auto velocity_program =
-    extract<master<H, Rescaled>, master<H, Rescaled>.side(component_px), drift_varies>();
+    extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.side(component_px), drift_varies>();
 template <class H>
-inline constexpr auto energy_program = extract<master<H, false>, master<H, false>.energy>();
+inline constexpr auto energy_program = extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.energy>();
 template <class H>
-inline constexpr auto rescale_program = extract<master<H, false>, master<H, false>.pace>();
+inline constexpr auto rescale_program = extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.time_rescaling_factor>();
 template <class H, bool Rescaled>
-inline constexpr auto survey_program = extract<master<H, Rescaled>, master<H, Rescaled>.survey>();
+inline constexpr auto event_functions_program = extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.event_functions>();
 
 /// One part of a Hamiltonian as a Hamiltonian of its own.
 template <class H, bool second>

@@ -15,21 +15,21 @@ namespace kagero {
 
 /// What the tracing loop looks at wherever a step ends.
 template <class V>
-struct Survey {
+struct EventFunctions {
     Vec3<V> velocity;  ///< ∂K/∂p
     V excess, size;    ///< K, and |p·∂K/∂p| + |Ω H0|
     V terms;           ///< |p|²|∂K/∂p|² + (Ω H0)², which vanishes for no ray
     V domain;          ///< ≤ 0 beyond the edge of the medium
     V captured;        ///< ≤ 0 where a ray is captured
-    V side;            ///< changes sign where H is not smooth
-    V scale;           ///< no step from here may be longer
+    V switching;            ///< changes sign where H is not smooth
+    V max_step_length;           ///< no step from here may be longer
 };
 
 /// … from what its program returns.
 template <class V>
-KAGERO_INLINE Survey<V> survey_of(const V* out) {
-    return {{out[survey_velocity], out[survey_velocity + 1], out[survey_velocity + 2]}, out[survey_excess], out[survey_size],
-            out[survey_terms], out[survey_domain], out[survey_captured], out[survey_side], out[survey_scale]};
+KAGERO_INLINE EventFunctions<V> event_functions_of(const V* out) {
+    return {{out[index_velocity], out[index_velocity + 1], out[index_velocity + 2]}, out[index_excess], out[index_size],
+            out[index_terms], out[index_domain], out[index_captured], out[index_switching], out[index_max_step_length]};
 }
 
 /// Some of the three axes.
@@ -201,26 +201,26 @@ class System : public Sides<H, Rescaled, S> {
     static_assert(!Rescaled || Rescalable<H>);
     using Base = Sides<H, Rescaled, S>;
     static constexpr const auto& derivatives_ = derivatives_program<H, Rescaled>;
-    static constexpr const auto& survey_ = survey_program<H, Rescaled>;
+    static constexpr const auto& event_functions_ = event_functions_program<H, Rescaled>;
 
 public:
     using Hamiltonian = H;
     static constexpr bool rescaled = Rescaled;
     /// Steps in it are compiled for all such systems together (called_system.h).
     static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::longest_unrolled;
-    /// What of a survey is more than the number 1.
-    static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, creased = Creased<H>, scaled = Scaled<H>;
+    /// What of a event_functions is more than the number 1.
+    static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, discontinuous = HasDiscontinuity<H>, bounds_steps = BoundsSteps<H>;
 
     static constexpr ProgramOperations operations = [] {
         ProgramOperations o{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
-                            operations_of(velocity_program<H, Rescaled>), operations_of(survey_)};
+                            operations_of(velocity_program<H, Rescaled>), operations_of(event_functions_)};
         if constexpr (Orbiting<H>) o.slope = operations_of(force_program<OrbitPlane<H>, false>);
         return o;
     }();
 
     explicit System(const double* parameters)
         : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters), energy_u_(parameters),
-          rescale_u_(parameters), survey_u_(parameters) {}
+          rescale_u_(parameters), event_functions_u_(parameters) {}
     /// H0.
     static constexpr S level() { return S(H::level); }
     const auto& part_a() const requires Parted<H> { return parts_.a; }
@@ -270,14 +270,14 @@ public:
         return out[0];
     }
     template <class V>
-    KAGERO_INLINE Survey<V> survey(const State<V>& s) const {
-        V out[surveyed];
-        run<survey_>(survey_u_.values, s.y, out);
-        return survey_of(out);
+    KAGERO_INLINE EventFunctions<V> event_functions(const State<V>& s) const {
+        V out[event_function_count];
+        run<event_functions_>(event_functions_u_.values, s.y, out);
+        return event_functions_of(out);
     }
     /// dλ/dτ at the position in s.
     template <class V>
-    KAGERO_INLINE V pace(const State<V>& s) const {
+    KAGERO_INLINE V time_rescaling_factor(const State<V>& s) const {
         V out[1] = {V(S(1))};
         if constexpr (Rescaled) run<rescale_program<H>>(rescale_u_.values, s.y, out);
         return out[0];
@@ -309,7 +309,7 @@ private:
     Uniforms<derivatives_program<H, Rescaled>, S> derivatives_u_;
     Uniforms<energy_program<H>, S> energy_u_;
     Uniforms<rescale_program<H>, S> rescale_u_;
-    Uniforms<survey_program<H, Rescaled>, S> survey_u_;
+    Uniforms<event_functions_program<H, Rescaled>, S> event_functions_u_;
 };
 
 }  // namespace kagero

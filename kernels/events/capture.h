@@ -13,7 +13,7 @@ struct Capture : ValueEvent<Capture> {
     template <class V>
     static bool exists(const Task<V>& task) { return task.kernel.capturing; }
     template <class V>
-    KAGERO_INLINE static V value(const Waypoint<V>&, const Waypoint<V>& at) { return at.captured; }
+    KAGERO_INLINE static V value(const RayState<V>&, const RayState<V>& at) { return at.captured; }
 };
 
 }  // namespace kagero

@@ -13,7 +13,7 @@ struct DeferredEvents {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
-    Flow<V> step;             ///< the steps of deferred lanes, and of others something harmless
+    StepperState<V> step;             ///< the steps of deferred lanes, and of others something harmless
     Curve<V> curve;           ///< their dense output, if the method has its own; else the refiner makes it
     std::uint64_t lanes = 0;  ///< lanes with an event
     LanesOfEvents<Events> lanes_of;   ///< … by event
@@ -40,7 +40,7 @@ struct DeferredEvents {
     }
     /// Adds an event between the start of the step and the state `beyond` it, at a fraction of the step.
     template <class Event>
-    void defer_before(const Task<V>& task, std::uint64_t added, const Waypoint<V>& start, const Waypoint<V>& beyond, const V& fraction) {
+    void defer_before(const Task<V>& task, std::uint64_t added, const RayState<V>& start, const RayState<V>& beyond, const V& fraction) {
         lanes_of.template of<Event>() |= added;
         if constexpr (HasLevel<Event, V>) {
             const Level<V> at = Event::level(task);
@@ -51,21 +51,21 @@ struct DeferredEvents {
         }
     }
     /// Stores the steps of lanes that were added.
-    void take(const Task<V>& task, const Flow<V>& from, std::uint64_t added) {
-        Leg<V>& stored = step;
+    void take(const Task<V>& task, const StepperState<V>& from, std::uint64_t added) {
+        Step<V>& stored = step;
         if (lanes == added) stored = from;  // every other lane of it is harmless
         else stored.take(from, from_bits<V>(added));
         if (!task.own_curve) return;
         const Curve<V> own = task.curve(from);
         curve.degree = own.degree;
-        for (int i = 0; i <= own.degree; ++i) curve.point[i] = pick<V>(from_bits<V>(added), own.point[i], curve.point[i]);
+        for (int i = 0; i <= own.degree; ++i) curve.point[i] = select<V>(from_bits<V>(added), own.point[i], curve.point[i]);
     }
 
 private:
     void set(std::uint64_t added, const Level<V>& at, const V& from, const V& to, const V& probably) {
         const MaskOf<V> here = from_bits<V>(added);
         level.take(here, at);
-        lo = pick(here, from, lo), hi = pick(here, to, hi), guess = pick(here, probably, guess);
+        lo = select(here, from, lo), hi = select(here, to, hi), guess = select(here, probably, guess);
         lanes |= added;
     }
 };

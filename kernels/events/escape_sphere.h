@@ -43,26 +43,26 @@ struct SphereEvent {
     }
 
     template <class V>
-    KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Leg<V>& step, const V&) { return is_reached(task, step.end.q()); }
+    KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Step<V>& step, const V&) { return is_reached(task, step.end.q()); }
     /// A ray that comes in from beyond the sphere does not leave through it on its way in.
     template <class V>
-    static MaskOf<V> crossed(const Task<V>& task, const Leg<V>& step) {
+    static MaskOf<V> crossed(const Task<V>& task, const Step<V>& step) {
         const Vec3<V> q = step.end.q();
         return is_reached(task, q) & (moves_outward(q, step.end.velocity) | !is_beyond(task, step.start.q()));
     }
     template <class V>
-    static MaskOf<V> starts_beyond(const Task<V>& task, const Waypoint<V>& start) { return has_left(task, start.q(), start.velocity); }
+    static MaskOf<V> starts_beyond(const Task<V>& task, const RayState<V>& start) { return has_left(task, start.q(), start.velocity); }
 
     template <class V>
     static Level<V> level(const Task<V>& task) { return sphere_level(V(radius(task))); }
     /// Whether a refined ray moves back into the scene, so that it must have left earlier.
     template <class V>
-    static MaskOf<V> moves_back(const Waypoint<V>& at) {
+    static MaskOf<V> moves_back(const RayState<V>& at) {
         const V rate = dot(at.q(), at.velocity);
         return (inner ? -rate : rate) < V(ScalarOf<V>(0));
     }
     template <class V>
-    static MaskOf<V> crossed_before(const Task<V>& task, const Waypoint<V>& start, const Waypoint<V>& at) {
+    static MaskOf<V> crossed_before(const Task<V>& task, const RayState<V>& start, const RayState<V>& at) {
         using S = ScalarOf<V>;
         constexpr S doubt = ValueEvent<SphereEvent>::template beyond_rounding<S>;
         const Vec3<V> a = start.q(), q = at.q();
@@ -95,7 +95,7 @@ struct Excursion {
 
 /// Those of `lanes` that leave the escape sphere during their step and come back. They turn inward during the step.
 template <class V>
-std::uint64_t find_excursions(const Task<V>& task, const Flow<V>& step, std::uint64_t lanes, Excursion<V>& excursion) {
+std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, std::uint64_t lanes, Excursion<V>& excursion) {
     using S = ScalarOf<V>;
     const V radius2 = EscapeSphere::squared_radius(task), zero(S(0)), one(S(1)), half(S(0.5));
     const Vec3<V> a = step.start.q(), b = step.end.q();
@@ -109,7 +109,7 @@ std::uint64_t find_excursions(const Task<V>& task, const Flow<V>& step, std::uin
         for (int i = 0; i < 12; ++i) {
             const V middle = half * (before + behind);
             const MaskOf<V> still = is_before(middle);
-            before = pick(still, middle, before), behind = pick(still, behind, middle);
+            before = select(still, middle, before), behind = select(still, behind, middle);
         }
         return behind;
     };

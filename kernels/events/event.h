@@ -41,17 +41,17 @@ struct ValueEvent {
     static constexpr bool certain = false;
 
     template <class V>
-    KAGERO_INLINE static MaskOf<V> possible(const Task<V>&, const Leg<V>& step, const V&) {
+    KAGERO_INLINE static MaskOf<V> possible(const Task<V>&, const Step<V>& step, const V&) {
         return !(Event::value(step.start, step.end) > V(ScalarOf<V>(0)));
     }
     template <class V>
-    KAGERO_INLINE static MaskOf<V> crossed(const Task<V>&, const Leg<V>& step) {
+    KAGERO_INLINE static MaskOf<V> crossed(const Task<V>&, const Step<V>& step) {
         return Event::value(step.start, step.end) <= V(ScalarOf<V>(0));
     }
     template <class V>
-    static MaskOf<V> starts_beyond(const Task<V>&, const Waypoint<V>& start) { return Event::value(start, start) <= V(ScalarOf<V>(0)); }
+    static MaskOf<V> starts_beyond(const Task<V>&, const RayState<V>& start) { return Event::value(start, start) <= V(ScalarOf<V>(0)); }
     template <class V>
-    static MaskOf<V> crossed_before(const Task<V>&, const Waypoint<V>& start, const Waypoint<V>& at) {
+    static MaskOf<V> crossed_before(const Task<V>&, const RayState<V>& start, const RayState<V>& at) {
         return Event::value(start, at) < V(-beyond_rounding<ScalarOf<V>>) * abs(Event::value(start, start));
     }
 
@@ -61,7 +61,7 @@ struct ValueEvent {
 };
 
 template <class Event, class V>
-concept HasValue = requires(const Waypoint<V>& at) { Event::value(at, at); };
+concept HasValue = requires(const RayState<V>& at) { Event::value(at, at); };
 template <class Event, class V>
 concept HasLevel = requires(const Task<V>& task) { Event::level(task); };
 

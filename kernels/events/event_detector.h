@@ -40,13 +40,13 @@ public:
         if (scene_) scene_->return_to_start(lanes);
     }
     /// The steps of `lanes` begin at `start`.
-    void set_out(const Waypoint<V>& start, std::uint64_t lanes) {
+    void set_out(const RayState<V>& start, std::uint64_t lanes) {
         const std::uint64_t outward = to_bits(dot(start.q(), start.velocity) > V(S(0)));
         outward_ = (outward_ & ~lanes) | (outward & lanes);
     }
 
     /// Tests the step of lanes `moving`, after which they have taken `steps` steps. Events within the step go to `deferred`.
-    Detected<Events> detect(const Flow<V>& step, std::uint64_t moving, const V& steps, DeferredEvents<V, Events>& deferred) {
+    Detected<Events> detect(const StepperState<V>& step, std::uint64_t moving, const V& steps, DeferredEvents<V, Events>& deferred) {
         Detected<Events> found;
         const std::uint64_t outward = to_bits(dot(step.end.q(), step.end.velocity) > V(S(0)));
         Excursion<V> excursion;
@@ -68,7 +68,7 @@ public:
 
 private:
     /// The lanes of `moving` for which the quick test of some event succeeds.
-    KAGERO_INLINE std::uint64_t possible_events(const Leg<V>& step, std::uint64_t moving, const V& steps) const {
+    KAGERO_INLINE std::uint64_t possible_events(const Step<V>& step, std::uint64_t moving, const V& steps) const {
         MaskOf<V> possible = never<V>();
         Events::each([&]<class Event>() __attribute__((always_inline)) {
             if constexpr (requires { Event::possible(task_, step, steps); })
@@ -77,7 +77,7 @@ private:
         return moving & to_bits(possible);
     }
     /// Events that are found by the end of the step, in the order of the list.
-    void find_crossed(const Leg<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
+    void find_crossed(const Step<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::possible(task_, step, steps); }) {
                 if (!open || !Event::exists(task_)) return;
@@ -94,13 +94,13 @@ private:
         });
     }
     template <class Event>
-    MaskOf<V> crossed(const Leg<V>& step, const V& steps) const {
+    MaskOf<V> crossed(const Step<V>& step, const V& steps) const {
         if constexpr (requires { Event::crossed(task_, step); }) return Event::crossed(task_, step);
         else return Event::possible(task_, step, steps);
     }
 
     /// Hits, except those beyond an escape sphere; returns those that count.
-    std::uint64_t defer_hits(const Flow<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
+    std::uint64_t defer_hits(const StepperState<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
         const SurfaceHits<V>& hits = scene_->hits;
         const Curve<V> curve = task_.curve(step);
         const Vec3<V> a = curve.at(hits.from), b = curve.at(hits.to);
@@ -108,7 +108,7 @@ private:
         if (!lanes) return 0;
         const Level<V> levels = scene_->levels(lanes);
         const V fraction = chord_fraction(levels, a, b, hits.t);
-        deferred.template defer<SurfaceHit>(lanes, levels, hits.from, hits.to, mul_add(hits.to - hits.from, fraction, hits.from));
+        deferred.template defer<SurfaceHit>(lanes, levels, hits.from, hits.to, fma(hits.to - hits.from, fraction, hits.from));
         for (const int i : lanes_in(lanes)) {
             KAGERO_ASSERT(hits.surface[i] < task_.job.geometry->surface_count);
             deferred.surface[i] = hits.surface[i], deferred.primitive[i] = hits.primitive[i];

@@ -17,7 +17,7 @@ class EventRefiner {
 
 public:
     DeferredEvents<V, Events> deferred;   ///< after `refine`, deferred.step.end is where the rays are
-    Leg<V> whole;                 ///< after `refine`, the whole steps
+    Step<V> whole;                 ///< after `refine`, the whole steps
     std::uint64_t lost = 0;       ///< lanes whose partial step fails or never arrives: their whole step was far too long
     std::uint64_t unrefined = 0;  ///< lanes whose place is only that of the chord
 
@@ -27,8 +27,8 @@ public:
     void refine() {
         DeferredEvents<V, Events>& d = deferred;
         const MaskOf<V> mask = from_bits<V>(d.lanes);
-        d.guess = pick(mask, d.guess, V(S(0)));
-        const V full = pick(mask, d.step.h, V(S(0)));
+        d.guess = select(mask, d.guess, V(S(0)));
+        const V full = select(mask, d.step.h, V(S(0)));
         d.step.h = full;
         whole = d.step;
         lost = unrefined = lossy_ = 0;
@@ -68,9 +68,9 @@ public:
         deferred.clear();
         const std::uint64_t lanes = earlier.all();
         if (!lanes) return;
-        const Waypoint<V> beyond = deferred.step.end;
+        const RayState<V> beyond = deferred.step.end;
         const V fraction = deferred.guess;
-        Leg<V>& step = deferred.step;
+        Step<V>& step = deferred.step;
         step.take(whole, from_bits<V>(lanes));
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); })
@@ -98,11 +98,11 @@ private:
         return lanes;
     }
     /// Each lane's value of its own event.
-    V value_at(const Waypoint<V>& at) const {
+    V value_at(const RayState<V>& at) const {
         V value(S(1));
         Events::each([&]<class Event>() {
             if constexpr (HasValue<Event, V>)
-                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>()) value = pick(from_bits<V>(lanes), Event::value(whole.start, at), value);
+                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>()) value = select(from_bits<V>(lanes), Event::value(whole.start, at), value);
         });
         return value;
     }
@@ -121,7 +121,7 @@ private:
         MaskOf<V> open = lanes;
         for (int i = 0; i < 3 && any(open); ++i) {
             const V next = s - dot(d.curve.at(s) - on_chord, piece) / dot(d.curve.slope(s), piece), last = s;
-            s = pick(open & is_finite(next), min(max(next, d.lo), d.hi), s);
+            s = select(open & is_finite(next), min(max(next, d.lo), d.hi), s);
             open = open & (abs(s - last) > V(settled) * (d.hi - d.lo));
         }
         return s;
@@ -141,17 +141,17 @@ private:
             const Vec3<V> q = d.curve.at(s);
             const V value = d.level.value(q), next = s + d.level.way(q, d.curve.slope(s), falling_).length;
             const MaskOf<V> short_of = side * value > V(S(0));
-            before = pick(short_of, s, before), behind = pick(short_of, behind, s);
-            const V middle = half * (before + behind), between = pick((next >= before - close) & (next <= behind + close), next, middle);
-            const V free = pick(is_finite(next), min(max(next, least), greatest), s), last = s;
-            s = pick(open, pick(crossing, between, free), s);
+            before = select(short_of, s, before), behind = select(short_of, behind, s);
+            const V middle = half * (before + behind), between = select((next >= before - close) & (next <= behind + close), next, middle);
+            const V free = select(is_finite(next), min(max(next, least), greatest), s), last = s;
+            s = select(open, select(crossing, between, free), s);
             // Without places on both sides, three steps have to do.
             open = open & (abs(s - last) > V(settled) * length);
             if (i >= 2) open = open & crossing;
         }
         const MaskOf<V> inside = (s > least) & (s < greatest);
         unrefined = to_bits(smooth & !inside);
-        d.guess = pick(smooth & inside, s, d.guess);
+        d.guess = select(smooth & inside, s, d.guess);
     }
 
     /// A partial step to where the surface should be, and Newton's corrections from there, towards the side of a ball that was hit. The step
@@ -164,12 +164,12 @@ private:
     /// of what it conserves, and therefore takes the correction step in double.
     void refine_by_level(const MaskOf<V>& mask, const MaskOf<V>& by_value, const V& full) {
         DeferredEvents<V, Events>& d = deferred;
-        Flow<V>& step = d.step;
+        StepperState<V>& step = d.step;
         const V zero(S(0)), close = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), V(S(4)) * last_place(full)), close_at_once = at_once(close);
         const MaskOf<V> all = mask & !by_value;
         MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);
-        Arrival<V> arrived = step;
-        step.h = pick(by_value, zero, d.guess * full);
+        StepEnd<V> arrived = step;
+        step.h = select(by_value, zero, d.guess * full);
         if (!task_.resumes) task_.begin(step);
         for (int i = 0; i < max_corrections; ++i) {
             if (i == 0) task_.step(step);
@@ -179,20 +179,20 @@ private:
             const V s = max(min(d.guess + rest / full, V(greatest_fraction)), V(least_fraction));
             MaskOf<V> usable = step.solved & is_finite(rest) & is_finite(sum_of_momenta(step.end));
             if (i >= 2) usable = usable & !misses;  // from far off the surface, the tangent of a ray may miss it
-            if (step.test_energy) lossy_ |= to_bits(open & usable & !step.energy_holds);
+            if (step.options.test_energy) lossy_ |= to_bits(open & usable & !step.energy_holds);
             lost |= to_bits(open & !usable) | lossy_;
             open = open & usable & !from_bits<V>(lossy_);
             const MaskOf<V> there = open & !misses & (abs(s - d.guess) <= (i > 0 ? close : close_at_once));
             if (any(there)) extrapolate(arrived, (s - d.guess) * full, there);
-            d.guess = pick(there, s, d.guess), open = open & !there;
+            d.guess = select(there, s, d.guess), open = open & !there;
             if (!any(open)) break;
             task_.begin_next(step, mask);
             moving = open;
-            step.h = pick(open, (s - d.guess) * full, zero);
-            d.guess = pick(open, s, d.guess);
+            step.h = select(open, (s - d.guess) * full, zero);
+            d.guess = select(open, s, d.guess);
         }
         lost |= to_bits(open);
-        static_cast<Arrival<V>&>(step).take(arrived, mask);
+        static_cast<StepEnd<V>&>(step).take(arrived, mask);
     }
     V at_once(const V& close) const {
         const IntegratorInfo& method = task_.method.info;
@@ -208,20 +208,20 @@ private:
         const Vec3<V> q = deferred.step.end.q(), &v = whole.start.velocity;
         const V far = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
         const V place = V(machine_epsilon<S>) * far / (speed * abs(full));
-        return pick(is_finite(place), place, V(S(0)));
+        return select(is_finite(place), place, V(S(0)));
     }
 
     /// Moves rays by a small length beyond the last step: positions by the velocity at its end, as it changed in the step, everything else at
     /// the rate of the step; no farther than the step itself, or roundings would be magnified.
-    void extrapolate(Arrival<V>& arrived, const V& length, const MaskOf<V>& lanes) {
-        const Flow<V>& step = deferred.step;
+    void extrapolate(StepEnd<V>& arrived, const V& length, const MaskOf<V>& lanes) {
+        const StepperState<V>& step = deferred.step;
         const Level<V>& level = deferred.level;
-        const V one(S(1)), zero(S(0)), left = pick(lanes, length, zero);
-        const V share = pick(lanes & (abs(step.h) > zero), max(min(left / step.h, one), -one), zero);
+        const V one(S(1)), zero(S(0)), left = select(lanes, length, zero);
+        const V share = select(lanes & (abs(step.h) > zero), max(min(left / step.h, one), -one), zero);
         const Vec3<V> mean = advance(step.end.velocity, V(S(0.5)) * share, step.end.velocity - step.start.velocity);
         const Vec3<V> q = advance(arrived.end.q(), left, mean);
-        const V beside = level.value(q) / level.slope(q, step.end.velocity), way = pick(lanes & is_finite(beside), left - beside, left);
-        const auto further = [&](const V& from, const V& to, V& end) { end = mul_add(share, to - from, end); };
+        const V beside = level.value(q) / level.slope(q, step.end.velocity), way = select(lanes & is_finite(beside), left - beside, left);
+        const auto further = [&](const V& from, const V& to, V& end) { end = fma(share, to - from, end); };
         arrived.end.set(advance(arrived.end.q(), way, mean), arrived.end.p());
         for (int k = 0; k < space_size; ++k) further(step.start.y[momentum(k)], step.end.y[momentum(k)], arrived.end.y[momentum(k)]);
         further(step.start.velocity.x, step.end.velocity.x, arrived.end.velocity.x);
@@ -235,31 +235,31 @@ private:
     /// close, or else the step is discontinuous there. Other lanes keep their end.
     void refine_by_value(const MaskOf<V>& lanes, const V& full) {
         DeferredEvents<V, Events>& d = deferred;
-        Flow<V>& step = d.step;
+        StepperState<V>& step = d.step;
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         MaskOf<V> open = lanes;
-        V last_s(zero), last_value = value_at(step.start), before(zero), after = pick(lanes, d.hi, V(S(1))), reach = close;
+        V last_s(zero), last_value = value_at(step.start), before(zero), after = select(lanes, d.hi, V(S(1))), reach = close;
         for (int i = 0; i < max_corrections; ++i) {
             if (!task_.resumes) task_.begin(step);  // every time: the result of a lane must not depend on how long others take
-            step.h = pick(lanes, d.guess * full, zero);
+            step.h = select(lanes, d.guess * full, zero);
             const V gradients = step.gradients;
             task_.step(step);
-            step.gradients = pick(open, step.gradients, gradients);
+            step.gradients = select(open, step.gradients, gradients);
             const V value = value_at(step.end), secant = d.guess - value * (d.guess - last_s) / (value - last_value);
-            before = pick(value > zero, d.guess, before), after = pick(value > zero, after, d.guess);
+            before = select(value > zero, d.guess, before), after = select(value > zero, after, d.guess);
             const MaskOf<V> resting = abs(secant - d.guess) < reach;
-            const V farther = pick(resting, d.guess + pick(value > zero, reach, -reach), secant);
-            reach = pick(resting, V(S(4)) * reach, reach);  // where roundings hide on which side a place is
-            const V next = pick((farther > before) & (farther <= after), farther, V(S(0.5)) * (before + after));
+            const V farther = select(resting, d.guess + select(value > zero, reach, -reach), secant);
+            reach = select(resting, V(S(4)) * reach, reach);  // where roundings hide on which side a place is
+            const V next = select((farther > before) & (farther <= after), farther, V(S(0.5)) * (before + after));
             last_s = d.guess, last_value = value;
             const MaskOf<V> usable = is_finite(next) & is_finite(sum_of_momenta(step.end));
             lost |= to_bits(open & !usable);
             open = open & usable & (after - before > V(S(2)) * reach);
             if (!any(open)) break;
             if (i + 1 == max_corrections) lost |= to_bits(open & (after - before > V(discontinuous) * close));
-            else d.guess = pick(open, next, d.guess);
+            else d.guess = select(open, next, d.guess);
         }
-        if (step.test_energy) lost |= to_bits(lanes & !(step.solved & step.energy_holds));
+        if (step.options.test_energy) lost |= to_bits(lanes & !(step.solved & step.energy_holds));
         end_certain_events();
         task_.begin_next(step, lanes);
     }
@@ -269,7 +269,7 @@ private:
             if constexpr (HasValue<Event, V>) {
                 if (!Event::certain) return;
                 const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & lost;
-                static_cast<Arrival<V>&>(deferred.step).take(whole, from_bits<V>(lanes));
+                static_cast<StepEnd<V>&>(deferred.step).take(whole, from_bits<V>(lanes));
                 lost &= ~lanes;
             }
         });
@@ -283,9 +283,9 @@ private:
         const V closest = nearest_on_curve(found, from_bits<V>(lanes), on_chord, piece), away = d.level.value(d.curve.at(closest)), near(grazes);
         const std::uint64_t grazing = lanes & to_bits(away * away <= near * near * dot(way, way));
         const MaskOf<V> here = from_bits<V>(grazing);
-        d.guess = pick(here, closest, d.guess);
+        d.guess = select(here, closest, d.guess);
         interpolate(here);
-        d.step.end.set(pick<V>(here, on_chord, d.step.end.q()), d.step.end.p());
+        d.step.end.set(select<V>(here, on_chord, d.step.end.q()), d.step.end.p());
         unrefined |= grazing;
         lost &= ~grazing;
     }
@@ -293,11 +293,11 @@ private:
     /// Moves rays along the chord of the whole step.
     void interpolate(const MaskOf<V>& mask) {
         const V& s = deferred.guess;
-        Waypoint<V>& end = deferred.step.end;
+        RayState<V>& end = deferred.step.end;
         const Vec3<V> way = whole.end.q() - whole.start.q();
-        for (int k = 0; k < phase_size; ++k) end.y[k] = pick(mask, mul_add(s, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), end.y[k]);
-        end.parameter = pick(mask, mul_add(s, whole.end.parameter - whole.start.parameter, whole.start.parameter), end.parameter);
-        end.velocity = pick<V>(mask, way, end.velocity);
+        for (int k = 0; k < phase_size; ++k) end.y[k] = select(mask, fma(s, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), end.y[k]);
+        end.parameter = select(mask, fma(s, whole.end.parameter - whole.start.parameter, whole.start.parameter), end.parameter);
+        end.velocity = select<V>(mask, way, end.velocity);
     }
 
     static constexpr int max_corrections = 30;

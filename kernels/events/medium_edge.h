@@ -11,7 +11,7 @@ struct MediumEdge : ValueEvent<MediumEdge> {
     template <class V>
     static bool exists(const Task<V>& task) { return task.kernel.bounded; }
     template <class V>
-    KAGERO_INLINE static V value(const Waypoint<V>&, const Waypoint<V>& at) { return at.domain; }
+    KAGERO_INLINE static V value(const RayState<V>&, const RayState<V>& at) { return at.domain; }
 };
 
 }  // namespace kagero

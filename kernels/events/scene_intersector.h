@@ -28,7 +28,7 @@ struct SurfaceHits {
     V t{ScalarOf<V>(0)};                         ///< where on the chord of that piece, from Embree
 
     /// Roughly where on the step, as a fraction.
-    V hit_fraction() const { return mul_add(t, to - from, from); }
+    V hit_fraction() const { return fma(t, to - from, from); }
 };
 
 template <class V>
@@ -46,7 +46,7 @@ public:
 
     /// New rays start in `lanes`: a surface on which a ray starts does not count as hit.
     void begin(std::uint64_t lanes) {
-        queries_ = pick(from_bits<V>(lanes), V(S(0)), queries_);
+        queries_ = select(from_bits<V>(lanes), V(S(0)), queries_);
         leaving_ &= ~lanes;
         return_to_start(lanes);
     }
@@ -57,7 +57,7 @@ public:
 
     /// Intersects the step of `lanes` and returns the lanes that hit a surface. Lanes whose step bends more than chords can follow are not
     /// tested and are removed from `lanes`.
-    std::uint64_t intersect(const Flow<V>& step, std::uint64_t& lanes) {
+    std::uint64_t intersect(const StepperState<V>& step, std::uint64_t& lanes) {
         const std::uint64_t leading_out = geometry_.clearance ? lanes & ~to_bits(clear_.holds(task_.extent(step))) : lanes;
         const std::uint64_t hit = leading_out ? intersect_outside(step, leading_out, lanes) : 0;
         first_piece_ &= ~lanes;
@@ -77,7 +77,7 @@ public:
 private:
     /// The steps of `lanes` lead out of the box that is known to be clear. The box around the middle of the step may contain all of it; if
     /// not, Embree is queried. A box is a part of space and stays clear, whatever happens to the ray of its lane.
-    __attribute__((noinline)) std::uint64_t intersect_outside(const Flow<V>& step, std::uint64_t lanes, std::uint64_t& tested) {
+    __attribute__((noinline)) std::uint64_t intersect_outside(const StepperState<V>& step, std::uint64_t lanes, std::uint64_t& tested) {
         const Curve<V> curve = task_.curve(step);
         if (geometry_.clearance && clear_.move(*geometry_.clearance, curve.middle(), lanes)) lanes &= ~to_bits(clear_.holds(curve.extent()));
         if (!lanes) return 0;
@@ -101,10 +101,10 @@ private:
                 const Vec3<V> here = curve.at(s0);
                 V clear = clear_.way_out(here, times);
                 if (const std::uint64_t at_the_edge = going & ~to_bits(clear >= piece)) {
-                    if (clear_.move(*geometry_.clearance, curve.at(mul_add(half, piece, s0)), at_the_edge)) clear = clear_.way_out(here, times);
+                    if (clear_.move(*geometry_.clearance, curve.at(fma(half, piece, s0)), at_the_edge)) clear = clear_.way_out(here, times);
                 }
                 const MaskOf<V> passes = from_bits<V>(going) & (clear >= piece);
-                s0 = pick(passes, min(s0 + whole_pieces(clear, piece), one), s0);
+                s0 = select(passes, min(s0 + whole_pieces(clear, piece), one), s0);
                 const std::uint64_t ended = to_bits(passes & (s0 >= one));
                 going = to_bits(passes) & ~ended, now &= ~ended;
             }
@@ -124,7 +124,7 @@ private:
         Segments<W> segments;
         V begin(S(0)), length(S(1));  // the part of each piece that is queried, as fractions of the piece
         if (near_start) {
-            begin = pick(from_bits<V>(near_start), -head_start(b - a), begin);
+            begin = select(from_bits<V>(near_start), -head_start(b - a), begin);
             length = V(S(1)) - begin;
         }
         const Vec3<V> from = near_start ? advance(a, begin, b - a) : a;
@@ -142,13 +142,13 @@ private:
         for (const int i : lanes_in(now & ~to_bits(size < V(S(far_away))))) {
             if (!clip(a, b, i, segments, begin, length)) now &= ~(std::uint64_t(1) << i);
         }
-        queries_ = pick(from_bits<V>(now), queries_ + V(S(1)), queries_);
+        queries_ = select(from_bits<V>(now), queries_ + V(S(1)), queries_);
         std::uint64_t hit = query(geometry_.embree_scene, segments, now);
         if (hit & near_start) hit = without_left_surfaces(a, b, begin, length, segments, hit, hit & near_start, first);
         if (!hit) return 0;
         const MaskOf<V> here = from_bits<V>(hit);
-        hits.t = pick(here, fractions_of(segments, begin, length), hits.t);
-        hits.from = pick(here, s0, hits.from), hits.to = pick(here, s1, hits.to);
+        hits.t = select(here, fractions_of(segments, begin, length), hits.t);
+        hits.from = select(here, s0, hits.from), hits.to = select(here, s1, hits.to);
         for (int i = 0; i < W; ++i) {
             const bool is_hit = (hit >> i) & 1;
             hits.surface[i] = is_hit ? segments.surface[i] : hits.surface[i];
@@ -165,7 +165,7 @@ private:
     static V fractions_of(const Segments<W>& segments, const V& begin, const V& length) {
         alignas(64) double fraction[W];
         std::copy_n(segments.t, W, fraction);
-        return mul_add(length, lanes_of<V>(fraction), begin);
+        return fma(length, lanes_of<V>(fraction), begin);
     }
 
     /// Removes hits of surfaces that rays leave: so close to a surface, Embree's floats do not show on which side of it a ray is. `close` are the
@@ -215,7 +215,7 @@ private:
         if (!any(beyond)) return;
         const V entry = chord_fraction(sphere_level(V(radius)), a, b, V(S(0)));
         float entries[W];
-        to_floats(pick(beyond & (entry > V(S(0))) & (entry < V(S(1))), entry, V(S(0))), entries);
+        to_floats(select(beyond & (entry > V(S(0))) & (entry < V(S(1))), entry, V(S(0))), entries);
         for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);
     }
 
@@ -245,7 +245,7 @@ private:
         for (int pieces = 1; pieces < most_pieces; pieces *= 2) {
             const MaskOf<V> bent = sagitta > V(tolerance_);
             if (!any(bent)) break;
-            length = pick(bent, V(S(0.5)) * length, length);
+            length = select(bent, V(S(0.5)) * length, length);
             sagitta = V(S(0.25)) * sagitta;
         }
         return length;
@@ -253,7 +253,7 @@ private:
     /// The length of as many whole pieces as fit.
     static V whole_pieces(const V& way, const V& piece) {
         const V fit = min(way / piece, V(S(most_pieces))), nearest = nearest_whole(fit);
-        return pick(nearest > fit, nearest - V(S(1)), nearest) * piece;
+        return select(nearest > fit, nearest - V(S(1)), nearest) * piece;
     }
     static constexpr int most_pieces = 1024;
     /// So close to a surface, floats do not distinguish its sides: some 30 roundings, in Embree's coordinates of order one.

@@ -14,9 +14,9 @@ struct TurningPoint : ValueEvent<TurningPoint> {
     static bool exists(const Task<V>&) { return true; }
     /// The tests of the spheres include this event.
     template <class V>
-    KAGERO_INLINE static MaskOf<V> possible(const Task<V>&, const Leg<V>&, const V&) { return never<V>(); }
+    KAGERO_INLINE static MaskOf<V> possible(const Task<V>&, const Step<V>&, const V&) { return never<V>(); }
     template <class V>
-    static MaskOf<V> crossed(const Task<V>& task, const Leg<V>& step) {
+    static MaskOf<V> crossed(const Task<V>& task, const Step<V>& step) {
         MaskOf<V> leaves = EscapeSphere::crossed(task, step);
         if (SecondEscapeSphere::exists(task)) leaves = leaves | SecondEscapeSphere::crossed(task, step);
         if (!any(leaves)) return leaves;
@@ -28,14 +28,14 @@ struct TurningPoint : ValueEvent<TurningPoint> {
         return leaves & passes;
     }
     template <class V>
-    static MaskOf<V> starts_beyond(const Task<V>&, const Waypoint<V>&) { return never<V>(); }
+    static MaskOf<V> starts_beyond(const Task<V>&, const RayState<V>&) { return never<V>(); }
     template <class V>
-    static MaskOf<V> crossed_before(const Task<V>&, const Waypoint<V>&, const Waypoint<V>&) { return never<V>(); }
+    static MaskOf<V> crossed_before(const Task<V>&, const RayState<V>&, const RayState<V>&) { return never<V>(); }
     /// The speed along the radius, > 0 in the direction that the ray had at the start of the step.
     template <class V>
-    static V value(const Waypoint<V>& start, const Waypoint<V>& at) {
+    static V value(const RayState<V>& start, const RayState<V>& at) {
         const V speed = dot(at.q(), at.velocity);
-        return pick(dot(start.q(), start.velocity) > V(ScalarOf<V>(0)), speed, -speed);
+        return select(dot(start.q(), start.velocity) > V(ScalarOf<V>(0)), speed, -speed);
     }
 };
 

@@ -23,9 +23,9 @@ enum class OnLast : std::uint8_t {
     add = op_count,   // L + b
     mul,              // L·b
     rsqrt, recip,     // of L
-    mul_add,          // L·b + c
+    fma,          // L·b + c
     add_product,      // a·b + L
-    neg_mul_add,      // c − L·b
+    fnma,      // c − L·b
     minus_product,    // L − a·b
 };
 constexpr std::uint8_t kind_of(Op op) { return static_cast<std::uint8_t>(op); }
@@ -39,11 +39,11 @@ struct Run {
     std::uint16_t first, count;
 };
 
-/// Behind what a survey returns of any system, Ω.
-enum { survey_pace = surveyed, formula_surveyed };
+/// Behind what a event_functions returns of any system, Ω.
+enum { index_time_rescaling = event_function_count, formula_function_count };
 
 struct Code {
-    static constexpr int inputs = state_size, greatest_slots = 256, greatest_outputs = formula_surveyed;
+    static constexpr int inputs = state_size, greatest_slots = 256, greatest_outputs = formula_function_count;
     std::int32_t slots, constants, runs, outputs;
     std::int32_t prepared;  ///< the first so many runs know nothing of the varying inputs
     Run run[Tape::capacity];
@@ -136,8 +136,8 @@ private:
             case Op::mul: return kind_of(OnLast::mul);
             case Op::rsqrt: return kind_of(OnLast::rsqrt);
             case Op::recip: return kind_of(OnLast::recip);
-            case Op::mul_add: return kind_of(c ? OnLast::add_product : OnLast::mul_add);
-            case Op::neg_mul_add: return kind_of(c ? OnLast::minus_product : OnLast::neg_mul_add);
+            case Op::fma: return kind_of(c ? OnLast::add_product : OnLast::fma);
+            case Op::fnma: return kind_of(c ? OnLast::minus_product : OnLast::fnma);
             default: return 0;
         }
     }

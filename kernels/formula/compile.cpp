@@ -14,11 +14,11 @@ constexpr const char* too_large =
 /// A tape with the inputs, onto which expressions of one formula are replayed.
 struct Replay {
     const Formula& formula;
-    const Written* written;  ///< the compiled Hamiltonian that the formula rescales, if it does
+    const RerecordedHamiltonian* written;  ///< the compiled Hamiltonian that the formula rescales, if it does
     Tape tape{};
     std::array<int, state_size> input{};
 
-    explicit Replay(const Formula& f, const Written* w = nullptr) : formula(f), written(w) {
+    explicit Replay(const Formula& f, const RerecordedHamiltonian* w = nullptr) : formula(f), written(w) {
         for (int i = 0; i < state_size; ++i) input[i] = tape.input(i);
     }
     /// H − H0.
@@ -27,11 +27,11 @@ struct Replay {
         return tape.sub(expression(formula.energy), tape.constant(formula.level));
     }
     /// What is stated of the ends of steps.
-    void ends(const std::array<int, phase_size>& gradient, std::array<int, surveyed>& survey) {
-        if (written) return written->ends(tape, formula.parameters, gradient, survey);
-        if (formula.domain >= 0) survey[survey_domain] = expression(formula.domain, value_alone);
-        if (formula.capture >= 0) survey[survey_captured] = expression(formula.capture, value_alone);
-        if (formula.length_scale >= 0) survey[survey_scale] = expression(formula.length_scale, value_alone);
+    void ends(const std::array<int, phase_size>& gradient, std::array<int, event_function_count>& event_functions) {
+        if (written) return written->ends(tape, formula.parameters, gradient, event_functions);
+        if (formula.domain >= 0) event_functions[index_domain] = expression(formula.domain, value_alone);
+        if (formula.capture >= 0) event_functions[index_captured] = expression(formula.capture, value_alone);
+        if (formula.length_scale >= 0) event_functions[index_max_step_length] = expression(formula.length_scale, value_alone);
     }
     enum Use { differentiated, value_alone };
     /// The tape's node of an expression. Only what it needs is recorded.
@@ -105,26 +105,26 @@ bool small_as_tree(const Tape& t, int root) {
 
 int squares_together(Tape& t, int sum) { return !t.full && small_as_tree(t, sum) ? take_squares_together(t, sum) : sum; }
 
-bool write_motion(const Formula& f, const Written* written, Programs& p) {
+bool write_motion(const Formula& f, const RerecordedHamiltonian* written, Programs& p) {
     Replay r(f, written);
     Tape& t = r.tape;
     const int excess = squares_together(t, r.excess());
-    int k = excess, pace = t.constant(1);
+    int k = excess, rescaling = t.constant(1);
     if (p.rescaled) {
-        pace = r.expression(f.rescale);
-        k = small_as_tree(t, excess) ? multiply_through(t, pace, excess) : t.mul(pace, excess);
+        rescaling = r.expression(f.rescale);
+        k = small_as_tree(t, excess) ? multiply_through(t, rescaling, excess) : t.mul(rescaling, excess);
     }
     if (t.full) return false;
     const std::array<int, phase_size> g = record_derivatives(t, k, r.input);
-    std::array<int, surveyed> survey = record_survey(t, r.input, k, pace, f.level, g);
-    r.ends(g, survey);
+    std::array<int, event_function_count> event_functions = record_event_functions(t, r.input, k, rescaling, f.level, g);
+    r.ends(g, event_functions);
     if (t.full || !write(t, std::array{excess}, everything, p.value)) return false;
     p.derivative_nodes = listed(t, g);
-    std::array<int, formula_surveyed> with_pace{};
-    std::copy(survey.begin(), survey.end(), with_pace.begin());
-    with_pace[survey_pace] = pace;
-    if (!write(t, g, everything, p.derivatives) || !write(t, with_pace, everything, p.survey)) return false;
-    return write(t, std::array{pace}, everything, p.pace) && write_sides(t, g, p.force, p.velocity, p.separable);
+    std::array<int, formula_function_count> with_rescaling{};
+    std::copy(event_functions.begin(), event_functions.end(), with_rescaling.begin());
+    with_rescaling[index_time_rescaling] = rescaling;
+    if (!write(t, g, everything, p.derivatives) || !write(t, with_rescaling, everything, p.event_functions)) return false;
+    return write(t, std::array{rescaling}, everything, p.time_rescaling_factor) && write_sides(t, g, p.force, p.velocity, p.separable);
 }
 
 bool write_part(const Formula& f, int which, Programs& p) {
@@ -138,11 +138,11 @@ bool write_part(const Formula& f, int which, Programs& p) {
 
 }  // namespace
 
-const char* compile(const Formula& f, const Written* written, Programs& p) {
+const char* compile(const Formula& f, const RerecordedHamiltonian* written, Programs& p) {
     p = {};
     p.level = f.level, p.pt = f.pt;
     p.rescaled = f.rescale >= 0, p.parted = f.parts[0] >= 0;
-    p.scaled = written ? written->scaled : f.length_scale >= 0;
+    p.bounds_steps = written ? written->bounds_steps : f.length_scale >= 0;
     if (f.node_count > formula_limit) return too_large;
     bool fits = write_motion(f, written, p);
     for (int i = 0; i < 2 && p.parted; ++i) fits = fits && write_part(f, i, p);

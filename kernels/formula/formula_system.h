@@ -178,25 +178,25 @@ public:
         return out[0];
     }
     template <class V>
-    V pace(const State<V>& s) const {
+    V time_rescaling_factor(const State<V>& s) const {
         V out[1] = {V(S(1))};
-        if (rescaled) formula::evaluate(p_.pace, s.y, out);
+        if (rescaled) formula::evaluate(p_.time_rescaling_factor, s.y, out);
         return out[0];
     }
     template <class V>
-    Survey<V> survey(const State<V>& s) const {
-        V out[formula::formula_surveyed];
-        formula::evaluate(p_.survey, s.y, out);
-        if (!p_.scaled) out[survey_scale] = V(std::numeric_limits<S>::max());
+    EventFunctions<V> event_functions(const State<V>& s) const {
+        V out[formula::formula_function_count];
+        formula::evaluate(p_.event_functions, s.y, out);
+        if (!p_.bounds_steps) out[index_max_step_length] = V(std::numeric_limits<S>::max());
         // There is no ray within the medium where formulas do not tell whether it ends or goes on, nor by steps of no length, nor where it is
         // rescaled by Ω ≤ 0: backward, or nowhere.
-        const V zero(S(0)), &domain = out[survey_domain], &captured = out[survey_captured];
+        const V zero(S(0)), &domain = out[index_domain], &captured = out[index_captured];
         const MaskOf<V> ends = (domain <= zero) | (captured <= zero);
-        MaskOf<V> goes_on = (domain > zero) & (captured > zero) & (out[survey_scale] > zero);
-        if (rescaled) goes_on = goes_on & (out[formula::survey_pace] > zero);
+        MaskOf<V> goes_on = (domain > zero) & (captured > zero) & (out[index_max_step_length] > zero);
+        if (rescaled) goes_on = goes_on & (out[formula::index_time_rescaling] > zero);
         const MaskOf<V> stated = ends | goes_on;
-        for (int k = survey_velocity; k < survey_excess; ++k) out[k] = pick(stated, out[k], V(std::numeric_limits<S>::quiet_NaN()));
-        return survey_of(out);
+        for (int k = index_velocity; k < index_excess; ++k) out[k] = select(stated, out[k], V(std::numeric_limits<S>::quiet_NaN()));
+        return event_functions_of(out);
     }
 
 private:
@@ -218,7 +218,7 @@ struct System<formula::AnyFormula<is_separable>, Rescaled, S> : std::conditional
     using OneSided::OneSided;
     using Hamiltonian = formula::AnyFormula<is_separable>;
     static constexpr bool rescaled = Rescaled;
-    static constexpr bool bounded = true, capturing = true, creased = false, scaled = true;
+    static constexpr bool bounded = true, capturing = true, discontinuous = false, bounds_steps = true;
     static constexpr ProgramOperations operations{};  // known to its programs alone
 };
 

@@ -37,10 +37,10 @@ KAGERO_INLINE void run_on_last(const Instruction* instruction, const Run& run, T
             else if constexpr (op == OnLast::mul) last[n] = last[n] * b[n];
             else if constexpr (op == OnLast::rsqrt) last[n] = total_rsqrt(last[n]);
             else if constexpr (op == OnLast::recip) last[n] = total_recip(last[n]);
-            else if constexpr (op == OnLast::mul_add) last[n] = mul_add(last[n], b[n], c[n]);
-            else if constexpr (op == OnLast::add_product) last[n] = mul_add(a[n], b[n], last[n]);
-            else if constexpr (op == OnLast::neg_mul_add) last[n] = neg_mul_add(last[n], b[n], c[n]);
-            else last[n] = neg_mul_add(a[n], b[n], last[n]);
+            else if constexpr (op == OnLast::fma) last[n] = fma(last[n], b[n], c[n]);
+            else if constexpr (op == OnLast::add_product) last[n] = fma(a[n], b[n], last[n]);
+            else if constexpr (op == OnLast::fnma) last[n] = fnma(last[n], b[n], c[n]);
+            else last[n] = fnma(a[n], b[n], last[n]);
         }
     }
     T* result = at<T, N>(s, instruction[run.count - 1].result);
@@ -65,8 +65,8 @@ __attribute__((noinline)) void interpret(const Code& code, int first, int end, T
 #undef KAGERO_RUN
 #define KAGERO_RUN(OP) \
     case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(instruction, run, s, last); break;
-            KAGERO_RUN(add) KAGERO_RUN(mul) KAGERO_RUN(rsqrt) KAGERO_RUN(recip) KAGERO_RUN(mul_add) KAGERO_RUN(add_product)
-            KAGERO_RUN(neg_mul_add) KAGERO_RUN(minus_product)
+            KAGERO_RUN(add) KAGERO_RUN(mul) KAGERO_RUN(rsqrt) KAGERO_RUN(recip) KAGERO_RUN(fma) KAGERO_RUN(add_product)
+            KAGERO_RUN(fnma) KAGERO_RUN(minus_product)
 #undef KAGERO_RUN
             default: break;  // leaves are no instructions
         }

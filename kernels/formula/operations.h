@@ -7,7 +7,7 @@
 namespace kagero::formula {
 
 inline double operations_of(std::uint8_t kind) {
-    if (kind >= kind_of(OnLast::mul_add)) return 2;
+    if (kind >= kind_of(OnLast::fma)) return 2;
     return kind >= kind_of(OnLast::add) ? 1 : kagero::operations_of(static_cast<Op>(kind));
 }
 

@@ -18,33 +18,33 @@ struct Programs {
     Code derivatives, force, velocity;  ///< of K: H, or Ω·(H − H0)
     Nodes derivative_nodes;
     Code value;                         ///< H − H0
-    Code pace, survey;
+    Code time_rescaling_factor, event_functions;
     Code part_force[2], part_velocity[2];
     double level, pt;
-    bool separable, parted, rescaled, scaled;
+    bool separable, parted, rescaled, bounds_steps;
 };
 
 /// As they lie behind Job::parameters.
 inline const Programs& programs_in(const double* parameters) { return *reinterpret_cast<const Programs*>(parameters); }
 
 /// A compiled Hamiltonian, to be written down again while the program runs, its parameters as numbers.
-struct Written {
+struct RerecordedHamiltonian {
     int (*energy)(Tape&, const double* parameters);  ///< H − H0
     void (*ends)(Tape&, const double* parameters, const std::array<int, phase_size>& gradient,
-                 std::array<int, surveyed>& survey);
-    bool scaled;
+                 std::array<int, event_function_count>& event_functions);
+    bool bounds_steps;
 };
 template <class H>
-inline constexpr Written written_again{
+inline constexpr RerecordedHamiltonian rerecorded{
     [](Tape& t, const double* parameters) { return record_energy(t, Leaves<H>(t, parameters)); },
     [](Tape& t, const double* parameters, const std::array<int, phase_size>& gradient,
-       std::array<int, surveyed>& survey) {
-        record_ends(t, Leaves<H>(t, parameters), gradient, survey);
+       std::array<int, event_function_count>& event_functions) {
+        record_ends(t, Leaves<H>(t, parameters), gradient, event_functions);
     },
-    Scaled<H>};
+    BoundsSteps<H>};
 
 /// Differentiates a formula; null, or why that cannot be done. `written` is the compiled Hamiltonian that it but rescales, or null.
-const char* compile(const Formula& formula, const Written* written, Programs& programs);
+const char* compile(const Formula& formula, const RerecordedHamiltonian* written, Programs& programs);
 
 /// p with ∂H/∂p along d in the same sense, and H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out);

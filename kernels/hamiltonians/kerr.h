@@ -111,7 +111,7 @@ struct Kerr {
     /// From r = 2 r₊ on the bound is out of a sensible step's way. Inside the horizon it is half of Σ/(r + |a|), Σ = r² + a² cos²θ: the
     /// distance from the ring, near it.
     template <class V>
-    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+    static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = radius(k, q), s2 = k.spin * k.spin, a = k.mass * sqrt(s2), az = a * q.z;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - s2, V(0.0)))), away = r - horizon;
         const V d = max(max(away, -away), 1e-7 * horizon), share = d / horizon;
@@ -122,7 +122,7 @@ struct Kerr {
     /// For observers, as in `schwarzschild`: with Δ = r² − 2Mr + a², lag = 2Mr/Δ to Boyer and Lindquist's time, and rain without angular
     /// momentum (Doran 2000) has u_r = −√(2Mr)/(√(2Mr) + √(r² + a²)).
     template <class V>
-    static constexpr V lag(const Parameters<V>& k, const V& r) {
+    static constexpr V time_offset_gradient(const Parameters<V>& k, const V& r) {
         const V a = k.spin * k.mass, pull = 2.0 * k.mass * r;
         return pull / (r * r + a * a - pull);
     }

@@ -21,7 +21,7 @@ struct Layer : IndexMedium<Layer> {
         ParameterInfo{"n_above", 1.0, 0, unlimited, true, Unit::number, "index far above"},
         ParameterInfo{"thickness", 0.1, 0, unlimited, true, Unit::length, "of the transition"},
     };
-    static constexpr double step = 50;  // length_scale bounds it
+    static constexpr double step = 50;  // max_step_length bounds it
     static constexpr const char* step_goes_with = "escape_radius";
 
     template <class V>
@@ -37,7 +37,7 @@ struct Layer : IndexMedium<Layer> {
 
     /// A tenth of the thickness in the layer, of the distance from its middle outside: no step reaches across.
     template <class V>
-    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+    static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         return 0.1 * max(k.thickness, max(q.z, -q.z));
     }
 };

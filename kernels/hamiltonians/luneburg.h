@@ -30,11 +30,11 @@ struct Luneburg : IndexMedium<Luneburg> {
 
     template <class V>
     static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
-        return 1.0 + max(surface(k, q), V(0.0));
+        return 1.0 + max(switching_function(k, q), V(0.0));
     }
 
     template <class V>
-    static constexpr V surface(const Parameters<V>& k, const Vec3<V>& q) {
+    static constexpr V switching_function(const Parameters<V>& k, const Vec3<V>& q) {
         return 1.0 - dot(q, q) / (k.radius * k.radius);
     }
 

@@ -63,7 +63,7 @@ struct Mirage {
     /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step. Where n does not change at all
     /// what is least keeps that finite.
     template <class V>
-    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+    static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V along = k.ripple * k.wavenumber, upward = 3.0 * k.n3 * (q.z * q.z);
         return 0.2 * max(n(k, q), k.n_min) / sqrt(along * along + upward * upward + 1e-30);
     }

@@ -55,7 +55,7 @@ struct Schwarzschild {
     /// The exact flow of part_b for a time t. Along it n = x/r, the angular momentum and w = u/√r are constant, so
     /// r^{3/2} falls linearly: c = r^{3/2} − (3/2) r_g w t, r' = c^{2/3}. The cube root is Halley's iteration from √r.
     template <class V>
-    static constexpr void flow_of_rest(const Parameters<V>& k, Vec3<V>& q, Vec3<V>& p, const V& pt, const V& t) {
+    static constexpr void remainder_flow(const Parameters<V>& k, Vec3<V>& q, Vec3<V>& p, const V& pt, const V& t) {
         const V r = norm(q), root = sqrt(r);
         const Vec3<V> n = (V(1) / r) * q;
         const V pr = dot(n, p), w = (pt + pr) / root;
@@ -89,7 +89,7 @@ struct Schwarzschild {
     /// the bound is out of a sensible step's way, and keeps others from leaping over the hole; at the horizon itself enough is left for
     /// rays with p_t < 0 to come through.
     template <class V>
-    static constexpr V length_scale(const Parameters<V>& k, const Vec3<V>& q) {
+    static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = norm(q), away = r - k.rg, d = max(max(away, -away), 1e-7 * k.rg), share = d / k.rg;
         return min(d * (0.25 + 40.0 * share * share), 0.9 * r);
     }
@@ -115,7 +115,7 @@ struct Schwarzschild {
         return norm(q);
     }
     template <class V>
-    static constexpr V lag(const Parameters<V>& k, const V& r) {
+    static constexpr V time_offset_gradient(const Parameters<V>& k, const V& r) {
         return k.rg / (r - k.rg);
     }
     template <class V>

@@ -56,7 +56,7 @@ struct Wormhole {
 
     /// Half of the areal radius in proper length: a longer step leaps through the throat.
     template <class V>
-    static constexpr V length_scale(const Parameters<V>&, const Vec3<V>& q) {
+    static constexpr V max_step_length(const Parameters<V>&, const Vec3<V>& q) {
         return 0.5 * norm(q);
     }
 
@@ -75,7 +75,7 @@ struct Wormhole {
     static constexpr double orbit_step = 0.3;
 
     template <class V>
-    static constexpr V far_side(const Parameters<V>& k) {
+    static constexpr V throat_radius(const Parameters<V>& k) {
         return 0.5 * k.throat;
     }
 };

@@ -4,20 +4,20 @@
 /// start + h.
 #pragma once
 
-#include "kernels/integrators/flow.h"
+#include "kernels/integrators/stepper_state.h"
 
 namespace kagero {
 
 /// Whether a step integrates rates at all.
 template <class System, class V, int N>
-KAGERO_INLINE bool integrates_carried(const System& system, const Flow<V, N>& f) {
+KAGERO_INLINE bool integrates_carried(const System& system, const StepperState<V, N>& f) {
     static_assert(carried_in<System>() == N, "the packet carries another number of quantities than its system states");
-    return (N > 1 || system.rescaled) && f.want_carried;
+    return (N > 1 || system.rescaled) && f.options.want_carried;
 }
 
 /// Advances λ by a step that integrates no rates; further quantities keep their values.
 template <class V, int N>
-KAGERO_INLINE void carry_evenly(Flow<V, N>& f) {
+KAGERO_INLINE void carry_evenly(StepperState<V, N>& f) {
     f.end.parameter = f.start.parameter + f.h;
     for (int k = 1; k < N; ++k) f.end.carried(k) = f.start.carried(k);
 }
@@ -29,7 +29,7 @@ class CarriedSums {
 
 public:
     /// For methods of substeps: a node counts by the length of its substep, and the sums are the quantities themselves.
-    KAGERO_INLINE static CarriedSums of_lengths(const Flow<V, N>& f) {
+    KAGERO_INLINE static CarriedSums of_lengths(const StepperState<V, N>& f) {
         CarriedSums sums;
         for (int k = 0; k < N; ++k) sums.sum_[k] = f.start.carried(k);
         return sums;
@@ -46,7 +46,7 @@ public:
     KAGERO_INLINE void add(const System& system, const V& share, const State<V>& node) {
         V rates[N];
         rates_at(system, node, rates);
-        for (int k = 0; k < N; ++k) sum_[k] = mul_add(share, rates[k], sum_[k]);
+        for (int k = 0; k < N; ++k) sum_[k] = fma(share, rates[k], sum_[k]);
     }
     /// All stages of one ray, which lie in the lanes of `nodes`.
     template <class System, class L>
@@ -54,25 +54,25 @@ public:
         L rates[N];
         rates_at(system, nodes, rates);
         for (int k = 0; k < N; ++k)
-            for (int i = 0; i < stages; ++i) sum_[k] = mul_add(weights[i], get_lane(rates[k], i), sum_[k]);
+            for (int i = 0; i < stages; ++i) sum_[k] = fma(weights[i], get_lane(rates[k], i), sum_[k]);
     }
 
     /// Writes the quantities at the end of the step.
     template <class System>
-    KAGERO_INLINE void finish_lengths(const System& system, Flow<V, N>& f) const {
+    KAGERO_INLINE void finish_lengths(const System& system, StepperState<V, N>& f) const {
         f.end.parameter = system.rescaled ? sum_[0] : f.start.parameter + f.h;
         for (int k = 1; k < N; ++k) f.end.carried(k) = sum_[k];
     }
     template <class System>
-    KAGERO_INLINE void finish_weights(const System& system, Flow<V, N>& f) const {
-        f.end.parameter = system.rescaled ? mul_add(f.h, sum_[0], f.start.parameter) : f.start.parameter + f.h;
-        for (int k = 1; k < N; ++k) f.end.carried(k) = mul_add(f.h, sum_[k], f.start.carried(k));
+    KAGERO_INLINE void finish_weights(const System& system, StepperState<V, N>& f) const {
+        f.end.parameter = system.rescaled ? fma(f.h, sum_[0], f.start.parameter) : f.start.parameter + f.h;
+        for (int k = 1; k < N; ++k) f.end.carried(k) = fma(f.h, sum_[k], f.start.carried(k));
     }
 
 private:
     template <class System, class L>
     KAGERO_INLINE static void rates_at(const System& system, const State<L>& node, L (&rates)[N]) {
-        rates[0] = system.pace(node);
+        rates[0] = system.time_rescaling_factor(node);
         if constexpr (N > 1) system.carried_rates(node, rates + 1);
     }
 

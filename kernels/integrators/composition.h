@@ -27,14 +27,14 @@ struct Composition {
     static constexpr bool shareable() { return System::force_needs_p || System::velocity_needs_q; }
     /// stage[0][0..2] carries ∂K/∂q, stage[1][0..2] carries ∂K/∂p, as starts of the implicit solves.
     template <class System, class V, int N>
-    static void begin(const System& system, Flow<V, N>& f, const Coefficients&) {
+    static void begin(const System& system, StepperState<V, N>& f, const Coefficients&) {
         PhaseGradient<V> g;
         system.derivatives(f.start, g);
         for (int k = 0; k < space_size; ++k) f.stage[0][k] = g[k], f.stage[1][k] = g[momentum(k)];
     }
 
     template <class System, class V, int N>
-    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         Vec3<V> force = force_in(f.stage[0]), velocity = force_in(f.stage[1]);
@@ -64,7 +64,7 @@ struct Composition {
 private:
     /// p' = p − τ ∂K/∂q(q, p'); `force` is the first guess of the gradient.
     template <class System, class V, int N>
-    KAGERO_INLINE static Vec3<V> kick(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
+    KAGERO_INLINE static Vec3<V> kick(const System& system, StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
                                       const V& tau, const Vec3<V>& force) {
         auto force_here = force_at(system, f, q, p);
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, force_here(guess)); };
@@ -73,7 +73,7 @@ private:
     }
     /// q' = q + τ ∂K/∂p(q', p).
     template <class System, class V, int N>
-    KAGERO_INLINE static Vec3<V> drift(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
+    KAGERO_INLINE static Vec3<V> drift(const System& system, StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
                                        const V& tau, const Vec3<V>& velocity) {
         auto velocity_here = velocity_at(system, f, q, p);
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, velocity_here(guess)); };
@@ -82,25 +82,25 @@ private:
     }
     /// ∂K/∂q at q as a function of p, and ∂K/∂p with p as one of q. A system that is interpreted prepares what does not change.
     template <class System, class V, int N>
-    KAGERO_INLINE static auto force_at(const System& system, const Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p) {
+    KAGERO_INLINE static auto force_at(const System& system, const StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p) {
         if constexpr (requires { system.prepared_force(f.start); }) return system.prepared_force(joined(f, q, p));
         else return [&system, &f, &q](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dq(joined(f, q, guess)); };
     }
     template <class System, class V, int N>
-    KAGERO_INLINE static auto velocity_at(const System& system, const Flow<V, N>& f, const Vec3<V>& q,
+    KAGERO_INLINE static auto velocity_at(const System& system, const StepperState<V, N>& f, const Vec3<V>& q,
                                           const Vec3<V>& p) {
         if constexpr (requires { system.prepared_velocity(f.start); }) return system.prepared_velocity(joined(f, q, p));
         else return [&system, &f, &p](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dp(joined(f, guess, p)); };
     }
     template <class V, int N>
-    KAGERO_INLINE static Vec3<V> evaluated(Flow<V, N>& f, const Vec3<V>& x) {
+    KAGERO_INLINE static Vec3<V> evaluated(StepperState<V, N>& f, const Vec3<V>& x) {
         f.gradients += V(ScalarOf<V>(1));
         return x;
     }
 
     /// Fixed-point iteration x = next(x), lane by lane; lanes that it leaves open are tried again by Newton's method.
     template <Side side, class System, class V, int N, class Next>
-    KAGERO_INLINE static Vec3<V> solve(const System& system, Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
+    KAGERO_INLINE static Vec3<V> solve(const System& system, StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
                                        const V& tau, const Vec3<V>& guess, const Next& next) {
         using S = ScalarOf<V>;
         Convergence<V> convergence(f);
@@ -111,10 +111,10 @@ private:
         int i = 0;
         while (i < Convergence<V>::max_iterations && any(convergence.open())) {
             i += 2;
-            evaluations = pick(convergence.open(), V(S(i)), evaluations);
+            evaluations = select(convergence.open(), V(S(i)), evaluations);
             const Vec3<V> last = next(iterate);
             iterate = next(last);
-            x = pick<V>(convergence.open(), iterate, x);
+            x = select<V>(convergence.open(), iterate, x);
             const V change = greatest_difference(iterate, last);
             convergence.update_second(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
         }
@@ -132,9 +132,9 @@ private:
             const V tau_now = tau;
             const Vec3<V> other = Shared<V, N>::newton(side, as_called<V>(system), f, q_now, p_now, tau_now,
                                                        side == Side::kick ? p_now : q_now);
-            x = pick<V>(open, other, x);
+            x = select<V>(open, other, x);
             f.solved = solved & (f.solved | !open);
-            f.gradients = pick(open, f.gradients, gradients), f.open_iterations = pick(open, f.open_iterations, iterations);
+            f.gradients = select(open, f.gradients, gradients), f.open_iterations = select(open, f.open_iterations, iterations);
         }
         return x;
     }

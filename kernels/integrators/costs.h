@@ -27,7 +27,7 @@ inline Operations operations_in_space(double per_gradient, double per_step) { re
 
 /// Of steps that move q and p in turn, each by its own side of the gradient: a product and a sum per component.
 inline Operations operations_in_turn(const ProgramOperations& program) {
-    return operations_in_space(0.5 * (program.force + program.velocity) + 2 * space_size, program.survey);
+    return operations_in_space(0.5 * (program.force + program.velocity) + 2 * space_size, program.event_functions);
 }
 
 }  // namespace kagero

@@ -40,7 +40,7 @@ public:
 
     /// The error is O(h⁴).
     template <int N>
-    KAGERO_INLINE static Curve hermite(const Leg<V, N>& f) {
+    KAGERO_INLINE static Curve hermite(const Step<V, N>& f) {
         const V third = f.h * V(S(1) / S(3));
         Curve c;
         c.degree = 3;
@@ -51,7 +51,7 @@ public:
     /// The polynomial of degree s that collocation with s stages is, with an error O(h^{s+1}) (Hairer, Lubich & Wanner 2006,
     /// §II.1.2); `velocity(j)` is dq/dτ at stage j.
     template <int N, class Velocity>
-    static Curve collocation(const Leg<V, N>& f, const GaussNumbers<S>& w, int s, const Velocity& velocity) {
+    static Curve collocation(const Step<V, N>& f, const GaussNumbers<S>& w, int s, const Velocity& velocity) {
         Curve c;
         c.degree = s;
         c.point[0] = f.start.q(), c.point[s] = f.end.q();
@@ -102,7 +102,7 @@ public:
             }
             way_before = way, across_before = across, along_before = along;
         }
-        return V(S(degree * (degree - 1) / 8.0)) * pick(forward, root(across2) + root(slope2 * along2), root(whole2));
+        return V(S(degree * (degree - 1) / 8.0)) * select(forward, root(across2) + root(slope2 * along2), root(whole2));
     }
     /// Square of the greatest distance of any point of the curve from the origin; bounded by its control points.
     V reach2() const {

@@ -26,21 +26,21 @@ struct Gauss {
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
         const double s = c.gauss->stages, sum = phase_size * (2 * s - 1);
         const double placed = 2 * phase_size, compared = 2 * phase_size;
-        return operations_in_space(program.derivatives + sum + placed + compared, program.survey + (s + 1) * sum + 30);
+        return operations_in_space(program.derivatives + sum + placed + compared, program.event_functions + (s + 1) * sum + 30);
     }
     /// What the state cuts off is carried on.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
 
     /// Before the first step: every stage has the derivative at the start.
     template <class System, class V, int N>
-    static void begin(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+    static void begin(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
         system.derivatives(f.start, f.stage[0]);
         for (int i = 1; i < stages(coefficients); ++i)
             for (int k = 0; k < phase_size; ++k) f.stage[i][k] = f.stage[0][k];
     }
 
     template <class System, class V, int N>
-    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         const int s = stages(coefficients);
         const GaussNumbers<S>& w = coefficients.gauss->template numbers<S>();
@@ -50,12 +50,12 @@ struct Gauss {
         Convergence<V> convergence(f);
         V iterations(S(0));
         for (int iteration = 0; iteration < Convergence<V>::max_iterations && any(convergence.open()); ++iteration) {
-            iterations += pick(convergence.open(), V(S(1)), V(S(0)));
+            iterations += select(convergence.open(), V(S(1)), V(S(0)));
             ++f.issued_iterations;
             convergence.update(iterate(prepared, f, w, s, convergence, g));
         }
         f.solved = !convergence.open();
-        f.gradients = mul_add(iterations, V(S(s)), f.gradients);
+        f.gradients = fma(iterations, V(S(s)), f.gradients);
         f.open_iterations += iterations;
         if (any(convergence.open())) solve_rest(system, f, w, s, g);
         finish(system, f, w, s, g);
@@ -63,7 +63,7 @@ struct Gauss {
 
     /// Dense output of the step in `f`.
     template <class V, int N = default_carried>
-    static Curve<V> curve(const Flow<V, N>& f, const Coefficients& coefficients) {
+    static Curve<V> curve(const StepperState<V, N>& f, const Coefficients& coefficients) {
         return Shared<V, N>::collocation_curve(f, coefficients);
     }
 
@@ -76,22 +76,22 @@ private:
     KAGERO_INLINE static void sum(const PhaseGradient<V>* g, const S* weight, int s, PhaseGradient<V>& total) {
         for (int k = 0; k < phase_size; ++k) total[k] = V(weight[0]) * g[0][k];
         for (int j = 1; j < s; ++j)
-            for (int k = 0; k < phase_size; ++k) total[k] = mul_add(V(weight[j]), g[j][k], total[k]);
+            for (int k = 0; k < phase_size; ++k) total[k] = fma(V(weight[j]), g[j][k], total[k]);
     }
     /// y = start + h Σ_j weight_j f_j: q moves along +∂K/∂p, p along −∂K/∂q; `y(k)` is where component k belongs.
     template <class V, int N, class S, class Place>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
+    KAGERO_INLINE static void move(const StepperState<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
                                    const Place& y) {
         PhaseGradient<V> total;
         sum(g, weight, s, total);
         for (int k = 0; k < space_size; ++k) {
-            y(k) = mul_add(f.h, total[momentum(k)], f.start.y[k]);
-            y(momentum(k)) = neg_mul_add(f.h, total[k], f.start.y[momentum(k)]);
+            y(k) = fma(f.h, total[momentum(k)], f.start.y[k]);
+            y(momentum(k)) = fnma(f.h, total[k], f.start.y[momentum(k)]);
         }
         y(component_pt) = f.start.pt();
     }
     template <class V, int N, class S>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
+    KAGERO_INLINE static void move(const StepperState<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
                                    State<V>& y) {
         move(f, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
     }
@@ -107,13 +107,13 @@ private:
 
     /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes.
     template <class Prepared, class V, int N, class S>
-    KAGERO_INLINE static V iterate(Prepared& prepared, const Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+    KAGERO_INLINE static V iterate(Prepared& prepared, const StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
                                    const Convergence<V>& convergence, PhaseGradient<V> (&g)[room]) {
         V change_q(S(0)), change_p(S(0));
         const auto take = [&](int i, const PhaseGradient<V>& fresh) __attribute__((always_inline)) {
             for (int k = 0; k < space_size; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
             for (int k = space_size; k < phase_size; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
-            for (int k = 0; k < phase_size; ++k) g[i][k] = pick(convergence.open(), fresh[k], g[i][k]);
+            for (int k = 0; k < phase_size; ++k) g[i][k] = select(convergence.open(), fresh[k], g[i][k]);
         };
         if constexpr (requires { prepared.run(); }) {
             for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, [&](int k) __attribute__((always_inline)) -> V& { return prepared.input(i, k); });
@@ -137,7 +137,7 @@ private:
 
     /// Rays that are not solved. Works on a copy, so that the stages of the others need not have an address.
     template <class System, class V, int N, class S>
-    static void solve_rest(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+    static void solve_rest(const System& system, StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
                            PhaseGradient<V> (&g)[room]) {
         PhaseGradient<V> now[room];
         std::copy(&g[0][0], &g[0][0] + phase_size * s, &now[0][0]);
@@ -147,21 +147,21 @@ private:
 
     /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long ones.
     template <class V, int N, class S>
-    KAGERO_INLINE static void finish_state(Flow<V, N>& f, const PhaseGradient<V> (&g)[room], const GaussNumbers<S>& w,
+    KAGERO_INLINE static void finish_state(StepperState<V, N>& f, const PhaseGradient<V> (&g)[room], const GaussNumbers<S>& w,
                                            int s) {
         PhaseGradient<V> total;
         sum(g, w.b, s, total);
         f.end.pt() = f.start.pt();
         for (int k = 0; k < phase_size; ++k) {
             const V &slope = total[conjugate(k)], &cut_off = f.start.carry[k];
-            const V change = k < space_size ? mul_add(f.h, slope, cut_off) : neg_mul_add(f.h, slope, cut_off);
+            const V change = k < space_size ? fma(f.h, slope, cut_off) : fnma(f.h, slope, cut_off);
             f.end.y[k] = f.start.y[k] + change;
             f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
         }
     }
 
     template <class System, class V, int N, class S>
-    KAGERO_INLINE static void finish(const System& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+    KAGERO_INLINE static void finish(const System& system, StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
                                      const PhaseGradient<V> (&g)[room]) {
         finish_state(f, g, w, s);
         carry_evenly(f);

@@ -2,7 +2,7 @@
 /// result depends on its neighbours.
 #pragma once
 
-#include "kernels/integrators/flow.h"
+#include "kernels/integrators/stepper_state.h"
 
 namespace kagero {
 
@@ -15,11 +15,11 @@ public:
 
     /// Changes are measured relative to |q|₁ + |h dq/dτ|₁ and |p|₁ at the start of the step.
     template <int N>
-    KAGERO_INLINE explicit Convergence(const Flow<V, N>& f)
-        : Convergence(f.start, f.h, f.start.velocity, f.solver_tolerance) {}
+    KAGERO_INLINE explicit Convergence(const StepperState<V, N>& f)
+        : Convergence(f.start, f.h, f.start.velocity, f.options.solver_tolerance) {}
     KAGERO_INLINE Convergence(const State<V>& start, const V& h, const Vec3<V>& velocity, S tolerance)
         : tolerance_(max(tolerance, epsilon)),
-          inverse_q_(inverse_size(mul_add(abs(h), size(velocity), size(start.q())))),
+          inverse_q_(inverse_size(fma(abs(h), size(velocity), size(start.q())))),
           inverse_p_(inverse_size(size(start.p()))),
           open_(always<V>()),
           previous_(V(S(0))) {}
@@ -68,7 +68,7 @@ private:
 
 /// The state of rays at q with momentum p.
 template <class V, int N>
-KAGERO_INLINE State<V> joined(const Flow<V, N>& f, const Vec3<V>& q, const Vec3<V>& p) {
+KAGERO_INLINE State<V> joined(const StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p) {
     return {{q.x, q.y, q.z, p.x, p.y, p.z, f.start.pt()}};
 }
 
@@ -78,18 +78,18 @@ KAGERO_INLINE V greatest_difference(const Vec3<V>& a, const Vec3<V>& b) {
     return max(max(abs(a.x - b.x), abs(a.y - b.y)), abs(a.z - b.z));
 }
 template <class V>
-KAGERO_INLINE Vec3<V> pick(const MaskOf<V>& m, const Vec3<V>& a, const Vec3<V>& b) {
-    return {pick(m, a.x, b.x), pick(m, a.y, b.y), pick(m, a.z, b.z)};
+KAGERO_INLINE Vec3<V> select(const MaskOf<V>& m, const Vec3<V>& a, const Vec3<V>& b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
 /// a + s·b.
 template <class V>
 KAGERO_INLINE Vec3<V> advance(const Vec3<V>& a, const V& s, const Vec3<V>& b) {
-    return {mul_add(s, b.x, a.x), mul_add(s, b.y, a.y), mul_add(s, b.z, a.z)};
+    return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)};
 }
 /// a − s·b.
 template <class V>
 KAGERO_INLINE Vec3<V> retreat(const Vec3<V>& a, const V& s, const Vec3<V>& b) {
-    return {neg_mul_add(s, b.x, a.x), neg_mul_add(s, b.y, a.y), neg_mul_add(s, b.z, a.z)};
+    return {fnma(s, b.x, a.x), fnma(s, b.y, a.y), fnma(s, b.z, a.z)};
 }
 
 }  // namespace kagero

@@ -30,15 +30,15 @@ KAGERO_INLINE MaskOf<V> is_positive(const V (&j)[9], const V& determinant) {
 /// drift, M = ∂²K/∂q∂p. Along the solution that grows out of the start as τ grows from zero its eigenvalues stay positive; they must
 /// be so at the start and at every iterate, or a second root, beyond a fold, might be taken.
 template <class V, int N>
-Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, Flow<V, N>& f, const Vec3<V>& q,
+Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, StepperState<V, N>& f, const Vec3<V>& q,
                              const Vec3<V>& p, const V& tau, Vec3<V> x) {
     constexpr int max_iterations = 12;
     Convergence<V> convergence(f);
     MaskOf<V> right_branch = always<V>();
     for (int i = 0; i < max_iterations && any(convergence.open()); ++i) {
-        f.open_iterations += pick(convergence.open(), V(S(1)), V(S(0)));
+        f.open_iterations += select(convergence.open(), V(S(1)), V(S(0)));
         ++f.issued_iterations;
-        f.gradients += pick(convergence.open(), V(S(2)), V(S(0)));
+        f.gradients += select(convergence.open(), V(S(2)), V(S(0)));
         const State<V> s = side == Side::kick ? joined(f, q, x) : joined(f, x, p);
         V m[9], j[9], determinant;
         system.mixed(s, m);
@@ -50,7 +50,7 @@ Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, Flow<V
         const Vec3<V> fresh = x - solve3(j, x - next, determinant);
         const V change = greatest_difference(fresh, x);
         right_branch = right_branch & (is_positive(j, determinant) | !convergence.open());
-        x = pick<V>(convergence.open(), fresh, x);
+        x = select<V>(convergence.open(), fresh, x);
         convergence.update_quadratic(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
     }
     f.solved = f.solved & !convergence.open() & right_branch;

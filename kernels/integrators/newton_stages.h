@@ -94,7 +94,7 @@ private:
 
 /// Solves the stages of all rays that are not `f.solved`.
 template <class V, int N>
-void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, Flow<V, N>& f, const GaussNumbers<S>& w, int s,
+void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
                                  V* stages, int per_stage, int per_component) {
     std::uint64_t solved = 0;
     int most = 0;
@@ -103,7 +103,7 @@ void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, Flow<V, N>& f
         State<S> start;
         for (int k = 0; k < state_size; ++k) start.y[k] = of(f.start.y[k]);
         const Vec3<S> velocity{of(f.start.velocity.x), of(f.start.velocity.y), of(f.start.velocity.z)};
-        StageNewton<V, N> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.solver_tolerance});
+        StageNewton<V, N> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.options.solver_tolerance});
         const bool done = newton.solve();
         set_lane(f.gradients, lane, of(f.gradients) + S(2 * s * newton.iterations()));
         set_lane(f.open_iterations, lane, of(f.open_iterations) + S(newton.iterations()));

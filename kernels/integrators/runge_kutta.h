@@ -22,7 +22,7 @@ struct RungeKutta {
             products += (c.table->b[i] != 0) + (c.table->error[i] != 0);
             for (int j = 0; j < i; ++j) products += c.table->a[i][j] != 0;
         }
-        return operations_in_space(program.derivatives, program.survey + 2 * phase_size * products);
+        return operations_in_space(program.derivatives, program.event_functions + 2 * phase_size * products);
     }
     static constexpr RoundingCounts roundings(const Coefficients& c) {
         double weight = 0;
@@ -31,10 +31,10 @@ struct RungeKutta {
     }
     static constexpr bool resumes = true;
     template <class System, class V, int N>
-    static void begin(const System&, Flow<V, N>&, const Coefficients&) {}
+    static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
 
     template <class System, class V, int N>
-    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
         const ButcherTable& table = *coefficients.table;
         using S = ScalarOf<V>;
         PhaseGradient<V> g[max_rk_stages];
@@ -63,18 +63,18 @@ private:
         for (int j = 0; j < stages; ++j) {
             if (weight[j] == 0) continue;
             const V w{S(weight[j])};
-            for (int k = 0; k < phase_size; ++k) total[k] = mul_add(w, g[j][k], total[k]);
+            for (int k = 0; k < phase_size; ++k) total[k] = fma(w, g[j][k], total[k]);
         }
     }
     /// y = start + h Σ weight_j f_j.
     template <class V, int N>
-    KAGERO_INLINE static void move(const Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
+    KAGERO_INLINE static void move(const StepperState<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
                                    const double* weight, int stages, State<V>& y) {
         PhaseGradient<V> total;
         sum(g, weight, stages, total);
         for (int k = 0; k < space_size; ++k) {
-            y.y[k] = mul_add(f.h, total[momentum(k)], f.start.y[k]);
-            y.y[momentum(k)] = neg_mul_add(f.h, total[k], f.start.y[momentum(k)]);
+            y.y[k] = fma(f.h, total[momentum(k)], f.start.y[k]);
+            y.y[momentum(k)] = fnma(f.h, total[k], f.start.y[momentum(k)]);
         }
         y.pt() = f.start.pt();
     }
@@ -88,7 +88,7 @@ private:
     /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated local error exceeds
     /// the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a safety factor.
     template <class V, int N>
-    KAGERO_INLINE static void control(Flow<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
+    KAGERO_INLINE static void control(StepperState<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
                                       const ButcherTable& table) {
         using S = ScalarOf<V>;
         PhaseGradient<V> total;
@@ -98,7 +98,7 @@ private:
             error = max(error, abs(f.h * total[momentum(k)]) / (V(S(1)) + abs(f.end.y[k])));
             error = max(error, abs(f.h * total[k]) / (V(S(1)) + abs(f.end.y[momentum(k)])));
         }
-        const V relative = max(error * V(S(1) / f.tolerance), V(S(1e-6)));
+        const V relative = max(error * V(S(1) / f.options.tolerance), V(S(1e-6)));
         const V factor = inverse_root(relative, table.estimate_order + 1);
         f.accepted = relative <= V(S(1));
         f.suggested = f.h * max(min(V(S(0.9)) * factor, V(S(4))), V(S(0.2)));

@@ -19,13 +19,13 @@ struct Nystroem {
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
     template <class System, class V, int N>
-    static void begin(const System&, Flow<V, N>&, const Coefficients&) {}
+    static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
 
     template <class System, class V, int N>
-    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
         // Rates of further quantities may depend on the coordinates that K does not depend on.
         if constexpr (System::cyclic.any() && N == 1)
-            if (f.use_symmetry) return step_along<System::cyclic>(system, f, coefficients);
+            if (f.options.use_symmetry) return step_along<System::cyclic>(system, f, coefficients);
         step_along<Axes{}>(system, f, coefficients);
     }
 
@@ -37,7 +37,7 @@ private:
     }
     /// Along cyclic coordinates, whose momenta stay, rays move evenly: they are left to the end.
     template <Axes cyclic, class System, class V, int N>
-    KAGERO_INLINE static void step_along(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+    KAGERO_INLINE static void step_along(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         auto carried = CarriedSums<V, N>::of_lengths(f);
@@ -47,21 +47,21 @@ private:
             if (kick) {
                 const State<V> here = joined(f, q, p);
                 const Vec3<V> force = system.dq(here);
-                if constexpr (!cyclic.x) p.x = neg_mul_add(t, force.x, p.x);
-                if constexpr (!cyclic.y) p.y = neg_mul_add(t, force.y, p.y);
-                if constexpr (!cyclic.z) p.z = neg_mul_add(t, force.z, p.z);
+                if constexpr (!cyclic.x) p.x = fnma(t, force.x, p.x);
+                if constexpr (!cyclic.y) p.y = fnma(t, force.y, p.y);
+                if constexpr (!cyclic.z) p.z = fnma(t, force.z, p.z);
                 if (integrates_carried(system, f)) carried.add(system, t, here);
                 f.gradients += V(S(1));
             } else {
-                if constexpr (!cyclic.x) q.x = mul_add(t, p.x, q.x);
-                if constexpr (!cyclic.y) q.y = mul_add(t, p.y, q.y);
-                if constexpr (!cyclic.z) q.z = mul_add(t, p.z, q.z);
+                if constexpr (!cyclic.x) q.x = fma(t, p.x, q.x);
+                if constexpr (!cyclic.y) q.y = fma(t, p.y, q.y);
+                if constexpr (!cyclic.z) q.z = fma(t, p.z, q.z);
             }
             kick = !kick;
         }
-        if constexpr (cyclic.x) q.x = mul_add(f.h, p.x, q.x);
-        if constexpr (cyclic.y) q.y = mul_add(f.h, p.y, q.y);
-        if constexpr (cyclic.z) q.z = mul_add(f.h, p.z, q.z);
+        if constexpr (cyclic.x) q.x = fma(f.h, p.x, q.x);
+        if constexpr (cyclic.y) q.y = fma(f.h, p.y, q.y);
+        if constexpr (cyclic.z) q.z = fma(f.h, p.z, q.z);
         f.end.set(q, p);
         carried.finish_lengths(system, f);
         f.solved = always<V>();
@@ -82,10 +82,10 @@ struct ExactSplit {
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {2.0 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
     template <class System, class V, int N>
-    static void begin(const System&, Flow<V, N>&, const Coefficients&) {}
+    static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
 
     template <class System, class V, int N>
-    static void step(const System& system, Flow<V, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         const auto k = system.template parameters<V>();
         Vec3<V> q = f.start.q(), p = f.start.p();
@@ -95,7 +95,7 @@ struct ExactSplit {
             if (drift) {
                 q = advance(q, t, p);
             } else {
-                System::Hamiltonian::flow_of_rest(k, q, p, f.start.pt(), t);
+                System::Hamiltonian::remainder_flow(k, q, p, f.start.pt(), t);
                 f.gradients += V(S(1));
             }
             drift = !drift;

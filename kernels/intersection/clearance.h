@@ -49,14 +49,14 @@ V clear_box_at(const ClearanceGrid& grid, const Vec3<V>& q) {
     const V at[3] = {q.x, q.y, q.z};
     V cell[3], farthest = zero, beyond = zero;
     for (int k = 0; k < 3; ++k) {
-        const V last(S(grid.cells[k] - 1)), into = mul_sub(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);
-        cell[k] = nearest_whole(min(pick(into > zero, into, zero), last));  // 0 where it is not a number
+        const V last(S(grid.cells[k] - 1)), into = fms(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);
+        cell[k] = nearest_whole(min(select(into > zero, into, zero), last));  // 0 where it is not a number
         const V below = -half - into, above = into - last - half;
-        beyond = pick(below > farthest, V(S(2 * k)), beyond), farthest = max(farthest, below);
-        beyond = pick(above > farthest, V(S(2 * k + 1)), beyond), farthest = max(farthest, above);
+        beyond = select(below > farthest, V(S(2 * k)), beyond), farthest = max(farthest, below);
+        beyond = select(above > farthest, V(S(2 * k + 1)), beyond), farthest = max(farthest, above);
     }
     const V inside = look_up(grid.box, cell[0], cell[1], cell[2], int(grid.cells[0]), int(grid.cells[1]));
-    return pick(farthest > zero, beyond, inside);
+    return select(farthest > zero, beyond, inside);
 }
 
 template <class V>
@@ -68,9 +68,9 @@ std::uint64_t ClearBox<V>::move(const ClearanceGrid& grid, const Vec3<V>& q, std
     const MaskOf<V> moves = from_bits<V>(moving);
     const auto bound = [&](int side, int k, const V& before) {
         const V cells = look_up(grid.boxes, V(S(3 * side + k)), there, V(S(0)), 6, 1);
-        return pick(moves, mul_add(V(S(grid.cell[k])), cells, V(S(grid.origin[k]))), before);
+        return select(moves, fma(V(S(grid.cell[k])), cells, V(S(grid.origin[k]))), before);
     };
-    number = pick(moves, there, number);
+    number = select(moves, there, number);
     lower = {bound(0, 0, lower.x), bound(0, 1, lower.y), bound(0, 2, lower.z)};
     upper = {bound(1, 0, upper.x), bound(1, 1, upper.y), bound(1, 2, upper.z)};
     return moving;

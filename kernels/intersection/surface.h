@@ -46,7 +46,7 @@ struct Level {
         const V inverse = recip(dot(v, v)), middle = -dot(e, v) * inverse;
         const Vec3<V> nearest = advance(e, middle, v);
         const V half2 = (radius2 - dot(nearest, nearest)) * inverse, half = sqrt(max(half2, zero));
-        return {pick(round, middle + pick(falling, -half, half), plane), MaskOf<V>(round & (half2 < zero))};
+        return {select(round, middle + select(falling, -half, half), plane), MaskOf<V>(round & (half2 < zero))};
     }
 
     /// `set(number, other)` for each number of two levels.
@@ -57,7 +57,7 @@ struct Level {
         set(level.normal.x, other.normal.x), set(level.normal.y, other.normal.y), set(level.normal.z, other.normal.z);
     }
     void take(const MaskOf<V>& lanes, const Level& from) {
-        each(*this, from, [&lanes](V& number, const V& other) { number = pick(lanes, other, number); });
+        each(*this, from, [&lanes](V& number, const V& other) { number = select(lanes, other, number); });
         curved |= from.curved;
     }
 };
@@ -105,7 +105,7 @@ template <class V>
 V chord_fraction(const Level<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V& near) {
     const V zero(ScalarOf<V>(0));
     const Vec3<V> d = b - a;
-    const V linear = dot(g.normal, d), on_plane = pick(abs(linear) > zero, -g.value(a) / linear, near);
+    const V linear = dot(g.normal, d), on_plane = select(abs(linear) > zero, -g.value(a) / linear, near);
     if (!g.curved) return on_plane;
     // From the point nearest to the centre, so that nothing cancels for a segment that comes from far away.
     const Vec3<V> e = a - g.center;
@@ -113,8 +113,8 @@ V chord_fraction(const Level<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V&
     const Vec3<V> nearest = advance(e, middle, d);
     const V half2 = (g.radius2 - dot(nearest, nearest)) / length2, half = sqrt(max(half2, zero));
     const V first = middle - half, second = middle + half;
-    const V on_sphere = pick(half2 >= zero, pick(abs(first - near) < abs(second - near), first, second), near);
-    return pick(abs(g.a) > zero, on_sphere, on_plane);
+    const V on_sphere = select(half2 >= zero, select(abs(first - near) < abs(second - near), first, second), near);
+    return select(abs(g.a) > zero, on_sphere, on_plane);
 }
 
 }  // namespace kagero

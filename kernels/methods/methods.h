@@ -1,5 +1,5 @@
 /// The table of integrators. A composition is one row, with its fractions in `fractions.h`; a new kind of step is one more struct and
-/// one more line of KAGERO_STEPS.
+/// one more line of KAGERO_STEPPERS.
 ///
 /// A kind of step is a struct of static functions and constants,
 ///   family                                what it has in common with others
@@ -12,11 +12,11 @@
 /// and, where there is something to say,
 ///   curve<V>                              its own dense output; without it that is the cubic Hermite one
 ///   resumes                               a step from another place or of another length needs no `begin` before it
-///   carries                               Waypoint::carry goes from step to step
+///   carries                               RayState::carry goes from step to step
 ///   stages_inside                         no derivative is taken at a step's ends, where the slope of H may jump
 ///   takes_sides                           it takes ∂K/∂q and ∂K/∂p one at a time
 ///   shareable<System>()                   it may be compiled once for all systems that are called instead of inlined
-///   pass(system, flow, coefficients, way) goes the whole way past nothing by itself
+///   integrate_to_escape(system, flow, coefficients, way) goes the whole way past nothing by itself
 ///   arrived(flow)                         has the last word on a step's end
 #pragma once
 
@@ -30,26 +30,26 @@
 namespace kagero {
 
 /// Kinds of step: each is one struct, compiled once per Hamiltonian that it serves, or once for all that are called.
-#define KAGERO_STEPS(X)                                                                                                     \
+#define KAGERO_STEPPERS(X)                                                                                                     \
     X(composition, Composition) X(recipe, Recipe) X(nystroem, Nystroem) X(exact_split, ExactSplit) X(orbit, Orbit)          \
     X(runge_kutta, RungeKutta) X(gauss, Gauss<0>) X(gauss_of_4, Gauss<4>)
 
 enum class Kind : std::uint8_t {
 #define KAGERO_KIND(NAME, ...) NAME,
-    KAGERO_STEPS(KAGERO_KIND)
+    KAGERO_STEPPERS(KAGERO_KIND)
 #undef KAGERO_KIND
 };
 inline constexpr int kind_count = 0
 #define KAGERO_KIND(...) +1
-    KAGERO_STEPS(KAGERO_KIND)
+    KAGERO_STEPPERS(KAGERO_KIND)
 #undef KAGERO_KIND
     ;
 
 /// The struct of a kind.
 template <Kind kind>
-struct StepOf;
-#define KAGERO_KIND(NAME, ...) template <> struct StepOf<Kind::NAME> { using type = __VA_ARGS__; };
-KAGERO_STEPS(KAGERO_KIND)
+struct StepperOf;
+#define KAGERO_KIND(NAME, ...) template <> struct StepperOf<Kind::NAME> { using type = __VA_ARGS__; };
+KAGERO_STEPPERS(KAGERO_KIND)
 #undef KAGERO_KIND
 
 struct Method {
@@ -178,12 +178,12 @@ inline constexpr std::array methods{
            Kind::gauss, {.gauss = &gauss_tableau<8>}},
 };
 
-/// Calls visit.operator()<Step>() with the struct of a kind.
+/// Calls visit.operator()<Stepper>() with the struct of a kind.
 template <class Visit>
 constexpr auto visit_kind(Kind kind, const Visit& visit) {
     switch (kind) {
 #define KAGERO_KIND(NAME, ...) case Kind::NAME: return visit.template operator()<__VA_ARGS__>();
-        KAGERO_STEPS(KAGERO_KIND)
+        KAGERO_STEPPERS(KAGERO_KIND)
 #undef KAGERO_KIND
     }
     __builtin_unreachable();
@@ -192,16 +192,16 @@ constexpr auto visit_kind(Kind kind, const Visit& visit) {
 /// What the world is told of a method.
 constexpr IntegratorInfo info_of(const Method& method) {
     IntegratorInfo info = method.info;
-    info.family = visit_kind(method.kind, []<class Step>() { return Step::family; });
+    info.family = visit_kind(method.kind, []<class Stepper>() { return Stepper::family; });
     return info;
 }
 
 /// A method's operations on the programs of a Hamiltonian.
 inline Operations operations_of(const Method& method, const ProgramOperations& program) {
-    return visit_kind(method.kind, [&]<class Step>() { return Step::operations(method.coefficients, program); });
+    return visit_kind(method.kind, [&]<class Stepper>() { return Stepper::operations(method.coefficients, program); });
 }
 constexpr RoundingCounts rounding_counts_of(const Method& method) {
-    return visit_kind(method.kind, [&]<class Step>() { return Step::roundings(method.coefficients); });
+    return visit_kind(method.kind, [&]<class Stepper>() { return Stepper::roundings(method.coefficients); });
 }
 
 }  // namespace kagero

@@ -28,11 +28,11 @@ template <class V>
 struct SpaceKernel {
     /// Puts the system with these parameters into storage.
     void (*construct)(SystemStorage&, const double* parameters);
-    /// H is not smooth where Waypoint::side changes sign: steps must end there.
-    bool creased;
-    /// No step may be longer than Waypoint::scale.
-    bool scaled;
-    /// Rays end where Waypoint::domain, or Waypoint::captured, is not positive.
+    /// H is not smooth where RayState::side changes sign: steps must end there.
+    bool discontinuous;
+    /// No step may be longer than RayState::scale.
+    bool bounds_steps;
+    /// Rays end where RayState::domain, or RayState::captured, is not positive.
     bool bounded, capturing;
     /// Coordinates that do not occur in K.
     Axes cyclic;
@@ -40,21 +40,21 @@ struct SpaceKernel {
     /// Per kind: null where it serves this Hamiltonian, else why not.
     const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.
-    void (*begin[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
+    void (*begin[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
     /// One step from flow.start to flow.end.
-    void (*step[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&);
+    void (*step[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
     /// Dense output of that step; null where cubic Hermite is all there is.
-    Curve<V> (*curve[kind_count])(const Flow<V>&, const Coefficients&);
+    Curve<V> (*curve[kind_count])(const StepperState<V>&, const Coefficients&);
     /// As many steps as it takes to the escape sphere, or to where a ray that is captured takes its last; null where steps end in space.
-    void (*pass[kind_count])(const SystemStorage&, Flow<V>&, const Coefficients&, Passage<V>&);
+    void (*integrate_to_escape[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&, EscapeIntegration<V>&);
     /// The first two for rays known to be straight.
-    void (*begin_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
-    void (*step_straight)(const SystemStorage&, Flow<V>&, const Coefficients&);
-    /// Waypoint::side at a state; of what is creased alone.
-    V (*side)(const SystemStorage&, const State<V>&);
+    void (*begin_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
+    void (*step_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
+    /// RayState::side at a state; of what is discontinuous alone.
+    V (*switching_function)(const SystemStorage&, const State<V>&);
     /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone have them.
     Listed<double> (*derivatives)(const SystemStorage&);
-    V (*pace)(const SystemStorage&, const State<V>&);
+    V (*time_rescaling_factor)(const SystemStorage&, const State<V>&);
 };
 
 /// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.

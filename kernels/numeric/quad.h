@@ -22,12 +22,12 @@ inline Quad rsqrt(Quad a) { return 1 / sqrt(a); }
 inline Quad recip(Quad a) { return 1 / a; }
 inline Quad total_rsqrt(Quad a) { return rsqrt(a); }
 inline Quad total_recip(Quad a) { return recip(a); }
-inline Quad mul_add(Quad a, Quad b, Quad c) { return a * b + c; }
-inline Quad mul_sub(Quad a, Quad b, Quad c) { return a * b - c; }
-inline Quad neg_mul_add(Quad a, Quad b, Quad c) { return c - a * b; }
+inline Quad fma(Quad a, Quad b, Quad c) { return a * b + c; }
+inline Quad fms(Quad a, Quad b, Quad c) { return a * b - c; }
+inline Quad fnma(Quad a, Quad b, Quad c) { return c - a * b; }
 inline Quad min(Quad a, Quad b) { return a < b ? a : b; }
 inline Quad max(Quad a, Quad b) { return a > b ? a : b; }
-inline Quad pick(bool m, Quad a, Quad b) { return m ? a : b; }
+inline Quad select(bool m, Quad a, Quad b) { return m ? a : b; }
 
 namespace detail {
 /// The nearest whole number of units in a; `rest` becomes what is left. A unit is given as a sum of three doubles.

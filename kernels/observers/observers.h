@@ -107,7 +107,7 @@ std::array<double, 4> lowered_velocity(ObserverKind kind, const double* paramete
         double r;
         const std::array<double, 3> slope = radius_gradient<H>(parameters, q, r);
         const auto k = make_parameters<H>(parameters);
-        const double s = kind == ObserverKind::zamo ? H::lag(k, r) : kind == ObserverKind::falling ? H::infall(k, r) : 0.0;
+        const double s = kind == ObserverKind::zamo ? H::time_offset_gradient(k, r) : kind == ObserverKind::falling ? H::infall(k, r) : 0.0;
         return {-s * slope[0], -s * slope[1], -s * slope[2], -1};
     } else {
         return {0, 0, 0, -1};

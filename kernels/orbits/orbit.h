@@ -32,19 +32,19 @@ struct Orbit {
     }
     /// Into the plane, turning its axes, and out of it, or how long the step may be and whether it is the last: counted below, with sine,
     /// cosine and roots as what they are made of.
-    static Operations operations(const Coefficients&, const ProgramOperations& program) { return {program.slope + 5, program.survey + 145, 40}; }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) { return {program.slope + 5, program.event_functions + 145, 40}; }
     /// Into the plane of the orbit and out of it.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {8 + 0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
 
     template <class System, class V>
-    static void begin(const System& system, Flow<V>& f, const Coefficients&) {
+    static void begin(const System& system, StepperState<V>& f, const Coefficients&) {
         enter_orbit(system, f.start);
         f.start.velocity = OrbitFrame<V>(f.start).velocity(f.start.carry[orbit_u], f.start.carry[orbit_w]);
-        f.start.scale = no_bound<V>();
+        f.start.max_step_length = no_bound<V>();
     }
 
     template <class System, class V>
-    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V>& f, const Coefficients& coefficients) {
         OrbitMotion<V> m(system, f);
         f.h = longest<V>(m, f.h, in_steps<System>);
         turn(system, coefficients, f.h, m);
@@ -55,7 +55,7 @@ struct Orbit {
     /// The way of rays that meet nothing, to the escape sphere: all of it in the plane, where nothing but u and w is needed. Those that are
     /// captured, or get lost, stop at the last place before.
     template <class System, class V>
-    static void pass(const System& system, Flow<V>& f, const Coefficients& coefficients, Passage<V>& way) {
+    static void integrate_to_escape(const System& system, StepperState<V>& f, const Coefficients& coefficients, EscapeIntegration<V>& way) {
         using S = ScalarOf<V>;
         const V zero(S(0)), rim(S(1 / way.radius));
         OrbitMotion<V> m(system, f);
@@ -63,17 +63,17 @@ struct Orbit {
         MaskOf<V> open = way.h > zero, arriving = never<V>();
         for (std::uint32_t n = 1; n < way.max_steps && any(open); ++n) {
             OrbitMotion<V> next = m;
-            const V h = pick(open, longest<V>(m, way.h, alone<System>), zero);
+            const V h = select(open, longest<V>(m, way.h, alone<System>), zero);
             turn(system, coefficients, h, next);
             way.issued_steps += 1, way.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(open)));
             open = open & (next.u > zero) & (next.u < V(S(std::numeric_limits<float>::max())));
             const MaskOf<V> beyond = open & (next.u <= rim) & (next.w < zero);
             if constexpr (System::capturing) open = beyond | (open & (captured(system, next) > zero));
-            if (f.want_energy) worst_energy(system, f, next, open);
+            if (f.options.want_energy) worst_energy(system, f, next, open);
             m.take(next, open);
             m.change_sides(system);
-            OrbitMotion<V>::add(pick(open, h, zero), angle, angle_rest);
-            steps = pick(open, steps + V(S(1)), steps);
+            OrbitMotion<V>::add(select(open, h, zero), angle, angle_rest);
+            steps = select(open, steps + V(S(1)), steps);
             arriving = arriving | beyond, open = open & !beyond;
         }
         // From beyond the sphere back onto it: the angle to third order, until what second order leaves out is a rounding. ∂²V/∂u² is taken
@@ -86,9 +86,9 @@ struct Orbit {
             V fall = rim - m.u;
             if constexpr (OrbitMotion<V>::compensated) fall = fall - m.u_rest;
             const V slope = system.orbit().slope(m.u, m.g), half = V(S(0.5)) * slope;
-            const V second = fall / neg_mul_add(half, fall / m.w, m.w);
-            const V third = fall / neg_mul_add(second, mul_add(V(S(1) / S(3)) * m.w * second, half / m.u, half), m.w);
-            const V back = pick(moving, max(min(third, way.h), -way.h), zero);
+            const V second = fall / fnma(half, fall / m.w, m.w);
+            const V third = fall / fnma(second, fma(V(S(1) / S(3)) * m.w * second, half / m.u, half), m.w);
+            const V back = select(moving, max(min(third, way.h), -way.h), zero);
             OrbitMotion<V>::add(back, angle, angle_rest);
             const MaskOf<V> there = moving & (abs(back * back * back) <= rounding);
             const MaskOf<V> turning = m.want_parameter ? moving : moving & !there;
@@ -105,11 +105,11 @@ struct Orbit {
         leave(system, f, m, angle, angle_rest);
     }
 
-    /// After the end has been surveyed: its velocity is that along the orbit, by the angle.
+    /// After the end has been event_function_count: its velocity is that along the orbit, by the angle.
     template <class V>
-    KAGERO_INLINE static void arrived(Flow<V>& f) {
+    KAGERO_INLINE static void arrived(StepperState<V>& f) {
         f.end.velocity = force_in(f.stage[0]);
-        f.end.scale = no_bound<V>();
+        f.end.max_step_length = no_bound<V>();
     }
 
 private:
@@ -122,7 +122,7 @@ private:
     };
     template <class H>
     static constexpr Change most(const Change& around_a_hole) {
-        return !H::spacetime ? Change{0.5, 0.5, 0.5, true} : FarSided<H> ? Change{0.4, 0.4, 0.4} : around_a_hole;
+        return !H::spacetime ? Change{0.5, 0.5, 0.5, true} : TwoSheeted<H> ? Change{0.4, 0.4, 0.4} : around_a_hole;
     }
     template <class System>
     static constexpr Change in_steps = most<typename System::Hamiltonian>({0.6, 1.5, 0.6});
@@ -141,8 +141,8 @@ private:
     KAGERO_INLINE static V longest(const OrbitMotion<V>& m, const V& h, const Change& change) {
         using S = ScalarOf<V>;
         const V inverse = rsqrt(m.u * m.u + m.w * m.w), share = m.u * inverse;
-        const V inward = min(V(S(change.inward)) * share, mul_add(m.w, inverse, V(S(change.outside))));
-        V most = pick(m.w > V(S(0)), inward, V(S(change.outward)) * share);
+        const V inward = min(V(S(change.inward)) * share, fma(m.w, inverse, V(S(change.outside))));
+        V most = select(m.w > V(S(0)), inward, V(S(change.outward)) * share);
         if (change.of_step) most = most * abs(h);
         return max(min(h, most), -most);
     }
@@ -159,8 +159,8 @@ private:
         const auto twice_potential = [&] { return V(S(2)) * system.orbit().potential(m.u, m.g); };
         V start(S(0)), scale(S(0)), surplus(S(0)), gained(S(0)), delayed(S(0));
         if constexpr (with_parameter) {
-            const V twice_energy = mul_add(m.w, m.w, twice_potential());
-            scale = max(twice_energy, V(S(0.25)) * mul_add(m.u, m.u, m.w * m.w));
+            const V twice_energy = fma(m.w, m.w, twice_potential());
+            scale = max(twice_energy, V(S(0.25)) * fma(m.u, m.u, m.w * m.w));
             surplus = scale - twice_energy, start = m.w * recip(m.u);
         }
         // u = start + gain, and w as at the start less h times the pull: so the roundings of a sum are those of what is added.
@@ -170,38 +170,38 @@ private:
         const auto kick = [&](double fraction) __attribute__((always_inline)) {
             const V share{S(fraction)}, slope = system.orbit().slope(m.u, m.g);
             if constexpr (with_parameter) {
-                const V rest = surplus + neg_mul_add(m.u, slope, twice_potential());
-                gained = mul_add(h * share, rest * recip(m.u * m.u), gained);
-                if constexpr (Delaying<typename System::Hamiltonian>) delayed = mul_add(h * share, orbit_delay(system, m.u), delayed);
+                const V rest = surplus + fnma(m.u, slope, twice_potential());
+                gained = fma(h * share, rest * recip(m.u * m.u), gained);
+                if constexpr (Delaying<typename System::Hamiltonian>) delayed = fma(h * share, orbit_delay(system, m.u), delayed);
             }
-            pull = mul_add(share, slope, pull);
+            pull = fma(share, slope, pull);
         };
         const auto drift = [&](double fraction) __attribute__((always_inline)) {
-            const V share{S(fraction)}, towards = neg_mul_add(square, pull, way);
-            if constexpr (compensated) gain = mul_add(share, towards, gain), m.u = from + gain;
-            else m.u = mul_add(share, towards, m.u);
+            const V share{S(fraction)}, towards = fnma(square, pull, way);
+            if constexpr (compensated) gain = fma(share, towards, gain), m.u = from + gain;
+            else m.u = fma(share, towards, m.u);
         };
         const double *fraction = coefficients.fractions.data(), *const end = fraction + coefficients.fractions.size();
         if (!coefficients.kick_first) drift(*fraction++);
         for (; fraction + 1 < end; fraction += 2) kick(fraction[0]), drift(fraction[1]);
         if (fraction < end) kick(*fraction);
         if constexpr (compensated) {
-            const V change = neg_mul_add(h, pull, m.w_rest), before = m.w;
+            const V change = fnma(h, pull, m.w_rest), before = m.w;
             m.w = before + change;
             m.u_rest = gain - (m.u - from), m.w_rest = change - (m.w - before);
         } else {
-            m.w = neg_mul_add(h, pull, m.w);
+            m.w = fnma(h, pull, m.w);
         }
         if constexpr (with_parameter)
-            m.parameter += mul_add(start - m.w * recip(m.u) + gained, recip(scale), delayed) * recip(m.momentum);
+            m.parameter += fma(start - m.w * recip(m.u) + gained, recip(scale), delayed) * recip(m.momentum);
     }
     /// By a small angle to where 1/r is `end`, in these lanes; not λ.
     template <class System, class V>
     KAGERO_INLINE static void finish(const System& system, OrbitMotion<V>& m, const V& angle, const V& end, const MaskOf<V>& lanes) {
         const V middle = V(ScalarOf<V>(0.5)) * (m.u + end);
-        m.w = pick(lanes, neg_mul_add(angle, system.orbit().slope(middle, m.g), m.w), m.w);
-        m.u = pick(lanes, end, m.u);
-        if constexpr (OrbitMotion<V>::compensated) m.u_rest = pick(lanes, V(ScalarOf<V>(0)), m.u_rest);
+        m.w = select(lanes, fnma(angle, system.orbit().slope(middle, m.g), m.w), m.w);
+        m.u = select(lanes, end, m.u);
+        if constexpr (OrbitMotion<V>::compensated) m.u_rest = select(lanes, V(ScalarOf<V>(0)), m.u_rest);
     }
     /// How often `turn` differentiates.
     template <class V>
@@ -224,14 +224,14 @@ private:
         return System::Hamiltonian::captured(system.template parameters<V>(), here.q(), here.p(), velocity, m.pt);
     }
     template <class System, class V>
-    KAGERO_INLINE static void worst_energy(const System& system, Flow<V>& f, const OrbitMotion<V>& m, const MaskOf<V>& lanes) {
-        const Survey<V> here = system.survey(in_plane(system, m.from_here(system)));
-        f.energy_error = pick(lanes, max(f.energy_error, abs(here.excess) / here.size), f.energy_error);
+    KAGERO_INLINE static void worst_energy(const System& system, StepperState<V>& f, const OrbitMotion<V>& m, const MaskOf<V>& lanes) {
+        const EventFunctions<V> here = system.event_functions(in_plane(system, m.from_here(system)));
+        f.energy_error = select(lanes, max(f.energy_error, abs(here.excess) / here.size), f.energy_error);
     }
 
     /// The end of a step in space again, but for rays that have not turned.
     template <class System, class V>
-    static void leave(const System& system, Flow<V>& f, const OrbitMotion<V>& there, const V& angle, const V& rest) {
+    static void leave(const System& system, StepperState<V>& f, const OrbitMotion<V>& there, const V& angle, const V& rest) {
         const MaskOf<V> still = abs(angle) <= V(ScalarOf<V>(0));
         const OrbitMotion<V> m = there.from_here(system);
         const State<V> here = in_plane(system, m);
@@ -239,10 +239,10 @@ private:
         plane.turn(angle, rest);
         const Vec3<V> q = here.y[component_x] * plane.out;
         const Vec3<V> p = advance(here.y[component_px] * plane.out, here.y[component_py], plane.around);
-        f.end.set(pick<V>(still, f.start.q(), q), pick<V>(still, f.start.p(), p));
+        f.end.set(select<V>(still, f.start.q(), q), select<V>(still, f.start.p(), p));
         f.end.parameter = m.parameter;
         m.leave_to(f.end), plane.leave_to(f.end);
-        const Vec3<V> velocity = pick<V>(still, f.start.velocity, plane.velocity(m.u, m.w));
+        const Vec3<V> velocity = select<V>(still, f.start.velocity, plane.velocity(m.u, m.w));
         f.stage[0][0] = velocity.x, f.stage[0][1] = velocity.y, f.stage[0][2] = velocity.z;
         f.solved = always<V>();
     }

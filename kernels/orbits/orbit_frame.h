@@ -1,11 +1,11 @@
 /// The plane of an orbit about a centre, in space; and a ray in it, by the angle φ swept: u = 1/r and w = du/dφ.
 #pragma once
 
-#include "kernels/integrators/flow.h"
+#include "kernels/integrators/stepper_state.h"
 
 namespace kagero {
 
-/// Where Waypoint::carry has what the orbit knows better than the state: L; 1/r and du/dφ with what rounding cuts off them; and the unit
+/// Where RayState::carry has what the orbit knows better than the state: L; 1/r and du/dφ with what rounding cuts off them; and the unit
 /// vector across the radius (3).
 enum OrbitCarry { orbit_momentum, orbit_u, orbit_u_rest, orbit_w, orbit_w_rest, orbit_around, orbit_carried = orbit_around + 3 };
 static_assert(orbit_carried <= stepper_memory);
@@ -23,7 +23,7 @@ struct OrbitFrame {
     using S = ScalarOf<V>;
     Vec3<V> out, around;  ///< unit vectors along q, and across it, the way the ray goes
 
-    KAGERO_INLINE explicit OrbitFrame(const Waypoint<V>& at) {
+    KAGERO_INLINE explicit OrbitFrame(const RayState<V>& at) {
         const V* const carry = at.carry;
         const Vec3<V> q = at.q(), before{carry[orbit_around], carry[orbit_around + 1], carry[orbit_around + 2]};
         out = rsqrt(dot(q, q)) * q;
@@ -34,14 +34,14 @@ struct OrbitFrame {
     KAGERO_INLINE void turn(const V& angle, const V& rest) {
         V c = cos(angle), s = sin(angle);
         if constexpr (std::is_same_v<S, float>) {
-            const V cosine = neg_mul_add(rest, s, c);
-            s = mul_add(rest, c, s), c = cosine;
+            const V cosine = fnma(rest, s, c);
+            s = fma(rest, c, s), c = cosine;
         }
         const Vec3<V> before = out;
         out = advance(c * before, s, around);
         around = retreat(c * around, s, before);
     }
-    KAGERO_INLINE void leave_to(Waypoint<V>& to) const {
+    KAGERO_INLINE void leave_to(RayState<V>& to) const {
         to.carry[orbit_around] = around.x, to.carry[orbit_around + 1] = around.y, to.carry[orbit_around + 2] = around.z;
     }
     /// dq/dφ of a ray with these 1/r and du/dφ.
@@ -65,23 +65,23 @@ struct OrbitMotion {
     bool want_parameter;
 
     template <class System>
-    KAGERO_INLINE OrbitMotion(const System& system, const Flow<V>& f)
+    KAGERO_INLINE OrbitMotion(const System& system, const StepperState<V>& f)
         : u(f.start.carry[orbit_u]), w(f.start.carry[orbit_w]), u_rest(f.start.carry[orbit_u_rest]), w_rest(f.start.carry[orbit_w_rest]),
           momentum(f.start.carry[orbit_momentum]), pt(f.start.pt()), parameter(f.start.parameter), far(never<V>()),
-          want_parameter(f.want_carried) {
+          want_parameter(f.options.want_carried) {
         g = recip(momentum * momentum);
         if constexpr (System::Hamiltonian::spacetime) g = g * (pt * pt);
         change_sides(system);
     }
-    KAGERO_INLINE void leave_to(Waypoint<V>& to) const {
+    KAGERO_INLINE void leave_to(RayState<V>& to) const {
         to.carry[orbit_momentum] = momentum;
         to.carry[orbit_u] = u, to.carry[orbit_u_rest] = u_rest, to.carry[orbit_w] = w, to.carry[orbit_w_rest] = w_rest;
     }
     /// From now on as `next`, in these lanes.
     KAGERO_INLINE void take(const OrbitMotion& next, const MaskOf<V>& lanes) {
-        u = pick(lanes, next.u, u), w = pick(lanes, next.w, w);
-        if constexpr (compensated) u_rest = pick(lanes, next.u_rest, u_rest), w_rest = pick(lanes, next.w_rest, w_rest);
-        if (want_parameter) parameter = pick(lanes, next.parameter, parameter);
+        u = select(lanes, next.u, u), w = select(lanes, next.w, w);
+        if constexpr (compensated) u_rest = select(lanes, next.u_rest, u_rest), w_rest = select(lanes, next.w_rest, w_rest);
+        if (want_parameter) parameter = select(lanes, next.parameter, parameter);
     }
     /// Adds to a number, and keeps what rounding cuts off the sum, which is less than it.
     KAGERO_INLINE static void add(const V& more, V& sum, V& rest) {
@@ -95,7 +95,7 @@ struct OrbitMotion {
     /// Through the throat, where the ray has passed it.
     template <class System>
     KAGERO_INLINE void change_sides(const System& system) {
-        if constexpr (FarSided<typename System::Hamiltonian>) {
+        if constexpr (TwoSheeted<typename System::Hamiltonian>) {
             const MaskOf<V> through = u * u > throat(system);
             invert(system, through);
             far = (far & !through) | (through & !far);
@@ -105,7 +105,7 @@ struct OrbitMotion {
     template <class System>
     KAGERO_INLINE OrbitMotion from_here(const System& system) const {
         OrbitMotion m = *this;
-        if constexpr (FarSided<typename System::Hamiltonian>) m.invert(system, far);
+        if constexpr (TwoSheeted<typename System::Hamiltonian>) m.invert(system, far);
         return m;
     }
 
@@ -113,14 +113,14 @@ private:
     /// u² there.
     template <class System>
     KAGERO_INLINE static V throat(const System& system) {
-        const V radius = System::Hamiltonian::far_side(system.template parameters<V>());
+        const V radius = System::Hamiltonian::throat_radius(system.template parameters<V>());
         return recip(radius * radius);
     }
     template <class System>
     KAGERO_INLINE void invert(const System& system, const MaskOf<V>& lanes) {
         const V r = recip(u), other = throat(system) * r;
-        u = pick(lanes, other, u), w = pick(lanes, -(w * r * other), w);
-        if constexpr (compensated) u_rest = pick(lanes, V(ScalarOf<V>(0)), u_rest), w_rest = pick(lanes, V(ScalarOf<V>(0)), w_rest);
+        u = select(lanes, other, u), w = select(lanes, -(w * r * other), w);
+        if constexpr (compensated) u_rest = select(lanes, V(ScalarOf<V>(0)), u_rest), w_rest = select(lanes, V(ScalarOf<V>(0)), w_rest);
     }
 };
 

@@ -22,7 +22,7 @@ struct WideLanes<V> {
 /// L = |q × p|, and du/dφ = −u² dr/dλ dλ/dφ with dr/dλ = ∂H/∂p_r. A ray along the radius is kept from being just that, by some roundings of
 /// double, or in float by a fraction of one: r²/L has to fit the packet's numbers.
 template <class System, class V>
-__attribute__((noinline)) void enter_orbit(const System& system, Waypoint<V>& start) {
+__attribute__((noinline)) void enter_orbit(const System& system, RayState<V>& start) {
     using D = typename WideLanes<V>::type;
     constexpr int numbers_of_orbit = 3 + space_size;  // L, 1/r and du/dφ, and the unit vector across the radius
     constexpr int lanes = lane_count<V>, together = lane_count<D>;
@@ -40,7 +40,7 @@ __attribute__((noinline)) void enter_orbit(const System& system, Waypoint<V>& st
         const Vec3<D> around = recip(momentum) * cross(spin, out);
         const D pt = lanes_of<D>(state[component_pt] + i);
         const D speed = system.dp(State<D>{{r, zero, zero, dot(out, p), momentum * u, zero, pt}}).x;
-        const D w = -(speed * mul_add(u * u, orbit_delay(system, u), D(1.0)) * recip(momentum));
+        const D w = -(speed * fma(u * u, orbit_delay(system, u), D(1.0)) * recip(momentum));
         const D numbers[numbers_of_orbit] = {momentum, u, w, around.x, around.y, around.z};
         for (int k = 0; k < numbers_of_orbit; ++k) to_doubles(numbers[k], carry[k] + i);
     }

@@ -21,11 +21,11 @@ struct Recipe {
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {3.0 * double(c.fractions.size()), 1, weight_of(c.fractions)}; }
     static constexpr bool resumes = true;
     template <class System, class V>
-    static void begin(const System&, Flow<V>&, const Coefficients&) {}
+    static void begin(const System&, StepperState<V>&, const Coefficients&) {}
 
     /// The fractions are weights of S2.
     template <class System, class V>
-    static void step(const System& system, Flow<V>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V>& f, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         f.solved = always<V>();
@@ -41,7 +41,7 @@ struct Recipe {
 private:
     /// Eq. (9).
     template <class Part, class V>
-    KAGERO_INLINE static void euler(const Part& part, Flow<V>& f, Vec3<V>& q, Vec3<V>& p, const V& tau) {
+    KAGERO_INLINE static void euler(const Part& part, StepperState<V>& f, Vec3<V>& q, Vec3<V>& p, const V& tau) {
         const Vec3<V> force = part.dq(joined(f, q, p));
         f.gradients += V(ScalarOf<V>(2));
         if constexpr (Part::force_needs_p) p = Shared<V>::newton(Side::kick, as_called<V>(part), f, q, p, tau, retreat(p, tau, force));

@@ -43,7 +43,7 @@ KAGERO_INLINE V taylor(const V& square) {
     using S = ScalarOf<V>;
     constexpr auto c = taylor_coefficients<S, first>();
     V sum(c.back());
-    for (int n = static_cast<int>(c.size()) - 2; n >= 0; --n) sum = mul_add(sum, square, V(c[n]));
+    for (int n = static_cast<int>(c.size()) - 2; n >= 0; --n) sum = fma(sum, square, V(c[n]));
     return sum;
 }
 
@@ -59,16 +59,16 @@ template <int quarters, class V>
 KAGERO_INLINE V circular(const V& x) {
     using S = ScalarOf<V>;
     using Turn = QuarterTurn<S>;
-    const auto half_below = [&](const V& k) { return nearest_whole(mul_sub(k, V(S(0.5)), V(S(0.25)))); };
+    const auto half_below = [&](const V& k) { return nearest_whole(fms(k, V(S(0.5)), V(S(0.25)))); };
     const V turns = nearest_whole(x * V(S(0.636619772367581343)));
-    V r = neg_mul_add(turns, V(Turn::parts[0]), x);
-    r = neg_mul_add(turns, V(Turn::parts[1]), r);
-    r = neg_mul_add(turns, V(Turn::parts[2]), r);
+    V r = fnma(turns, V(Turn::parts[0]), x);
+    r = fnma(turns, V(Turn::parts[1]), r);
+    r = fnma(turns, V(Turn::parts[2]), r);
     const V square = r * r;
     const V sine = r * taylor<1>(square), cosine = taylor<0>(square);
     const V k = turns + V(S(quarters)), half = half_below(k);
-    const V odd = neg_mul_add(V(S(2)), half, k), flipped = neg_mul_add(V(S(2)), half_below(half), half);
-    const V value = pick(odd > V(S(0.5)), cosine, sine) * neg_mul_add(V(S(2)), flipped, V(S(1)));
+    const V odd = fnma(V(S(2)), half, k), flipped = fnma(V(S(2)), half_below(half), half);
+    const V value = select(odd > V(S(0.5)), cosine, sine) * fnma(V(S(2)), flipped, V(S(1)));
     const auto far = !(abs(x) <= V(Turn::limit));
     if (!any(far)) [[likely]]
         return value;

@@ -18,7 +18,7 @@
 
 namespace kagero {
 
-/// A statement for every register i of R. Written out, not looped: g++ scalarizes structures before it unrolls loops, and what it
+/// A statement for every register i of R. RerecordedHamiltonian out, not looped: g++ scalarizes structures before it unrolls loops, and what it
 /// did not scalarize by then stays in memory.
 #define KAGERO_EACH_REGISTER(...)                                                                                     \
     static_assert(R == 1 || R == 2 || R == 4);                                                                        \
@@ -147,9 +147,9 @@ KAGERO_INLINE Lanes<T, R>& operator-=(Lanes<T, R>& a, const Lanes<T, R>& b) { re
         KAGERO_EACH_REGISTER(d.v[i] = registers::FUNCTION(a.v[i], b.v[i], c.v[i]))                       \
         return d;                                                                                               \
     }
-KAGERO_LANES_TERNARY(mul_add, fused)          // a·b + c
-KAGERO_LANES_TERNARY(mul_sub, fused_sub)      // a·b − c
-KAGERO_LANES_TERNARY(neg_mul_add, fused_neg)  // c − a·b
+KAGERO_LANES_TERNARY(fma, fused)          // a·b + c
+KAGERO_LANES_TERNARY(fms, fused_sub)      // a·b − c
+KAGERO_LANES_TERNARY(fnma, fused_neg)  // c − a·b
 #undef KAGERO_LANES_TERNARY
 
 #define KAGERO_LANES_COMPARE(OPERATOR)                                                                    \
@@ -185,7 +185,7 @@ KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
 
 /// a where the mask holds, else b.
 template <class T, int R>
-KAGERO_INLINE Lanes<T, R> pick(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
+KAGERO_INLINE Lanes<T, R> select(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
     Lanes<T, R> c;
     KAGERO_EACH_REGISTER(c.v[i] = xsimd::select(xsimd::batch_bool<T>(m.v[i]), xsimd::batch<T>(a.v[i]), xsimd::batch<T>(b.v[i])))
     return c;
@@ -207,25 +207,25 @@ concept Scalar = std::is_floating_point_v<V>;
 
 #if defined(__FMA__)
 template <Scalar V>
-KAGERO_INLINE V mul_add(V a, V b, V c) { return std::fma(a, b, c); }
+KAGERO_INLINE V fma(V a, V b, V c) { return std::fma(a, b, c); }
 template <Scalar V>
-KAGERO_INLINE V mul_sub(V a, V b, V c) { return std::fma(a, b, -c); }
+KAGERO_INLINE V fms(V a, V b, V c) { return std::fma(a, b, -c); }
 template <Scalar V>
-KAGERO_INLINE V neg_mul_add(V a, V b, V c) { return std::fma(-a, b, c); }
+KAGERO_INLINE V fnma(V a, V b, V c) { return std::fma(-a, b, c); }
 #else
 template <Scalar V>
-KAGERO_INLINE V mul_add(V a, V b, V c) { return a * b + c; }
+KAGERO_INLINE V fma(V a, V b, V c) { return a * b + c; }
 template <Scalar V>
-KAGERO_INLINE V mul_sub(V a, V b, V c) { return a * b - c; }
+KAGERO_INLINE V fms(V a, V b, V c) { return a * b - c; }
 template <Scalar V>
-KAGERO_INLINE V neg_mul_add(V a, V b, V c) { return c - a * b; }
+KAGERO_INLINE V fnma(V a, V b, V c) { return c - a * b; }
 #endif
 template <Scalar V>
 KAGERO_INLINE V min(V a, V b) { return a < b ? a : b; }
 template <Scalar V>
 KAGERO_INLINE V max(V a, V b) { return a > b ? a : b; }
 template <Scalar V>
-KAGERO_INLINE V pick(bool m, V a, V b) { return m ? a : b; }
+KAGERO_INLINE V select(bool m, V a, V b) { return m ? a : b; }
 KAGERO_INLINE std::uint64_t to_bits(bool m) { return m; }
 KAGERO_INLINE bool any(bool m) { return m; }
 using std::abs;
@@ -243,19 +243,19 @@ using std::tanh;
 template <bool total, class V>
 KAGERO_INLINE V polished_rsqrt(const V& x, const V& y) {
     using S = ScalarOf<V>;
-    V e = neg_mul_add(x * y, y, V(S(1)));
+    V e = fnma(x * y, y, V(S(1)));
     if constexpr (total) e = min(e, V(S(1)));
-    if constexpr (std::is_same_v<S, float>) return mul_add(y * e, V(S(0.5)), y);
-    else return mul_add(y * e, mul_add(e, mul_add(e, V(S(0.3125)), V(S(0.375))), V(S(0.5))), y);
+    if constexpr (std::is_same_v<S, float>) return fma(y * e, V(S(0.5)), y);
+    else return fma(y * e, fma(e, fma(e, V(S(0.3125)), V(S(0.375))), V(S(0.5))), y);
 }
 /// y += y e (1 + e (1 + e)) with e = 1 − x y.
 template <bool total, class V>
 KAGERO_INLINE V polished_recip(const V& x, const V& y) {
     using S = ScalarOf<V>;
-    V e = neg_mul_add(x, y, V(S(1)));
+    V e = fnma(x, y, V(S(1)));
     if constexpr (total) e = min(e, V(S(1)));
-    if constexpr (std::is_same_v<S, float>) return mul_add(y * e, V(S(1)), y);
-    else return mul_add(y * e, mul_add(e, e + V(S(1)), V(S(1))), y);
+    if constexpr (std::is_same_v<S, float>) return fma(y * e, V(S(1)), y);
+    else return fma(y * e, fma(e, e + V(S(1)), V(S(1))), y);
 }
 template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) {

@@ -14,8 +14,8 @@ double multiply_adds(std::uint64_t rounds) {
     const V a(T(0.75)), b(T(0.25));
     V x0(T(0.1)), x1(T(0.2)), x2(T(0.3)), x3(T(0.4)), x4(T(0.5)), x5(T(0.6)), x6(T(0.7)), x7(T(0.8)), x8(T(0.9)), x9(T(1.1));
     for (std::uint64_t i = 0; i < rounds; ++i) {
-        x0 = mul_add(x0, a, b), x1 = mul_add(x1, a, b), x2 = mul_add(x2, a, b), x3 = mul_add(x3, a, b), x4 = mul_add(x4, a, b);
-        x5 = mul_add(x5, a, b), x6 = mul_add(x6, a, b), x7 = mul_add(x7, a, b), x8 = mul_add(x8, a, b), x9 = mul_add(x9, a, b);
+        x0 = fma(x0, a, b), x1 = fma(x1, a, b), x2 = fma(x2, a, b), x3 = fma(x3, a, b), x4 = fma(x4, a, b);
+        x5 = fma(x5, a, b), x6 = fma(x6, a, b), x7 = fma(x7, a, b), x8 = fma(x8, a, b), x9 = fma(x9, a, b);
     }
     const V sum = ((x0 + x1) + (x2 + x3)) + ((x4 + x5) + (x6 + x7)) + (x8 + x9);
     [[maybe_unused]] volatile T keep = get_lane(sum, 0);

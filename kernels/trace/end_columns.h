@@ -28,10 +28,10 @@ public:
     KAGERO_INLINE void set(std::size_t offset, const Vec3<V>& a) {
         set(offset, a.x), set(offset + sizeof(double), a.y), set(offset + 2 * sizeof(double), a.z);
     }
-    /// Whole numbers; returns the sum of those of `lanes`. Written for the compiler to vectorize.
+    /// Whole numbers; returns the sum of those of `lanes`. RerecordedHamiltonian for the compiler to vectorize.
     KAGERO_INLINE std::uint64_t set_counts(std::size_t offset, const V& counts, std::uint64_t lanes) {
         alignas(64) double numbers[W];
-        to_doubles(pick(from_bits<V>(lanes), counts, V(ScalarOf<V>(0))), numbers);
+        to_doubles(select(from_bits<V>(lanes), counts, V(ScalarOf<V>(0))), numbers);
         std::uint32_t* const words = words_[place(offset)];
         for (int i = 0; i < W; ++i) words[i] = static_cast<std::uint32_t>(numbers[i]);
         std::uint64_t sum = 0;

@@ -14,16 +14,16 @@ template <class V>
 std::uint64_t integrate_to_escape(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer, Counters& counters, std::uint64_t& moving) {
     using S = ScalarOf<V>;
     constexpr std::uint32_t max_steps = 4096;  // no step of it can be interrupted
-    Flow<V>& state = packet.state;
-    Passage<V> way;
+    StepperState<V>& state = packet.state;
+    EscapeIntegration<V> way;
     // A ray from beyond the sphere may pass it.
-    way.h = pick(is_outside(task, state.start.q()), V(S(0)), packet.step_length), way.radius = task.job.escape_radius;
+    way.h = select(is_outside(task, state.start.q()), V(S(0)), packet.step_length), way.radius = task.job.escape_radius;
     way.max_steps = std::min(task.job.max_steps, max_steps);
-    task.pass(state, way);
+    task.integrate_to_escape(state, way);
     moving = packet.active & to_bits(is_finite(sum_of_all(state.end, state.end.velocity)) & state.energy_holds);
     const MaskOf<V> here = from_bits<V>(moving);
-    packet.steps = pick(here, way.steps, packet.steps);
-    packet.worst_energy = pick(here, state.energy_error, packet.worst_energy);
+    packet.steps = select(here, way.steps, packet.steps);
+    packet.worst_energy = select(here, state.energy_error, packet.worst_energy);
     const std::uint64_t escaped = moving & to_bits(way.arrived);
     counters.issued_lane_steps += way.issued_steps * Packet<V>::W, counters.active_lane_steps += way.active_lane_steps;
     writer.end_rays(state, escaped, EscapeSphere::status);

@@ -147,7 +147,7 @@ void PacketTracer<V, Events>::escape() {
 
 template <class V, class Events>
 void PacketTracer<V, Events>::advance() {
-    Flow<V>& state = packet_.state;
+    StepperState<V>& state = packet_.state;
     KAGERO_ASSERT(packet_.active && (packet_.active & ~packet_.filled) == 0);
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(packet_.active));
@@ -191,7 +191,7 @@ void PacketTracer<V, Events>::end_at_step_end(const Detected<Events>& found) {
 /// The end of the step of `moving` becomes the start of the next one for the lanes of `staying`; the others become inactive.
 template <class V, class Events>
 void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t staying) {
-    Flow<V>& state = packet_.state;
+    StepperState<V>& state = packet_.state;
     KAGERO_ASSERT((staying & ~moving) == 0 && (moving & ~packet_.active) == 0);
     if (staying == all_lanes<W>) {
         task_.begin_next(state);
@@ -202,12 +202,12 @@ void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t staying) 
     if (const std::uint64_t leaving = moving & ~staying) {
         const MaskOf<V> gone = from_bits<V>(leaving);
         packet_.active &= ~leaving;
-        packet_.iterations_at_end = pick(gone, state.open_iterations, packet_.iterations_at_end);
-        packet_.step_length = pick(gone, V(S(0)), packet_.step_length);
+        packet_.iterations_at_end = select(gone, state.open_iterations, packet_.iterations_at_end);
+        packet_.step_length = select(gone, V(S(0)), packet_.step_length);
     }
     const MaskOf<V> going = from_bits<V>(staying), inactive = from_bits<V>(~packet_.active);
     task_.begin_next(state, going);
-    state.h = pick(going | inactive, control_.next_length(), state.h);
+    state.h = select(going | inactive, control_.next_length(), state.h);
     control_.forget(staying);
 }
 
@@ -231,8 +231,8 @@ void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
     const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.lost, undone = lost ? undo(lost) : 0;
     const std::uint64_t resumed = deferred.lanes & ~(lost | again) & deferred.template lanes_with<Effect::resume>();
     const std::uint64_t ended = deferred.lanes & ~(undone | again | resumed);
-    if (packet_.state.want_energy)
-        packet_.worst_energy = pick(from_bits<V>(ended), max(packet_.worst_energy, deferred.step.energy_error), packet_.worst_energy);
+    if (packet_.state.options.want_energy)
+        packet_.worst_energy = select(from_bits<V>(ended), max(packet_.worst_energy, deferred.step.energy_error), packet_.worst_energy);
     writer_.end_rays(deferred.step, lost & ~undone, Status::failed, Failure::not_landed);
     end_refined(ended & ~lost);
     writer_.write_iterations(ended, packet_.iterations_at_end);
@@ -258,13 +258,13 @@ template <class V, class Events>
 void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
     DeferredEvents<V, Events>& deferred = refiner_->deferred;
     if (task_.job.path_sink) writer_.report_path(deferred.step, lanes, false);
-    Waypoint<V> at = deferred.step.end;
+    RayState<V> at = deferred.step.end;
     Events::each([&]<class Event>() {
         if constexpr (Event::effect == Effect::resume) {
             if (const std::uint64_t of_event = lanes & deferred.lanes_of.template of<Event>()) {
-                Waypoint<V> changed = at;
+                RayState<V> changed = at;
                 Event::resume(task_, changed);
-                Waypoint<V>::each(at, changed, CopyLanes<V>{from_bits<V>(of_event)});
+                RayState<V>::each(at, changed, CopyLanes<V>{from_bits<V>(of_event)});
             }
         }
     });

@@ -14,7 +14,7 @@ struct Packet {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
-    Flow<V> state;            ///< where the rays are, and the step that they take
+    StepperState<V> state;            ///< where the rays are, and the step that they take
     V step_length;            ///< what the method or its step control proposes; 0 in inactive lanes
     V steps;                  ///< steps taken by each ray: whole numbers
     V worst_energy;           ///< the greatest relative error of H so far
@@ -31,7 +31,7 @@ struct Packet {
         for (int i = 0; i < W; ++i) {
             if (!((lanes >> i) & 1)) continue;
             const auto copy = [&](V& v, const V& from) { set_lane(v, i, get_lane(from, donor)); };
-            Waypoint<V>::each(state.start, state.start, copy);
+            RayState<V>::each(state.start, state.start, copy);
             for (auto& stage : state.stage)
                 for (V& g : stage) copy(g, g);
         }
@@ -39,27 +39,27 @@ struct Packet {
     /// Rays of `lanes` have ended at the start of their step.
     void deactivate(std::uint64_t lanes) {
         const MaskOf<V> gone = from_bits<V>(lanes);
-        state.h = pick(gone, V(S(0)), state.h);
-        step_length = pick(gone, V(S(0)), step_length);
+        state.h = select(gone, V(S(0)), state.h);
+        step_length = select(gone, V(S(0)), step_length);
         active &= ~lanes;
         neutralize_lanes(lanes);
     }
     /// Counts a step that the rays of `lanes` have taken.
     KAGERO_INLINE void count_step(std::uint64_t lanes) {
         const MaskOf<V> moved = from_bits<V>(lanes);
-        steps = pick(moved, steps + V(S(1)), steps);
-        if (state.want_energy) {
+        steps = select(moved, steps + V(S(1)), steps);
+        if (state.options.want_energy) {
             const MaskOf<V> inside = moved & (state.end.domain > V(S(0)));
-            worst_energy = pick(inside, max(worst_energy, state.energy_error), worst_energy);
+            worst_energy = select(inside, max(worst_energy, state.energy_error), worst_energy);
         }
     }
 };
 
 /// What the stepper remembers of its last step, in the lanes of `lanes`.
 template <class V>
-void take_stages(Flow<V>& to, const Flow<V>& from, const MaskOf<V>& lanes) {
+void take_stages(StepperState<V>& to, const StepperState<V>& from, const MaskOf<V>& lanes) {
     for (int i = 0; i < max_stages; ++i)
-        for (int k = 0; k < phase_size; ++k) to.stage[i][k] = pick(lanes, from.stage[i][k], to.stage[i][k]);
+        for (int k = 0; k < phase_size; ++k) to.stage[i][k] = select(lanes, from.stage[i][k], to.stage[i][k]);
 }
 
 /// Finite exactly where state and velocity are finite (apart from sums that overflow; no ray survives those either).

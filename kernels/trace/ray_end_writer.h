@@ -20,7 +20,7 @@ public:
           active_before_(counters.active_lane_steps), issued_before_(counters.issued_lane_steps) {}
 
     /// The rays of `lanes` end at the end of `step`. Without finite numbers a ray has failed; a captured one may have none.
-    void end_rays(const Flow<V>& step, std::uint64_t lanes, Status status, Failure failure = Failure::none) {
+    void end_rays(const StepperState<V>& step, std::uint64_t lanes, Status status, Failure failure = Failure::none) {
         if (!lanes) return;
         const bool anywhere = status == Status::failed || status == Status::captured;
         const std::uint64_t finite = anywhere ? lanes : lanes & to_bits(is_finite(sum_of_all(step.end, step.end.velocity)));
@@ -29,7 +29,7 @@ public:
     }
     /// The rays of `lanes` fail: they end where their last good step ended.
     void fail_rays(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
-        Flow<V> last = packet_.state;
+        StepperState<V> last = packet_.state;
         last.end = last.start;
         end_rays(last, lanes & unsolved, Status::failed, Failure::not_converged);
         end_rays(last, lanes & lossy & ~unsolved, Status::failed, Failure::energy_lost);
@@ -67,8 +67,8 @@ public:
         for (const int i : lanes_in(lanes)) packet_.ends[i]->occupancy = occupancy;
     }
     /// Reports where rays start, or where their step ends, as points of their paths.
-    void report_path(const Flow<V>& step, std::uint64_t lanes, bool at_start) {
-        const Waypoint<V>& at = at_start ? step.start : step.end;
+    void report_path(const StepperState<V>& step, std::uint64_t lanes, bool at_start) {
+        const RayState<V>& at = at_start ? step.start : step.end;
         for (const int i : lanes_in(lanes)) {
             PathPoint point{};
             point.ray = packet_.numbers[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(packet_.steps, i));
@@ -83,7 +83,7 @@ public:
     }
 
 private:
-    void write(const Flow<V>& step, std::uint64_t lanes, Status status, Failure failure) {
+    void write(const StepperState<V>& step, std::uint64_t lanes, Status status, Failure failure) {
         if (!lanes) return;
         KAGERO_ASSERT((lanes & ~packet_.filled) == 0);
         KAGERO_ASSERT((status == Status::failed) == (failure != Failure::none));
@@ -109,7 +109,7 @@ private:
         const V least(std::numeric_limits<S>::min()), largest = max(max(abs(v.x), abs(v.y)), max(abs(v.z), least));
         const Vec3<V> scaled = total_recip(largest) * v;
         const V inverse = rsqrt(dot(scaled, scaled));
-        return pick(is_finite(inverse), inverse, V(S(0))) * scaled;
+        return select(is_finite(inverse), inverse, V(S(0))) * scaled;
     }
     float occupancy_so_far() const {
         const std::uint64_t issued = counters_.issued_lane_steps - issued_before_;

@@ -19,7 +19,7 @@ public:
 
     /// The first rays of a packet, in `lanes`. Other lanes repeat one of them.
     void load_first(RayStarts<W>& starts, std::uint64_t lanes) {
-        Flow<V>& state = packet_.state;
+        StepperState<V>& state = packet_.state;
         set_options();
         packet_.filled = lanes;
         state.open_iterations = packet_.iterations_at_end = packet_.steps = packet_.step_length = state.h = V(S(0));
@@ -29,21 +29,21 @@ public:
     }
     /// More rays, in lanes whose rays have ended.
     void load_more(RayStarts<W>& starts, std::uint64_t lanes) {
-        Flow<V>& state = packet_.state;
-        Flow<V> fresh = state;
+        StepperState<V>& state = packet_.state;
+        StepperState<V> fresh = state;
         place(starts, lanes, fresh);
         task_.begin(fresh);
         const MaskOf<V> here = from_bits<V>(lanes);
         state.take(fresh, here);
         take_stages(state, fresh, here);
         packet_.filled |= lanes;
-        packet_.steps = pick(here, V(S(0)), packet_.steps);
-        state.open_iterations = pick(here, V(S(0)), state.open_iterations);
-        packet_.worst_energy = pick(here, state.energy_error, packet_.worst_energy);
+        packet_.steps = select(here, V(S(0)), packet_.steps);
+        state.open_iterations = select(here, V(S(0)), state.open_iterations);
+        packet_.worst_energy = select(here, state.energy_error, packet_.worst_energy);
     }
     /// Makes the new rays of `lanes` active, except those that end where they start.
     void activate(const RayStarts<W>& starts, std::uint64_t lanes) {
-        Flow<V>& state = packet_.state;
+        StepperState<V>& state = packet_.state;
         std::uint64_t usable = lanes & to_bits(is_finite(sum_of_all(state.start, state.start.velocity)));
         usable &= ~(starts.captured | starts.escaped | starts.failed);
         if (task_.job.path_sink) writer_.report_path(state, usable, true);
@@ -56,17 +56,17 @@ public:
     }
 
     /// Rays go on from another state, `at`, after a refined event of `step`.
-    void resume(const Waypoint<V>& at, const Arrival<V>& step, std::uint64_t lanes) {
-        Flow<V>& state = packet_.state;
+    void resume(const RayState<V>& at, const StepEnd<V>& step, std::uint64_t lanes) {
+        StepperState<V>& state = packet_.state;
         const MaskOf<V> here = from_bits<V>(lanes);
-        Flow<V> fresh = state;
-        Waypoint<V>::each(fresh.start, at, CopyLanes<V>{here});
+        StepperState<V> fresh = state;
+        RayState<V>::each(fresh.start, at, CopyLanes<V>{here});
         task_.begin(fresh);
-        fresh.gradients = pick(here, step.gradients, fresh.gradients);
+        fresh.gradients = select(here, step.gradients, fresh.gradients);
         state.take(fresh, here);
         take_stages(state, fresh, here);
-        state.open_iterations = pick(here, packet_.iterations_at_end, state.open_iterations);
-        packet_.worst_energy = pick(here, max(packet_.worst_energy, step.energy_error), packet_.worst_energy);
+        state.open_iterations = select(here, packet_.iterations_at_end, state.open_iterations);
+        packet_.worst_energy = select(here, max(packet_.worst_energy, step.energy_error), packet_.worst_energy);
         packet_.active |= lanes;
     }
 
@@ -74,18 +74,18 @@ private:
     /// What steps have to compute.
     void set_options() {
         const Job& job = task_.job;
-        Flow<V>& state = packet_.state;
-        state.want_energy = !task_.straight && (job.outputs & output_energy) != 0;
-        state.want_path = job.path_sink;
-        state.test_energy = !task_.straight;
-        state.use_symmetry = job.use_symmetry;
-        state.capture_within = S(job.capture_within), state.capture_stretch = S(job.capture_stretch);
-        state.want_carried = (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
-        state.solver_tolerance = S(job.solver_tolerance);
-        state.tolerance = S(job.tolerance);
+        StepperState<V>& state = packet_.state;
+        state.options.want_energy = !task_.straight && (job.outputs & output_energy) != 0;
+        state.options.want_path = job.path_sink;
+        state.options.test_energy = !task_.straight;
+        state.options.use_symmetry = job.use_symmetry;
+        state.options.capture_within = S(job.capture_within), state.options.capture_stretch = S(job.capture_stretch);
+        state.options.want_carried = (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
+        state.options.solver_tolerance = S(job.solver_tolerance);
+        state.options.tolerance = S(job.tolerance);
     }
     /// Writes the starts of rays into a state. Lanes that are not in `lanes` repeat one that is.
-    void place(RayStarts<W>& starts, std::uint64_t lanes, Flow<V>& state) const {
+    void place(RayStarts<W>& starts, std::uint64_t lanes, StepperState<V>& state) const {
         const V zero(S(0));
         starts.fill_up(lanes);
         for (V& c : state.start.carry) c = zero;
@@ -98,7 +98,7 @@ private:
 
     template <class Event>
     static constexpr bool ends_rays_at_start =
-        Event::effect == Effect::end && requires(const Task<V>& task, const Waypoint<V>& start) { Event::starts_beyond(task, start); };
+        Event::effect == Effect::end && requires(const Task<V>& task, const RayState<V>& start) { Event::starts_beyond(task, start); };
 
     MaskOf<V> starts_beyond_an_event() const {
         MaskOf<V> beyond = never<V>();

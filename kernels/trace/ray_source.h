@@ -39,7 +39,7 @@ struct RayStarts {
 
 /// The rays through places (x[i], y[i]) of the film, in pixels; written for the compiler to vectorize.
 template <int W>
-void look(const CameraRays& from, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
+void generate_camera_rays(const CameraRays& from, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
     const CameraRays c = from;  // which no ray can be an alias of
     const StartMap& map = c.start;
     const double least_pt = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();
@@ -107,7 +107,7 @@ public:
             }
         }
         if (job_.camera) {
-            look(*job_.camera, middle_x, middle_y, starts);
+            generate_camera_rays(*job_.camera, middle_x, middle_y, starts);
         } else {
             starts.captured = starts.escaped = starts.failed = 0;
             for (const int i : lanes_in(taken)) starts.put(i, job_.rays[numbers[i]]);

@@ -25,8 +25,8 @@ public:
     void set_out(std::uint64_t lanes) {
         const MaskOf<V> here = from_bits<V>(lanes);
         V& proposed = packet_.step_length;
-        proposed = pick(here, pick(from_bits<V>(packet_.active), V(S(task_.job.step)), V(S(0))), proposed);
-        packet_.state.h = pick(here, next_length(), packet_.state.h);
+        proposed = select(here, select(from_bits<V>(packet_.active), V(S(task_.job.step)), V(S(0))), proposed);
+        packet_.state.h = select(here, next_length(), packet_.state.h);
     }
     /// The lengths of the next steps.
     V next_length() const { return length_(packet_.state.start, packet_.step_length); }
@@ -34,19 +34,19 @@ public:
     /// The lanes whose step stands. A step without a solution, with numbers that are not finite, or that loses H, is rejected and halved;
     /// a method with step control rejects steps whose error is too large and proposes another length.
     std::uint64_t accept() {
-        const Flow<V>& step = packet_.state;
+        const StepperState<V>& step = packet_.state;
         const std::uint64_t finite = to_bits(is_finite(sum_of_all(step.end, step.end.velocity))), solved = to_bits(step.solved);
         const bool adaptive = task_.method.info.adaptive && !task_.straight;
         const std::uint64_t accepted = adaptive ? to_bits(step.accepted) : packet_.active;
         KAGERO_ASSERT((accepted & ~all_lanes<W>) == 0);
         // Beyond the edge of the medium H has no meaning.
-        const std::uint64_t lossy = step.test_energy ? accepted & ~to_bits(step.energy_holds | (step.end.domain <= V(S(0)))) : 0;
+        const std::uint64_t lossy = step.options.test_energy ? accepted & ~to_bits(step.energy_holds | (step.end.domain <= V(S(0)))) : 0;
         std::uint64_t moving = packet_.active & finite & solved & ~lossy;
         if (moving != packet_.active) halve(packet_.active & ~moving, packet_.active & ~solved, lossy & finite & solved);
         if (adaptive) {
             repeat(moving & ~accepted, step.suggested);
             moving &= accepted;
-            packet_.step_length = pick(from_bits<V>(moving), step.suggested, packet_.step_length);
+            packet_.step_length = select(from_bits<V>(moving), step.suggested, packet_.step_length);
         }
         return moving;
     }
@@ -70,7 +70,7 @@ public:
 
     /// An event could not be refined on the whole steps of `lanes`. Rays whose steps have not been halved too often go back to the start of
     /// the step, to take half of it; returns their lanes.
-    std::uint64_t undo(const Leg<V>& whole, std::uint64_t lanes) {
+    std::uint64_t undo(const Step<V>& whole, std::uint64_t lanes) {
         constexpr std::uint16_t worth = 16;  // a halving in `halve` costs a step, here it costs a refinement
         std::uint64_t again = 0;
         for (const int i : lanes_in(lanes)) {
@@ -81,9 +81,9 @@ public:
         const MaskOf<V> here = from_bits<V>(again);
         Packet<V>& packet = packet_;
         packet.state.take(whole, here);
-        packet.step_length = pick(here, task_.method.info.adaptive ? whole.h : V(S(task_.job.step)), packet.step_length);
-        packet.steps = pick(here, packet.steps - V(S(1)), packet.steps);
-        packet.state.open_iterations = pick(here, packet.iterations_at_end, packet.state.open_iterations);
+        packet.step_length = select(here, task_.method.info.adaptive ? whole.h : V(S(task_.job.step)), packet.step_length);
+        packet.steps = select(here, packet.steps - V(S(1)), packet.steps);
+        packet.state.open_iterations = select(here, packet.iterations_at_end, packet.state.open_iterations);
         packet.active |= again, repeated_ |= again;
         restart(again, whole.h * V(S(0.5)));
         return again;
@@ -93,10 +93,10 @@ private:
     /// Lanes go back to the start of their step, and so does what the stepper remembers.
     void restart(std::uint64_t lanes, const V& length) {
         const MaskOf<V> mask = from_bits<V>(lanes);
-        Flow<V>& state = packet_.state;
-        state.h = pick(mask, length, state.h);
+        StepperState<V>& state = packet_.state;
+        state.h = select(mask, length, state.h);
         if (task_.resumes) return;
-        Flow<V> again = state;
+        StepperState<V> again = state;
         task_.begin(again);
         take_stages(state, again, mask);
     }
@@ -114,7 +114,7 @@ private:
     /// it, no step can end there, and the ray is at the event but for the rest of a step. Returns the lanes that have ended.
     std::uint64_t end_at_edge(std::uint64_t lanes) {
         if (task_.method.info.angular) return 0;
-        Flow<V> ahead = packet_.state, last = packet_.state;
+        StepperState<V> ahead = packet_.state, last = packet_.state;
         ahead.start.set(advance(ahead.start.q(), ahead.h, ahead.start.velocity), ahead.start.p());
         task_.begin(ahead);
         last.end = last.start;

@@ -14,7 +14,7 @@ namespace kagero {
 template <class V>
 void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<V>* scene, RayEndWriter<V>& writer, Counters& counters) {
     using S = ScalarOf<V>;
-    Flow<V>& state = packet.state;
+    StepperState<V>& state = packet.state;
     const V way = straight_way_out(task, state.start);
     const Vec3<V> from = state.start.q(), v = state.start.velocity, to = advance(from, way, v);
     const std::uint64_t leaving = packet.active & to_bits(has_left_scene(task, to, v) & is_finite(sum_of_all(state.start, v)));
@@ -25,11 +25,11 @@ void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<
         fraction = chord_fraction(scene->levels(hits), from, to, scene->hits.t);
         hits &= ~to_bits(is_outside(task, advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
-    if (hits != leaving) fraction = pick(from_bits<V>(hits), fraction, chord_fraction(EscapeSphere::level(task), from, to, V(S(1))));
+    if (hits != leaving) fraction = select(from_bits<V>(hits), fraction, chord_fraction(EscapeSphere::level(task), from, to, V(S(1))));
     state.end.set(advance(from, fraction, to - from), state.start.p());
     state.end.velocity = v;
     state.end.parameter = fraction * way;
-    packet.steps = pick(from_bits<V>(leaving), V(S(1)), packet.steps);
+    packet.steps = select(from_bits<V>(leaving), V(S(1)), packet.steps);
     counters.issued_lane_steps += Packet<V>::W;
     counters.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));
     writer.end_rays(state, hits, SurfaceHit::status);

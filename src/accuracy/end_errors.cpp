@@ -39,7 +39,7 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     if (plan.scene->straight || !position) return;
     const IntegratorInfo& info = plan.method();
     const Variant own = own_variant(plan, in_double(plan));
-    const bool bounded = plan.scene->space.info().scaled, close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
+    const bool bounded = plan.scene->space.info().bounds_steps, close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
     const auto partner = bounded && !close ? find_variant(plan, partner_method, *own.kernel, partner_tolerance) : std::nullopt;
     Variant finer = partner.value_or(own);
     finer.solver_tolerance = 0;

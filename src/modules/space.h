@@ -19,7 +19,7 @@ struct Space {
     /// Whether these parameters leave every ray straight.
     bool is_straight() const { return module->straight(hamiltonian, parameters.data()); }
     /// The radius of the sphere that the universe behind a throat lies in, by inversion; 0 where there is no such universe.
-    double far_radius() const { return module->far_side(hamiltonian, parameters.data()); }
+    double far_radius() const { return module->throat_radius(hamiltonian, parameters.data()); }
     /// The radius beyond which rays are straight; infinity where there is none.
     double bending_radius() const { return module->bends_within(hamiltonian, parameters.data()); }
     /// The hole at the origin, in the sense of time that the scene has.

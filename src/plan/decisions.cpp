@@ -23,7 +23,7 @@ HamiltonianInfo space_of(const Scene& scene) {
     HamiltonianInfo info = scene.space.info();
     if (const auto& formula = scene.description.space.formula) {
         info.bounded = !formula->domain.empty(), info.captures = !formula->capture.empty();
-        info.scaled = !formula->length_scale.empty(), info.rescales = formula->parsed.rescale >= 0;
+        info.bounds_steps = !formula->length_scale.empty(), info.rescales = formula->parsed.rescale >= 0;
     }
     if (!scene.programs.empty()) info.rescales = true, std::fill_n(info.cyclic, 3, false);
     return info;
@@ -166,9 +166,9 @@ std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run,
     parts.add(bent && method.adaptive, "step control, lane by lane", bent ? "steps have a fixed length" : straight);
     const bool leaps = bent && method.adaptive && std::isfinite(run.longest_share);
     if (leaps) parts.always("bound on the step: a quarter of |q|, for the space states no length_scale, and long steps miss what is small");
-    else parts.add(bent && space.scaled && !method.angular, "bound on the step from the space's length scale",
+    else parts.add(bent && space.bounds_steps && !method.angular, "bound on the step from the space's length scale",
                    !bent ? straight : method.angular ? "in the plane of the orbit steps have no length" : "the space declares none");
-    parts.add(bent && space.creased, "steps split where H is not smooth", !bent ? straight : scene.description.space.formula ? "a formula states no surface where its slope jumps" : "H is smooth");
+    parts.add(bent && space.discontinuous, "steps split where H is not smooth", !bent ? straight : scene.description.space.formula ? "a formula states no surface where its slope jumps" : "H is smooth");
     parts.add(bent && std::isfinite(job_of(scene, {}, run).bends_within), "where rays are straight, one step goes all the way",
               bent ? "the space knows of no such part" : straight);
     parts.add(bent, "energy test: a step that loses H is halved", straight);

@@ -42,7 +42,7 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
     })->adaptive;
     const Value* rescale = find(section, "rescale");
     const bool wants_control = find(section, "tolerance") || (rescale && rescale->string == "none" && info.rescales && !find(section, "step"));
-    return wants_control && !is_adaptive && !info.creased ? adaptive : info.method;
+    return wants_control && !is_adaptive && !info.discontinuous ? adaptive : info.method;
 }
 
 /// What a formula in the parameters of a space, and escape_radius, comes to. They stand for variables: numbers may be infinite on the way.

@@ -60,9 +60,9 @@ TYPED_TEST(LanesOf, ArithmeticIsThatOfScalars) {
         expect_lanewise<V>("sqrt", [](const auto& x) { return sqrt(x); }, absolute(a));
         expect_lanewise<V>("rsqrt", [](const auto& x) { return rsqrt(x); }, absolute(a));
         expect_lanewise<V>("recip", [](const auto& x) { return recip(x); }, a);
-        expect_lanewise<V>("mul_add", [](const auto& x, const auto& y, const auto& z) { return mul_add(x, y, z); }, a, b, c);
-        expect_lanewise<V>("mul_sub", [](const auto& x, const auto& y, const auto& z) { return mul_sub(x, y, z); }, a, b, c);
-        expect_lanewise<V>("neg_mul_add", [](const auto& x, const auto& y, const auto& z) { return neg_mul_add(x, y, z); }, a, b, c);
+        expect_lanewise<V>("fma", [](const auto& x, const auto& y, const auto& z) { return fma(x, y, z); }, a, b, c);
+        expect_lanewise<V>("fms", [](const auto& x, const auto& y, const auto& z) { return fms(x, y, z); }, a, b, c);
+        expect_lanewise<V>("fnma", [](const auto& x, const auto& y, const auto& z) { return fnma(x, y, z); }, a, b, c);
         expect_lanewise<V>("+=", [](auto x, const auto& y) { return x += y; }, a, b);
         expect_lanewise<V>("-=", [](auto x, const auto& y) { return x -= y; }, a, b);
     }
@@ -74,9 +74,9 @@ TYPED_TEST(LanesOf, FusedOperationsFuseInPacketsExactlyIfInScalars) {
     Random random(2);
     for (int round = 0; round < rounds; ++round) {
         const V a = random_packet<V>(random, 1), b = random_packet<V>(random, 1), product = a * b;
-        expect_lanewise<V>("mul_sub", [](const auto& x, const auto& y, const auto& z) { return mul_sub(x, y, z); }, a, b, product);
-        expect_lanewise<V>("mul_add", [](const auto& x, const auto& y, const auto& z) { return mul_add(x, y, -z); }, a, b, product);
-        expect_lanewise<V>("neg_mul_add", [](const auto& x, const auto& y, const auto& z) { return neg_mul_add(x, y, z); }, a, b, product);
+        expect_lanewise<V>("fms", [](const auto& x, const auto& y, const auto& z) { return fms(x, y, z); }, a, b, product);
+        expect_lanewise<V>("fma", [](const auto& x, const auto& y, const auto& z) { return fma(x, y, -z); }, a, b, product);
+        expect_lanewise<V>("fnma", [](const auto& x, const auto& y, const auto& z) { return fnma(x, y, z); }, a, b, product);
     }
 }
 
@@ -180,7 +180,7 @@ TYPED_TEST(LanesOf, ComparisonsMasksAndPicks) {
         for (int i = 0; i < lane_count<V>; ++i) set_lane(a, i, S(random.below(3))), set_lane(b, i, S(random.below(3)));
         const std::uint64_t less = to_bits(a < b), at_most = to_bits(a <= b), greater = to_bits(a > b), at_least = to_bits(a >= b);
         const std::uint64_t both = to_bits((a <= b) & (a >= b)), either = to_bits((a < b) | (a > b)), neither = to_bits(!(a < b));
-        const V picked = pick(a < b, a, b);
+        const V picked = select(a < b, a, b);
         for (int i = 0; i < lane_count<V>; ++i) {
             const S x = get_lane(a, i), y = get_lane(b, i);
             const auto bit = [i](std::uint64_t bits) { return ((bits >> i) & 1) != 0; };

@@ -17,7 +17,7 @@ bool same(S a, S b) { return a == b || (a != a && b != b); }
 
 /// All that a step leaves behind for one ray.
 template <class V>
-std::vector<ScalarOf<V>> outcome(const Flow<V>& f, int lane) {
+std::vector<ScalarOf<V>> outcome(const StepperState<V>& f, int lane) {
     std::vector<ScalarOf<V>> values;
     const auto add = [&](const V& v) { values.push_back(get_lane(v, lane)); };
     for (int k = 0; k < 7; ++k) add(f.end.y[k]);
@@ -45,7 +45,7 @@ State<V> packet_of(const std::vector<RayStart>& rays) {
 
 /// The end of the ray, without the counts that a rounding may change.
 template <class V>
-void expect_near(const Flow<V>& packet, int lane, const Flow<ScalarOf<V>>& alone, double tolerance) {
+void expect_near(const StepperState<V>& packet, int lane, const StepperState<ScalarOf<V>>& alone, double tolerance) {
     using S = ScalarOf<V>;
     const std::string what = "lane " + std::to_string(lane);
     const auto check = [&](const V& together, S single, int i) {

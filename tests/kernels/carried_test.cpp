@@ -73,33 +73,33 @@ template <class S>
 using FisheyeWithProducts = WithProducts<Fisheye, false, S>;
 
 /// `steps` steps of length h; the rays carry N quantities. Stops after a step that is not solved.
-template <class Step, int N, class System, class V>
-Flow<V, N> follow(const System& system, const Coefficients& coefficients, const State<V>& start, const V& h,
+template <class Stepper, int N, class System, class V>
+StepperState<V, N> follow(const System& system, const Coefficients& coefficients, const State<V>& start, const V& h,
                   int steps) {
     using S = ScalarOf<V>;
-    Flow<V, N> f{};
+    StepperState<V, N> f{};
     static_cast<State<V>&>(f.start) = start;
-    f.h = h, f.want_carried = true, f.tolerance = Steps<V>::any_error;
+    f.h = h, f.options.want_carried = true, f.options.tolerance = Steps<V>::any_error;
     f.gradients = f.open_iterations = V(S(0));
     for (int k = 0; k < N; ++k) f.start.carried(k) = V(S(0));
     for (int i = 0; i < steps; ++i) {
         if (i > 0) f.start = f.end;
         f.start.velocity = system.dp(f.start);
-        if (i == 0) Step::begin(system, f, coefficients);
-        Step::step(system, f, coefficients);
+        if (i == 0) Stepper::begin(system, f, coefficients);
+        Stepper::step(system, f, coefficients);
         if (!(to_bits(f.solved) & 1)) break;
         f.end.pt() = f.start.pt();
     }
     return f;
 }
 
-/// Calls check.operator()<Step>(method) for the methods that serve a system.
+/// Calls check.operator()<Stepper>(method) for the methods that serve a system.
 template <class System, class Check>
 void for_all_steps(const Check& check) {
     for (const Method& method : methods) {
         SCOPED_TRACE(method.info.name);
-        visit_kind(method.kind, [&]<class Step>() {
-            if constexpr (!Step::template refusal<System>()) check.template operator()<Step>(method);
+        visit_kind(method.kind, [&]<class Stepper>() {
+            if constexpr (!Stepper::template refusal<System>()) check.template operator()<Stepper>(method);
         });
     }
 }
@@ -133,7 +133,7 @@ double slope(const Point* first, const Point* last) {
 }
 
 /// The errors of all quantities, summed over rays, where they are above rounding and every step was solved.
-template <class Step, class System, class H>
+template <class Stepper, class System, class H>
 std::array<std::vector<Point>, carried_quantities> errors(const Method& method) {
     static const Values exact[] = {expected<System, H>(0), expected<System, H>(1), expected<System, H>(2)};
     static_assert(std::size(exact) == bent_rays);
@@ -149,7 +149,7 @@ std::array<std::vector<Point>, carried_quantities> errors(const Method& method) 
             for (int ray = 0; ray < bent_rays; ++ray) {
                 const Quad h = Quad(path_length<H>) / steps;
                 const State<Quad> start = System::start(ray);
-                const auto f = follow<Step, carried_quantities>(system, method.coefficients, start, h, steps);
+                const auto f = follow<Stepper, carried_quantities>(system, method.coefficients, start, h, steps);
                 solved = solved && f.solved;
                 for (int k = 0; k < carried_quantities; ++k) sum[k] += double(abs(f.end.carried(k) - exact[ray][k]));
             }
@@ -163,9 +163,9 @@ std::array<std::vector<Point>, carried_quantities> errors(const Method& method) 
 template <class System, class H>
 void expect_order() {
     int kinds = 0;
-    for_all_steps<System>([&]<class Step>(const Method& method) {
+    for_all_steps<System>([&]<class Stepper>(const Method& method) {
         kinds |= 1 << int(method.kind);
-        const auto all = errors<Step, System, H>(method);
+        const auto all = errors<Stepper, System, H>(method);
         const double order = method.info.order;
         double least = std::numeric_limits<double>::infinity();
         for (int quantity = System::rescaled ? 0 : 1; quantity < carried_quantities; ++quantity) {
@@ -208,9 +208,9 @@ void expect_nothing_else_changes() {
     const Plain plain(parameters.data());
     const State<double> start = state_of<double>(bent_ray<H>());
     const double h = path_length<H> / 16;
-    for_all_steps<System>([&]<class Step>(const Method& method) {
-        const auto more = follow<Step, carried_quantities>(system, method.coefficients, start, h, 2);
-        const auto less = follow<Step, 1>(plain, method.coefficients, start, h, 2);
+    for_all_steps<System>([&]<class Stepper>(const Method& method) {
+        const auto more = follow<Stepper, carried_quantities>(system, method.coefficients, start, h, 2);
+        const auto less = follow<Stepper, 1>(plain, method.coefficients, start, h, 2);
         EXPECT_TRUE(more.solved && less.solved);
         for (int k = 0; k < phase_size; ++k) EXPECT_EQ(more.end.y[k], less.end.y[k]) << k;
         EXPECT_EQ(more.end.parameter, less.end.parameter);
@@ -231,14 +231,14 @@ TEST(Carried, IsTheSameInPacketsAndInLanes) {
     const SchwarzschildWithProducts<double> system(parameters.data());
     const RayStart ray = bent_ray<Schwarzschild>();
     const double h = path_length<Schwarzschild> / 16;
-    for_all_steps<SchwarzschildWithProducts<double>>([&]<class Step>(const Method& method) {
-        const auto one = follow<Step, carried_quantities>(system, method.coefficients, state_of<double>(ray), h, 2);
-        const auto many = follow<Step, carried_quantities>(system, method.coefficients, state_of<PacketDouble>(ray),
+    for_all_steps<SchwarzschildWithProducts<double>>([&]<class Stepper>(const Method& method) {
+        const auto one = follow<Stepper, carried_quantities>(system, method.coefficients, state_of<double>(ray), h, 2);
+        const auto many = follow<Stepper, carried_quantities>(system, method.coefficients, state_of<PacketDouble>(ray),
                                                            PacketDouble(h), 2);
         EXPECT_TRUE(one.solved);
         for (int k = 0; k < carried_quantities; ++k)
             EXPECT_EQ(one.end.carried(k), get_lane(many.end.carried(k), 1)) << k;
-        if constexpr (Step::family == Family::gauss) {
+        if constexpr (Stepper::family == Family::gauss) {
             const auto stages =
                 follow<StagesInLanes<0>, carried_quantities>(system, method.coefficients, state_of<double>(ray), h, 2);
             for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(one.end.carried(k), stages.end.carried(k)) << k;
@@ -254,9 +254,9 @@ TEST(Carried, IsTheSameInCalledSystems) {
     const HoleWithProducts system(parameters.data());
     const State<double> start = state_of<double>(bent_ray<Schwarzschild>());
     const double h = path_length<Schwarzschild> / 16;
-    const auto compare = [&]<class Step>(const Coefficients& coefficients) {
-        const auto direct = follow<Step, carried_quantities>(system, coefficients, start, h, 2);
-        const auto called = follow<Step, carried_quantities>(as_called<double>(system), coefficients, start, h, 2);
+    const auto compare = [&]<class Stepper>(const Coefficients& coefficients) {
+        const auto direct = follow<Stepper, carried_quantities>(system, coefficients, start, h, 2);
+        const auto called = follow<Stepper, carried_quantities>(as_called<double>(system), coefficients, start, h, 2);
         for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(direct.end.carried(k), called.end.carried(k)) << k;
     };
     compare.operator()<Composition>({.fractions = fractions::verlet});
@@ -268,12 +268,12 @@ TEST(Carried, IsTheSameInCalledSystems) {
 TEST(Carried, StaysWhereItIsNotWanted) {
     const auto parameters = default_parameters<Schwarzschild>();
     const SchwarzschildWithProducts<double> system(parameters.data());
-    for_all_steps<SchwarzschildWithProducts<double>>([&]<class Step>(const Method& method) {
-        auto f = follow<Step, carried_quantities>(system, method.coefficients,
+    for_all_steps<SchwarzschildWithProducts<double>>([&]<class Stepper>(const Method& method) {
+        auto f = follow<Stepper, carried_quantities>(system, method.coefficients,
                                                   state_of<double>(bent_ray<Schwarzschild>()), 0.125, 1);
-        f.want_carried = false;
+        f.options.want_carried = false;
         f.start.carried(1) = 3, f.start.carried(2) = -5;
-        Step::step(system, f, method.coefficients);
+        Stepper::step(system, f, method.coefficients);
         EXPECT_EQ(f.end.carried(1), 3);
         EXPECT_EQ(f.end.carried(2), -5);
     });

@@ -55,7 +55,7 @@ TYPED_TEST(DenseOutput, OfCollocationIsItsPolynomial) {
     for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
         if (!collocates(method)) return;
         const SpaceKernel<Quad>& kernel = space_kernel<TypeParam, Quad>(rescaled);
-        expect_order<TypeParam>(method.info.name, method.coefficients.gauss->stages + 1, rescaled, [&](const Flow<Quad>& flow) {
+        expect_order<TypeParam>(method.info.name, method.coefficients.gauss->stages + 1, rescaled, [&](const StepperState<Quad>& flow) {
             return kernel.curve[static_cast<int>(method.kind)](flow, method.coefficients);
         });
     });
@@ -63,7 +63,7 @@ TYPED_TEST(DenseOutput, OfCollocationIsItsPolynomial) {
 
 TYPED_TEST(DenseOutput, OfOthersIsCubicHermite) {
     for (const bool rescaled : rescalings<TypeParam>())
-        expect_order<TypeParam>("gauss16", 4, rescaled, [](const Flow<Quad>& flow) { return Curve<Quad>::hermite(flow); });
+        expect_order<TypeParam>("gauss16", 4, rescaled, [](const StepperState<Quad>& flow) { return Curve<Quad>::hermite(flow); });
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ struct FarPlane : ValueEvent<FarPlane> {
     template <class V>
     static bool exists(const Task<V>&) { return true; }
     template <class V>
-    static V value(const Waypoint<V>&, const Waypoint<V>& at) { return V(ScalarOf<V>(far_plane)) - at.q().x; }
+    static V value(const RayState<V>&, const RayState<V>& at) { return V(ScalarOf<V>(far_plane)) - at.q().x; }
 };
 /// Rays end at x = 2.
 struct NearPlane : ValueEvent<NearPlane> {
@@ -31,7 +31,7 @@ struct NearPlane : ValueEvent<NearPlane> {
     template <class V>
     static bool exists(const Task<V>&) { return near_plane_exists; }
     template <class V>
-    static V value(const Waypoint<V>&, const Waypoint<V>& at) { return V(ScalarOf<V>(near_plane)) - at.q().x; }
+    static V value(const RayState<V>&, const RayState<V>& at) { return V(ScalarOf<V>(near_plane)) - at.q().x; }
 };
 /// Rays are reflected at x = −1.5.
 struct Mirror : ValueEvent<Mirror> {
@@ -39,9 +39,9 @@ struct Mirror : ValueEvent<Mirror> {
     template <class V>
     static bool exists(const Task<V>&) { return mirror_exists; }
     template <class V>
-    static V value(const Waypoint<V>&, const Waypoint<V>& at) { return at.q().x - V(ScalarOf<V>(mirror_plane)); }
+    static V value(const RayState<V>&, const RayState<V>& at) { return at.q().x - V(ScalarOf<V>(mirror_plane)); }
     template <class V>
-    static void resume(const Task<V>&, Waypoint<V>& at) { at.y[component_px] = -at.y[component_px]; }
+    static void resume(const Task<V>&, RayState<V>& at) { at.y[component_px] = -at.y[component_px]; }
 };
 
 template <class List>

@@ -35,7 +35,7 @@ struct Complex {
         return std::complex<double>(std::atan2(a.z.real(), b.z.real()),
                                     (b.z.real() * a.z.imag() - a.z.real() * b.z.imag()) / std::norm(std::complex(a.z.real(), b.z.real())));
     }
-    friend Complex pick(bool m, Complex a, Complex b) { return m ? a : b; }
+    friend Complex select(bool m, Complex a, Complex b) { return m ? a : b; }
     friend Complex min(Complex a, Complex b) { return a < b ? a : b; }
     friend Complex max(Complex a, Complex b) { return a > b ? a : b; }
 };
@@ -204,7 +204,7 @@ TYPED_TEST(Gradients, OfTheRescaledHamiltonianByTheProductRule) {
             double of_h[6], of_k[6];
             plain.derivatives(s, of_h), transformed.derivatives(s, of_k);
             const double excess = plain.energy(s);
-            EXPECT_NEAR(transformed.pace(s), omega.value, roundings * machine_epsilon<double> * omega.value);
+            EXPECT_NEAR(transformed.time_rescaling_factor(s), omega.value, roundings * machine_epsilon<double> * omega.value);
             const Point unit = rounding_unit(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
             for (int i = 0; i < 6; ++i) {
                 const double expected = omega.value * of_h[i] + (i < 3 ? excess * omega.derivative[i] : 0);
@@ -221,7 +221,7 @@ TYPED_TEST(Gradients, EnergyAndItsSize) {
     for (const Point& y : states<H>(40)) {
         State<double> s;
         std::copy(y.begin(), y.end(), s.y);
-        const Survey<double> found = system.survey(s);
+        const EventFunctions<double> found = system.event_functions(s);
         const Point g = gradient_by_complex_step<H>(y, false), unit = rounding_unit(y, g, hessian_by_duals<H>(y, false));
         double size = 0, expected_pv = 0;
         for (int k = 0; k < 7; ++k) size += std::abs(y[k]) * unit[k];

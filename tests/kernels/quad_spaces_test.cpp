@@ -14,7 +14,7 @@ namespace kagero {
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
 template struct Shared<Quad>;
-KAGERO_SHARED_STEPS(Quad)
+KAGERO_SHARED_STEPPERS(Quad)
 
 namespace test {
 namespace {

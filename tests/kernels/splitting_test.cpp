@@ -41,7 +41,7 @@ struct Rest {
 /// A time t by n steps of 16th order.
 template <class System>
 State<Quad> by_steps(const System& system, const State<Quad>& start, Quad t, int n) {
-    Flow<Quad> f{};
+    StepperState<Quad> f{};
     const Coefficients coefficients{.gauss = &gauss_tableau<8>};
     static_cast<State<Quad>&>(f.start) = start, f.h = t / n;
     Gauss<0>::begin(system, f, coefficients);
@@ -66,7 +66,7 @@ TYPED_TEST(Splitting, FlowInClosedFormIsTheFlow) {
             const State<Quad> start = state_of<Quad>(ray);
             for (const double t : {-0.75, 0.25, 1.5}) {
                 Vec3<Quad> q = start.q(), p = start.p();
-                H::flow_of_rest(k, q, p, start.y[6], Quad(t));
+                H::remainder_flow(k, q, p, start.y[6], Quad(t));
                 // Where it falls most of the way to the centre, steps are of no use as a reference.
                 if (norm(q) < norm(start.q()) / 2) continue;
                 const State<Quad> coarse = by_steps(system, start, t, 8), fine = by_steps(system, start, t, 16);
@@ -92,7 +92,7 @@ TYPED_TEST(Splitting, AFallIntoTheCentreEndsCaptured) {
         Random random(44);
         for (const RayStart& from : random_rays<H>(100, 45)) {
             Vec3<double> q{from.q[0], from.q[1], from.q[2]}, p{from.p[0], from.p[1], from.p[2]};
-            H::flow_of_rest(k, q, p, from.pt, 1e4);
+            H::remainder_flow(k, q, p, from.pt, 1e4);
             EXPECT_LE(H::captured(k, q, p, p, 1.0), 0);
             double inward[3];
             for (int i = 0; i < 3; ++i) inward[i] = -from.q[i] + random(-0.25, 0.25);

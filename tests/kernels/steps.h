@@ -90,7 +90,7 @@ bool is_transcendental() {
 template <class V>
 class Steps {
 public:
-    Flow<V> flow;
+    StepperState<V> flow;
 
     template <class H>
     static Steps in(const Method& method, bool rescaled) {
@@ -106,7 +106,7 @@ public:
         static_cast<State<V>&>(flow.start) = start;
         flow.h = h;
         flow.start.parameter = flow.gradients = flow.open_iterations = V(ScalarOf<V>(0));
-        flow.want_carried = flow.want_energy = flow.want_path = true;
+        flow.options.want_carried = flow.options.want_energy = flow.options.want_path = true;
         kernel_.begin[static_cast<int>(method_.kind)](system_, flow, method_.coefficients);
         flow.end = flow.start;
     }

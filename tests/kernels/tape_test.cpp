@@ -43,9 +43,9 @@ Quad operate(const Node& n, Quad a, Quad b, Quad c) {
         case Op::min: return min(a, b);
         case Op::max: return max(a, b);
         case Op::at_least: return a >= b ? 1 : 0;
-        case Op::mul_add: return a * b + c;
-        case Op::mul_sub: return a * b - c;
-        case Op::neg_mul_add: return c - a * b;
+        case Op::fma: return a * b + c;
+        case Op::fms: return a * b - c;
+        case Op::fnma: return c - a * b;
         default: return 0;
     }
 }

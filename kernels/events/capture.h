@@ -11,9 +11,13 @@ struct Capture : ValueEvent<Capture> {
     static constexpr bool certain = true;
 
     template <class V>
-    static bool exists(const Task<V>& task) { return task.kernel.capturing; }
+    static bool exists(const Task<V>& task) {
+        return task.kernel.capturing;
+    }
     template <class V>
-    KAGERO_INLINE static V value(const RayState<V>&, const RayState<V>& at) { return at.captured; }
+    KAGERO_INLINE static V value(const RayState<V>&, const RayState<V>& at) {
+        return at.captured;
+    }
 };
 
 }  // namespace kagero

@@ -1,7 +1,7 @@
 /// The events that a packet has met and not yet refined.
 ///
-/// Refinement costs several steps. A ray that has met an event is set aside with its step until the rest of its packet has ended, and
-/// all events of the packet are refined together.
+/// Refinement costs several steps. A ray that has met an event is set aside with its step until the rest of its packet
+/// has ended, and all events of the packet are refined together.
 #pragma once
 
 #include "kernels/events/all_events.h"
@@ -13,12 +13,13 @@ struct DeferredEvents {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
-    StepperState<V> step;             ///< the steps of deferred lanes, and of others something harmless
-    Curve<V> curve;           ///< their dense output, if the method has its own; else the refiner makes it
-    std::uint64_t lanes = 0;  ///< lanes with an event
-    LanesOfEvents<Events> lanes_of;   ///< … by event
+    StepperState<V> step;               ///< the steps of deferred lanes, and of others something harmless
+    Curve<V> curve;                     ///< their dense output, if the method has its own; else the refiner makes it
+    std::uint64_t lanes = 0;            ///< lanes with an event
+    LanesOfEvents<Events> lanes_of;     ///< … by event
     Level<V> level = Level<V>::none();  ///< of events that have one
-    V lo = S(0), hi = S(0), guess = S(0);  ///< the event lies within fractions [lo, hi] of the step, probably at `guess`
+    V lo = S(0), hi = S(0),
+      guess = S(0);  ///< the event lies within fractions [lo, hi] of the step, probably at `guess`
     std::uint32_t surface[W], primitive[W];  ///< what lanes with a SurfaceHit hit
 
     /// The lanes whose event has this effect.
@@ -40,7 +41,8 @@ struct DeferredEvents {
     }
     /// Adds an event between the start of the step and the state `beyond` it, at a fraction of the step.
     template <class Event>
-    void defer_before(const Task<V>& task, std::uint64_t added, const RayState<V>& start, const RayState<V>& beyond, const V& fraction) {
+    void defer_before(const Task<V>& task, std::uint64_t added, const RayState<V>& start, const RayState<V>& beyond,
+                      const V& fraction) {
         lanes_of.template of<Event>() |= added;
         if constexpr (HasLevel<Event, V>) {
             const Level<V> at = Event::level(task);
@@ -58,7 +60,8 @@ struct DeferredEvents {
         if (!task.own_curve) return;
         const Curve<V> own = task.curve(from);
         curve.degree = own.degree;
-        for (int i = 0; i <= own.degree; ++i) curve.point[i] = select<V>(from_bits<V>(added), own.point[i], curve.point[i]);
+        for (int i = 0; i <= own.degree; ++i)
+            curve.point[i] = select<V>(from_bits<V>(added), own.point[i], curve.point[i]);
     }
 
 private:

@@ -1,5 +1,5 @@
-/// The escape sphere around the origin: a ray that leaves through it has left the scene. A wormhole has a second, inner escape sphere
-/// for its second sheet, where "outward" means towards the origin.
+/// The escape sphere around the origin: a ray that leaves through it has left the scene. A wormhole has a second, inner
+/// escape sphere for its second sheet, where "outward" means towards the origin.
 #pragma once
 
 #include "kernels/events/event.h"
@@ -13,13 +13,17 @@ struct SphereEvent {
     static constexpr bool may_follow_another = true;
 
     template <class V>
-    static bool exists(const Task<V>& task) { return !inner || task.job.inner_escape_radius > 0; }
+    static bool exists(const Task<V>& task) {
+        return !inner || task.job.inner_escape_radius > 0;
+    }
     template <class V>
     KAGERO_INLINE static ScalarOf<V> radius(const Task<V>& task) {
         return ScalarOf<V>(inner ? task.job.inner_escape_radius : task.job.escape_radius);
     }
     template <class V>
-    KAGERO_INLINE static V squared_radius(const Task<V>& task) { return V(radius(task) * radius(task)); }
+    KAGERO_INLINE static V squared_radius(const Task<V>& task) {
+        return V(radius(task) * radius(task));
+    }
     /// Whether positions lie on the sphere or beyond it; `is_beyond`: strictly beyond it.
     template <class V>
     KAGERO_INLINE static MaskOf<V> is_reached(const Task<V>& task, const Vec3<V>& q) {
@@ -43,7 +47,9 @@ struct SphereEvent {
     }
 
     template <class V>
-    KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Step<V>& step, const V&) { return is_reached(task, step.end.q()); }
+    KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Step<V>& step, const V&) {
+        return is_reached(task, step.end.q());
+    }
     /// A ray that comes in from beyond the sphere does not leave through it on its way in.
     template <class V>
     static MaskOf<V> crossed(const Task<V>& task, const Step<V>& step) {
@@ -51,10 +57,14 @@ struct SphereEvent {
         return is_reached(task, q) & (moves_outward(q, step.end.velocity) | !is_beyond(task, step.start.q()));
     }
     template <class V>
-    static MaskOf<V> starts_beyond(const Task<V>& task, const RayState<V>& start) { return has_left(task, start.q(), start.velocity); }
+    static MaskOf<V> starts_beyond(const Task<V>& task, const RayState<V>& start) {
+        return has_left(task, start.q(), start.velocity);
+    }
 
     template <class V>
-    static Level<V> level(const Task<V>& task) { return sphere_level(V(radius(task))); }
+    static Level<V> level(const Task<V>& task) {
+        return sphere_level(V(radius(task)));
+    }
     /// Whether a refined ray moves back into the scene, so that it must have left earlier.
     template <class V>
     static MaskOf<V> moves_back(const RayState<V>& at) {
@@ -95,7 +105,8 @@ struct Excursion {
 
 /// Those of `lanes` that leave the escape sphere during their step and come back. They turn inward during the step.
 template <class V>
-std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, std::uint64_t lanes, Excursion<V>& excursion) {
+std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, std::uint64_t lanes,
+                              Excursion<V>& excursion) {
     using S = ScalarOf<V>;
     const V radius2 = EscapeSphere::squared_radius(task), zero(S(0)), one(S(1)), half(S(0.5));
     const Vec3<V> a = step.start.q(), b = step.end.q();
@@ -113,7 +124,10 @@ std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, 
         }
         return behind;
     };
-    const auto square = [&](const V& s) { const Vec3<V> q = curve.at(s); return dot(q, q); };
+    const auto square = [&](const V& s) {
+        const Vec3<V> q = curve.at(s);
+        return dot(q, q);
+    };
     excursion.farthest = bisect(one, [&](const V& s) { return dot(curve.at(s), curve.slope(s)) > zero; });
     excursion.exit = bisect(excursion.farthest, [&](const V& s) { return square(s) < radius2; });
     return lanes & to_bits(square(excursion.farthest) > radius2);

@@ -9,9 +9,10 @@
 ///   crossed(task, step)          the exact test; only evaluated where a quick test succeeded
 ///   starts_beyond(task, start)   whether a ray that starts here is beyond the event already, and ends at once
 /// An event lies at the end of its step, or it is found within the step in one of two ways:
-///   value(start, at)             a function of the state that is > 0 before the event. The secant method finds its zero, with steps
-///                                that all begin at the start of the step, because the state beyond may be meaningless
-///   level(task)                  a plane or a sphere. Newton's method finds it on the dense output, short steps correct the place
+///   value(start, at)             a function of the state that is > 0 before the event. The secant method finds its zero,
+///                                with steps that all begin at the start of the step: the state beyond has no meaning
+///   level(task)                  a plane or a sphere. Newton's method finds it on the dense output, and short steps
+///                                correct the place
 /// Such an event also has
 ///   crossed_before(task, start, at)  whether the event lies between the start of a step and the place of another event
 /// `ValueEvent` derives all tests from `value`.
@@ -26,9 +27,9 @@
 namespace kagero {
 
 enum class Effect : std::uint8_t {
-    end,    ///< the ray ends at the event
-    split,  ///< the step ends at the event, and the next one starts there
-    resume, ///< the ray goes on from the event with another state
+    end,     ///< the ray ends at the event
+    split,   ///< the step ends at the event, and the next one starts there
+    resume,  ///< the ray goes on from the event with another state
 };
 
 /// An event whose `value` is a function of the state alone.
@@ -49,7 +50,9 @@ struct ValueEvent {
         return Event::value(step.start, step.end) <= V(ScalarOf<V>(0));
     }
     template <class V>
-    static MaskOf<V> starts_beyond(const Task<V>&, const RayState<V>& start) { return Event::value(start, start) <= V(ScalarOf<V>(0)); }
+    static MaskOf<V> starts_beyond(const Task<V>&, const RayState<V>& start) {
+        return Event::value(start, start) <= V(ScalarOf<V>(0));
+    }
     template <class V>
     static MaskOf<V> crossed_before(const Task<V>&, const RayState<V>& start, const RayState<V>& at) {
         return Event::value(start, at) < V(-beyond_rounding<ScalarOf<V>>) * abs(Event::value(start, start));
@@ -61,8 +64,12 @@ struct ValueEvent {
 };
 
 template <class Event, class V>
-concept HasValue = requires(const RayState<V>& at) { Event::value(at, at); };
+concept HasValue = requires(const RayState<V>& at) {
+    Event::value(at, at);
+};
 template <class Event, class V>
-concept HasLevel = requires(const Task<V>& task) { Event::level(task); };
+concept HasLevel = requires(const Task<V>& task) {
+    Event::level(task);
+};
 
 }  // namespace kagero

@@ -12,9 +12,10 @@ namespace kagero {
 /// What a step has led to.
 template <class Events>
 struct Detected {
-    std::uint64_t too_bent = 0;  ///< lanes whose step bends too much to be intersected with the scene: it has to be shorter
-    std::uint64_t within = 0;    ///< lanes with an event within the step, which has been deferred
-    std::uint64_t at_end = 0;    ///< lanes with an event at the end of the step
+    std::uint64_t too_bent =
+        0;  ///< lanes whose step bends too much to be intersected with the scene: it has to be shorter
+    std::uint64_t within = 0;  ///< lanes with an event within the step, which has been deferred
+    std::uint64_t at_end = 0;  ///< lanes with an event at the end of the step
     LanesOfEvents<Events> lanes_of;
     std::uint64_t ended() const { return within | at_end; }
 };
@@ -35,7 +36,8 @@ public:
     void begin(std::uint64_t lanes) {
         if (scene_) scene_->begin(lanes);
     }
-    /// The rays of `lanes` are at their start again, or where an event lets them go on: a surface there does not count as hit.
+    /// The rays of `lanes` are at their start again, or where an event lets them go on: a surface there does not count
+    /// as hit.
     void return_to_start(std::uint64_t lanes) {
         if (scene_) scene_->return_to_start(lanes);
     }
@@ -45,8 +47,10 @@ public:
         outward_ = (outward_ & ~lanes) | (outward & lanes);
     }
 
-    /// Tests the step of lanes `moving`, after which they have taken `steps` steps. Events within the step go to `deferred`.
-    Detected<Events> detect(const StepperState<V>& step, std::uint64_t moving, const V& steps, DeferredEvents<V, Events>& deferred) {
+    /// Tests the step of lanes `moving`, after which they have taken `steps` steps. Events within the step go to
+    /// `deferred`.
+    Detected<Events> detect(const StepperState<V>& step, std::uint64_t moving, const V& steps,
+                            DeferredEvents<V, Events>& deferred) {
         Detected<Events> found;
         const std::uint64_t outward = to_bits(dot(step.end.q(), step.end.velocity) > V(S(0)));
         Excursion<V> excursion;
@@ -77,7 +81,8 @@ private:
         return moving & to_bits(possible);
     }
     /// Events that are found by the end of the step, in the order of the list.
-    void find_crossed(const Step<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
+    void find_crossed(const Step<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V, Events>& deferred,
+                      Detected<Events>& found) const {
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::possible(task_, step, steps); }) {
                 if (!open || !Event::exists(task_)) return;
@@ -100,7 +105,8 @@ private:
     }
 
     /// Hits, except those beyond an escape sphere; returns those that count.
-    std::uint64_t defer_hits(const StepperState<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
+    std::uint64_t defer_hits(const StepperState<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred,
+                             Detected<Events>& found) const {
         const SurfaceHits<V>& hits = scene_->hits;
         const Curve<V> curve = task_.curve(step);
         const Vec3<V> a = curve.at(hits.from), b = curve.at(hits.to);
@@ -108,7 +114,8 @@ private:
         if (!lanes) return 0;
         const Level<V> levels = scene_->levels(lanes);
         const V fraction = chord_fraction(levels, a, b, hits.t);
-        deferred.template defer<SurfaceHit>(lanes, levels, hits.from, hits.to, fma(hits.to - hits.from, fraction, hits.from));
+        deferred.template defer<SurfaceHit>(lanes, levels, hits.from, hits.to,
+                                            fma(hits.to - hits.from, fraction, hits.from));
         for (const int i : lanes_in(lanes)) {
             KAGERO_ASSERT(hits.surface[i] < task_.job.geometry->surface_count);
             deferred.surface[i] = hits.surface[i], deferred.primitive[i] = hits.primitive[i];
@@ -116,8 +123,10 @@ private:
         found.lanes_of.template of<SurfaceHit>() |= lanes, found.within |= lanes;
         return lanes;
     }
-    void defer_excursions(const Excursion<V>& excursion, std::uint64_t lanes, DeferredEvents<V, Events>& deferred, Detected<Events>& found) const {
-        deferred.template defer<EscapeSphere>(lanes, EscapeSphere::level(task_), V(S(0)), excursion.farthest, excursion.exit);
+    void defer_excursions(const Excursion<V>& excursion, std::uint64_t lanes, DeferredEvents<V, Events>& deferred,
+                          Detected<Events>& found) const {
+        deferred.template defer<EscapeSphere>(lanes, EscapeSphere::level(task_), V(S(0)), excursion.farthest,
+                                              excursion.exit);
         found.lanes_of.template of<EscapeSphere>() |= lanes, found.within |= lanes;
     }
 

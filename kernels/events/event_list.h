@@ -23,7 +23,9 @@ struct EventList {
     }
     /// Calls f.operator()<Event>() for every event.
     template <class F>
-    KAGERO_INLINE static void each(const F& f) { (f.template operator()<Event>(), ...); }
+    KAGERO_INLINE static void each(const F& f) {
+        (f.template operator()<Event>(), ...);
+    }
 };
 
 /// A set of lanes for every event.
@@ -31,9 +33,13 @@ template <class Events>
 struct LanesOfEvents {
     std::uint64_t lanes[Events::count] = {};
     template <class Event>
-    std::uint64_t& of() { return lanes[Events::template index<Event>]; }
+    std::uint64_t& of() {
+        return lanes[Events::template index<Event>];
+    }
     template <class Event>
-    std::uint64_t of() const { return lanes[Events::template index<Event>]; }
+    std::uint64_t of() const {
+        return lanes[Events::template index<Event>];
+    }
     std::uint64_t all() const {
         std::uint64_t any = 0;
         for (const std::uint64_t of_event : lanes) any |= of_event;

@@ -1,7 +1,8 @@
 /// Finds the exact places of events and moves rays there.
 ///
-/// Dense output finds a surface, but its order is lower than that of the method. So the step is taken again, up to the fraction where the
-/// surface lies, and Newton's method finds the rest of the way, in steps so short that a cheap method can take them
+/// Dense output finds a surface, but its order is lower than that of the method. So the step is taken again, up to the
+/// fraction where the surface lies, and Newton's method finds the rest of the way, in steps so short that a cheap
+/// method can take them
 /// (`Task::correction_step`): position and direction have the full order of the integrator.
 #pragma once
 
@@ -16,9 +17,9 @@ class EventRefiner {
     using S = ScalarOf<V>;
 
 public:
-    DeferredEvents<V, Events> deferred;   ///< after `refine`, deferred.step.end is where the rays are
-    Step<V> whole;                 ///< after `refine`, the whole steps
-    std::uint64_t lost = 0;       ///< lanes whose partial step fails or never arrives: their whole step was far too long
+    DeferredEvents<V, Events> deferred;  ///< after `refine`, deferred.step.end is where the rays are
+    Step<V> whole;                       ///< after `refine`, the whole steps
+    std::uint64_t lost = 0;  ///< lanes whose partial step fails or never arrives: their whole step was far too long
     std::uint64_t unrefined = 0;  ///< lanes whose place is only that of the chord
 
     explicit EventRefiner(const Task<V>& task) : task_(task) {}
@@ -34,7 +35,8 @@ public:
         lost = unrefined = lossy_ = 0;
         if (on_chord()) return interpolate(mask);
         if (!task_.own_curve) d.curve = Curve<V>::hermite(d.step);
-        const Vec3<V> begin = d.curve.at(d.lo), piece = d.curve.at(d.hi) - begin, met = advance(begin, (d.guess - d.lo) / (d.hi - d.lo), piece);
+        const Vec3<V> begin = d.curve.at(d.lo), piece = d.curve.at(d.hi) - begin,
+                      met = advance(begin, (d.guess - d.lo) / (d.hi - d.lo), piece);
         const V found = d.guess;
         const std::uint64_t by_value = lanes_by_value(), surfaces = d.lanes_of.template of<SurfaceHit>();
         falling_ = d.level.slope(met, piece) < V(S(0));
@@ -57,7 +59,8 @@ public:
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); }) {
                 if (!lanes || !Event::exists(task_)) return;
-                earlier.template of<Event>() = lanes & to_bits(Event::crossed_before(task_, whole.start, deferred.step.end));
+                earlier.template of<Event>() =
+                    lanes & to_bits(Event::crossed_before(task_, whole.start, deferred.step.end));
                 lanes &= ~earlier.template of<Event>();
             }
         });
@@ -74,7 +77,8 @@ public:
         step.take(whole, from_bits<V>(lanes));
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); })
-                if (const std::uint64_t of_event = earlier.template of<Event>()) deferred.template defer_before<Event>(task_, of_event, whole.start, beyond, fraction);
+                if (const std::uint64_t of_event = earlier.template of<Event>())
+                    deferred.template defer_before<Event>(task_, of_event, whole.start, beyond, fraction);
         });
     }
 
@@ -102,7 +106,8 @@ private:
         V value(S(1));
         Events::each([&]<class Event>() {
             if constexpr (HasValue<Event, V>)
-                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>()) value = select(from_bits<V>(lanes), Event::value(whole.start, at), value);
+                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>())
+                    value = select(from_bits<V>(lanes), Event::value(whole.start, at), value);
         });
         return value;
     }
@@ -110,12 +115,14 @@ private:
     void check_spheres() {
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::moves_back(deferred.step.end); })
-                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & ~lost) lost |= lanes & to_bits(Event::moves_back(deferred.step.end));
+                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & ~lost)
+                    lost |= lanes & to_bits(Event::moves_back(deferred.step.end));
         });
     }
 
-    /// From the fraction s, which belongs to a place on the chord of a piece, to where the curve is nearest to that place. A long step moves
-    /// faster in one part than in another, and the far side of a small ball may be as near as the side that was hit.
+    /// From the fraction s, which belongs to a place on the chord of a piece, to where the curve is nearest to that
+    /// place. A long step moves faster in one part than in another, and the far side of a small ball may be as near as
+    /// the side that was hit.
     V nearest_on_curve(V s, const MaskOf<V>& lanes, const Vec3<V>& on_chord, const Vec3<V>& piece) const {
         const DeferredEvents<V, Events>& d = deferred;
         MaskOf<V> open = lanes;
@@ -127,8 +134,8 @@ private:
         return s;
     }
 
-    /// Newton's method on the dense output, within the piece that was hit; if the ends of the piece lie on both sides of the surface, between
-    /// places that do.
+    /// Newton's method on the dense output, within the piece that was hit; if the ends of the piece lie on both sides
+    /// of the surface, between places that do.
     void refine_on_curve(const MaskOf<V>& smooth) {
         DeferredEvents<V, Events>& d = deferred;
         const V length = d.hi - d.lo, margin = V(S(0.25)) * length, half(S(0.5)), close = V(S(1.0 / 16)) * length;
@@ -142,7 +149,8 @@ private:
             const V value = d.level.value(q), next = s + d.level.way(q, d.curve.slope(s), falling_).length;
             const MaskOf<V> short_of = side * value > V(S(0));
             before = select(short_of, s, before), behind = select(short_of, behind, s);
-            const V middle = half * (before + behind), between = select((next >= before - close) & (next <= behind + close), next, middle);
+            const V middle = half * (before + behind),
+                    between = select((next >= before - close) & (next <= behind + close), next, middle);
             const V free = select(is_finite(next), min(max(next, least), greatest), s), last = s;
             s = select(open, select(crossing, between, free), s);
             // Without places on both sides, three steps have to do.
@@ -154,18 +162,20 @@ private:
         d.guess = select(smooth & inside, s, d.guess);
     }
 
-    /// A partial step to where the surface should be, and Newton's corrections from there, towards the side of a ball that was hit. The step
-    /// may end beyond the surface, because dense output shows less well how far a ray has come than where it leads. Each
-    /// correction squares the error: after one that is shorter than the root of a rounding, what is left is straight, and `extrapolate`
-    /// takes it. A lane that has arrived does not change any more, however long others take.
+    /// A partial step to where the surface should be, and Newton's corrections from there, towards the side of a ball
+    /// that was hit. The step may end beyond the surface, because dense output shows less well how far a ray has come
+    /// than where it leads. Each correction squares the error: after one that is shorter than the root of a rounding,
+    /// what is left is straight, and `extrapolate` takes it. A lane that has arrived does not change any more, however
+    /// long others take.
     ///
-    /// The step to the place that dense output gives leaves a correction of order h³. To extrapolate it at once makes an error of order h⁵ in
-    /// the momentum, which is no worse than the errors of a method of order five on its way. A symplectic method would lose some 1e-8
-    /// of what it conserves, and therefore takes the correction step in double.
+    /// The step to the place that dense output gives leaves a correction of order h³. To extrapolate it at once makes
+    /// an error of order h⁵ in the momentum, which is no worse than the errors of a method of order five on its way. A
+    /// symplectic method would lose some 1e-8 of what it conserves, and therefore takes the correction step in double.
     void refine_by_level(const MaskOf<V>& mask, const MaskOf<V>& by_value, const V& full) {
         DeferredEvents<V, Events>& d = deferred;
         StepperState<V>& step = d.step;
-        const V zero(S(0)), close = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), V(S(4)) * last_place(full)), close_at_once = at_once(close);
+        const V zero(S(0)), close = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), V(S(4)) * last_place(full)),
+                            close_at_once = at_once(close);
         const MaskOf<V> all = mask & !by_value;
         MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);
         StepEnd<V> arrived = step;
@@ -203,7 +213,8 @@ private:
         const Vec3<V> p = state.p();
         return p.x + p.y + p.z;
     }
-    /// The rounding of a position as a fraction of the step: far from the origin, the place on the step is not known better.
+    /// The rounding of a position as a fraction of the step: far from the origin, the place on the step is not known
+    /// better.
     V last_place(const V& full) const {
         const Vec3<V> q = deferred.step.end.q(), &v = whole.start.velocity;
         const V far = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
@@ -211,8 +222,8 @@ private:
         return select(is_finite(place), place, V(S(0)));
     }
 
-    /// Moves rays by a small length beyond the last step: positions by the velocity at its end, as it changed in the step, everything else at
-    /// the rate of the step; no farther than the step itself, or roundings would be magnified.
+    /// Moves rays by a small length beyond the last step: positions by the velocity at its end, as it changed in the
+    /// step, everything else at the rate of the step; no farther than the step itself, or roundings would be magnified.
     void extrapolate(StepEnd<V>& arrived, const V& length, const MaskOf<V>& lanes) {
         const StepperState<V>& step = deferred.step;
         const Level<V>& level = deferred.level;
@@ -220,27 +231,31 @@ private:
         const V share = select(lanes & (abs(step.h) > zero), max(min(left / step.h, one), -one), zero);
         const Vec3<V> mean = advance(step.end.velocity, V(S(0.5)) * share, step.end.velocity - step.start.velocity);
         const Vec3<V> q = advance(arrived.end.q(), left, mean);
-        const V beside = level.value(q) / level.slope(q, step.end.velocity), way = select(lanes & is_finite(beside), left - beside, left);
+        const V beside = level.value(q) / level.slope(q, step.end.velocity),
+                way = select(lanes & is_finite(beside), left - beside, left);
         const auto further = [&](const V& from, const V& to, V& end) { end = fma(share, to - from, end); };
         arrived.end.set(advance(arrived.end.q(), way, mean), arrived.end.p());
-        for (int k = 0; k < space_size; ++k) further(step.start.y[momentum(k)], step.end.y[momentum(k)], arrived.end.y[momentum(k)]);
+        for (int k = 0; k < space_size; ++k)
+            further(step.start.y[momentum(k)], step.end.y[momentum(k)], arrived.end.y[momentum(k)]);
         further(step.start.velocity.x, step.end.velocity.x, arrived.end.velocity.x);
         further(step.start.velocity.y, step.end.velocity.y, arrived.end.velocity.y);
         further(step.start.velocity.z, step.end.velocity.z, arrived.end.velocity.z);
         further(step.start.parameter, step.end.parameter, arrived.end.parameter);
     }
 
-    /// The zero of each lane's value by the secant method, always from the start of the step: beyond the event the state may be meaningless.
-    /// Where the secant hardly moves any more, the next try goes a little farther: the event lies between two places that are so
-    /// close, or else the step is discontinuous there. Other lanes keep their end.
+    /// The zero of each lane's value by the secant method, always from the start of the step: beyond the event the
+    /// state may be meaningless. Where the secant hardly moves any more, the next try goes a little farther: the event
+    /// lies between two places that are so close, or else the step is discontinuous there. Other lanes keep their end.
     void refine_by_value(const MaskOf<V>& lanes, const V& full) {
         DeferredEvents<V, Events>& d = deferred;
         StepperState<V>& step = d.step;
         const V close(S(16) * machine_epsilon<S>), zero(S(0));
         MaskOf<V> open = lanes;
-        V last_s(zero), last_value = value_at(step.start), before(zero), after = select(lanes, d.hi, V(S(1))), reach = close;
+        V last_s(zero), last_value = value_at(step.start), before(zero), after = select(lanes, d.hi, V(S(1))),
+                        reach = close;
         for (int i = 0; i < max_corrections; ++i) {
-            if (!task_.resumes) task_.begin(step);  // every time: the result of a lane must not depend on how long others take
+            if (!task_.resumes)
+                task_.begin(step);  // every time: the result of a lane must not depend on how long others take
             step.h = select(lanes, d.guess * full, zero);
             const V gradients = step.gradients;
             task_.step(step);
@@ -275,12 +290,14 @@ private:
         });
     }
 
-    /// A chord may hit a surface that the curve just misses: where the curve comes as close as that, the hit of the chord is kept.
+    /// A chord may hit a surface that the curve just misses: where the curve comes as close as that, the hit of the
+    /// chord is kept.
     void keep_grazing_hits(std::uint64_t lanes, const V& found, const Vec3<V>& on_chord, const Vec3<V>& piece) {
         if (!lanes) return;
         DeferredEvents<V, Events>& d = deferred;
         const Vec3<V> way = whole.end.q() - whole.start.q();
-        const V closest = nearest_on_curve(found, from_bits<V>(lanes), on_chord, piece), away = d.level.value(d.curve.at(closest)), near(grazes);
+        const V closest = nearest_on_curve(found, from_bits<V>(lanes), on_chord, piece),
+                away = d.level.value(d.curve.at(closest)), near(grazes);
         const std::uint64_t grazing = lanes & to_bits(away * away <= near * near * dot(way, way));
         const MaskOf<V> here = from_bits<V>(grazing);
         d.guess = select(here, closest, d.guess);
@@ -295,13 +312,16 @@ private:
         const V& s = deferred.guess;
         RayState<V>& end = deferred.step.end;
         const Vec3<V> way = whole.end.q() - whole.start.q();
-        for (int k = 0; k < phase_size; ++k) end.y[k] = select(mask, fma(s, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), end.y[k]);
-        end.parameter = select(mask, fma(s, whole.end.parameter - whole.start.parameter, whole.start.parameter), end.parameter);
+        for (int k = 0; k < phase_size; ++k)
+            end.y[k] = select(mask, fma(s, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), end.y[k]);
+        end.parameter =
+            select(mask, fma(s, whole.end.parameter - whole.start.parameter, whole.start.parameter), end.parameter);
         end.velocity = select<V>(mask, way, end.velocity);
     }
 
     static constexpr int max_corrections = 30;
-    /// Newton's method on dense output ends where it moves by less than this share of the piece: the next step squares the error.
+    /// Newton's method on dense output ends where it moves by less than this share of the piece: the next step squares
+    /// the error.
     static constexpr S settled = S(1e-3);
     /// A ray is on a sphere if its distance from the sphere is less than this share of the radius.
     static constexpr S on_it = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
@@ -313,8 +333,8 @@ private:
     static constexpr S least_fraction = S(-1e-3), greatest_fraction = S(1.25);
 
     const Task<V>& task_;
-    MaskOf<V> falling_;         ///< lanes that approach their level from where its function is positive
-    std::uint64_t lossy_ = 0;   ///< lanes that lost H in their partial step
+    MaskOf<V> falling_;        ///< lanes that approach their level from where its function is positive
+    std::uint64_t lossy_ = 0;  ///< lanes that lost H in their partial step
 };
 
 }  // namespace kagero

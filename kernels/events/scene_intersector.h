@@ -1,7 +1,8 @@
 /// Intersects steps with the scene: which lanes hit which surface, and roughly where on the step.
 ///
-/// Most steps need no query: a lane knows a box without a surface around its ray, from the clearance grid. Where a step leads out of
-/// such boxes, its dense output is cut into chords that stay within the tolerance, and Embree intersects them.
+/// Most steps need no query: a lane knows a box without a surface around its ray, from the clearance grid. Where a step
+/// leads out of such boxes, its dense output is cut into chords that stay within the tolerance, and Embree intersects
+/// them.
 #pragma once
 
 #include "kernels/intersection/clearance.h"
@@ -55,10 +56,11 @@ public:
         if (!starts_in_the_open_) first_piece_ |= lanes;
     }
 
-    /// Intersects the step of `lanes` and returns the lanes that hit a surface. Lanes whose step bends more than chords can follow are not
-    /// tested and are removed from `lanes`.
+    /// Intersects the step of `lanes` and returns the lanes that hit a surface. Lanes whose step bends more than chords
+    /// can follow are not tested and are removed from `lanes`.
     std::uint64_t intersect(const StepperState<V>& step, std::uint64_t& lanes) {
-        const std::uint64_t leading_out = geometry_.clearance ? lanes & ~to_bits(clear_.holds(task_.extent(step))) : lanes;
+        const std::uint64_t leading_out =
+            geometry_.clearance ? lanes & ~to_bits(clear_.holds(task_.extent(step))) : lanes;
         const std::uint64_t hit = leading_out ? intersect_outside(step, leading_out, lanes) : 0;
         first_piece_ &= ~lanes;
         return hit;
@@ -70,16 +72,21 @@ public:
     }
 
     /// The surfaces that `lanes` have hit.
-    Level<V> levels(std::uint64_t lanes) const { return levels_of<V>(geometry_.surfaces, hits.surface, hits.primitive, lanes); }
+    Level<V> levels(std::uint64_t lanes) const {
+        return levels_of<V>(geometry_.surfaces, hits.surface, hits.primitive, lanes);
+    }
     /// Queries of each ray.
     const V& queries() const { return queries_; }
 
 private:
-    /// The steps of `lanes` lead out of the box that is known to be clear. The box around the middle of the step may contain all of it; if
-    /// not, Embree is queried. A box is a part of space and stays clear, whatever happens to the ray of its lane.
-    __attribute__((noinline)) std::uint64_t intersect_outside(const StepperState<V>& step, std::uint64_t lanes, std::uint64_t& tested) {
+    /// The steps of `lanes` lead out of the box that is known to be clear. The box around the middle of the step may
+    /// contain all of it; if not, Embree is queried. A box is a part of space and stays clear, whatever happens to the
+    /// ray of its lane.
+    __attribute__((noinline)) std::uint64_t intersect_outside(const StepperState<V>& step, std::uint64_t lanes,
+                                                              std::uint64_t& tested) {
         const Curve<V> curve = task_.curve(step);
-        if (geometry_.clearance && clear_.move(*geometry_.clearance, curve.middle(), lanes)) lanes &= ~to_bits(clear_.holds(curve.extent()));
+        if (geometry_.clearance && clear_.move(*geometry_.clearance, curve.middle(), lanes))
+            lanes &= ~to_bits(clear_.holds(curve.extent()));
         if (!lanes) return 0;
         const Stopwatch watch(task_.job.timed, ticks);
         const V sagitta = chord_only_ ? V(S(0)) : curve.sagitta();
@@ -88,11 +95,12 @@ private:
         return query_pieces(curve, length_of_pieces(sagitta), lanes & ~too_bent);
     }
 
-    /// Cuts the step into pieces, each lane into its own number of them, and queries the pieces that no clear box contains. Lanes meet at such
-    /// pieces, so that one query serves many lanes.
+    /// Cuts the step into pieces, each lane into its own number of them, and queries the pieces that no clear box
+    /// contains. Lanes meet at such pieces, so that one query serves many lanes.
     std::uint64_t query_pieces(const Curve<V>& curve, const V& piece, std::uint64_t lanes) {
         const V one(S(1)), half(S(0.5));
-        const std::uint64_t cut = geometry_.clearance ? lanes & to_bits(piece < one) : 0;  // a whole step is not clear, as is known
+        const std::uint64_t cut =
+            geometry_.clearance ? lanes & to_bits(piece < one) : 0;  // a whole step is not clear, as is known
         const Extent<V> times = cut ? least_times(curve.speeds()) : Extent<V>{};
         std::uint64_t hit = 0, now = lanes;
         V s0(S(0));
@@ -101,7 +109,8 @@ private:
                 const Vec3<V> here = curve.at(s0);
                 V clear = clear_.way_out(here, times);
                 if (const std::uint64_t at_the_edge = going & ~to_bits(clear >= piece)) {
-                    if (clear_.move(*geometry_.clearance, curve.at(fma(half, piece, s0)), at_the_edge)) clear = clear_.way_out(here, times);
+                    if (clear_.move(*geometry_.clearance, curve.at(fma(half, piece, s0)), at_the_edge))
+                        clear = clear_.way_out(here, times);
                 }
                 const MaskOf<V> passes = from_bits<V>(going) & (clear >= piece);
                 s0 = select(passes, min(s0 + whole_pieces(clear, piece), one), s0);
@@ -157,7 +166,8 @@ private:
         return hit;
     }
 
-    /// A piece is queried from a little before its start, this fraction of it, so that Embree's floats miss no surface close to the start.
+    /// A piece is queried from a little before its start, this fraction of it, so that Embree's floats miss no surface
+    /// close to the start.
     V head_start(const Vec3<V>& way) const {
         const V offset(S(double(start_offset) / geometry_.scale));
         return offset / max(root(dot(way, way)), offset);
@@ -168,10 +178,12 @@ private:
         return fma(length, lanes_of<V>(fraction), begin);
     }
 
-    /// Removes hits of surfaces that rays leave: so close to a surface, Embree's floats do not show on which side of it a ray is. `close` are the
-    /// lanes that are close to their start, `first` those in the first piece of their ray. They are queried again, surface by surface.
-    std::uint64_t without_left_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, Segments<W>& segments,
-                                        std::uint64_t hit, std::uint64_t close, std::uint64_t first) {
+    /// Removes hits of surfaces that rays leave: so close to a surface, Embree's floats do not show on which side of it
+    /// a ray is. `close` are the lanes that are close to their start, `first` those in the first piece of their ray.
+    /// They are queried again, surface by surface.
+    std::uint64_t without_left_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
+                                        Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
+                                        std::uint64_t first) {
         const V least = head_start(b - a);
         const Level<V> levels = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
         const V fraction = chord_fraction(levels, a, b, fractions_of(segments, begin, length));
@@ -182,12 +194,13 @@ private:
             const double near = double(get_lane(length, i)) * double(where) + double(get_lane(begin, i));
             const Level<double> level = level_of(geometry_.surfaces[on], part);
             const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
-            return !leaves(level, from, to, chord_fraction(level, from, to, near), double(get_lane(least, i)), ((first >> i) & 1) != 0);
+            return !leaves(level, from, to, chord_fraction(level, from, to, near), double(get_lane(least, i)),
+                           ((first >> i) & 1) != 0);
         };
         return (hit & ~left) | query_carefully(geometry_.embree_scene, segments, left, is_hit);
     }
-    /// Whether all rays start so far from every surface that they leave none: farther than the errors of Embree's floats and of the packet's
-    /// own numbers.
+    /// Whether all rays start so far from every surface that they leave none: farther than the errors of Embree's
+    /// floats and of the packet's own numbers.
     bool starts_in_the_open() const {
         const CameraRays* camera = task_.job.camera;
         if (!camera) return false;
@@ -196,15 +209,18 @@ private:
         return camera->clear > 2 * double(start_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
     }
 
-    /// Whether a → b leaves a surface that it seems to hit at `fraction`: it starts on the surface or goes away from it. A sphere is only left
-    /// by a ray that does not hit it again beyond the fraction `least`. Where `may_start_there`, a start within rounding is on the surface.
+    /// Whether a → b leaves a surface that it seems to hit at `fraction`: it starts on the surface or goes away from
+    /// it. A sphere is only left by a ray that does not hit it again beyond the fraction `least`. Where
+    /// `may_start_there`, a start within rounding is on the surface.
     template <class W2>
     MaskOf<W2> leaves(const Level<W2>& g, const Vec3<W2>& a, const Vec3<W2>& b, const W2& fraction, const W2& least,
                       const MaskOf<W2>& may_start_there) const {
-        const W2 zero(0), height = g.value(a), size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + W2(ScalarOf<W2>(1 / geometry_.scale));
+        const W2 zero(0), height = g.value(a),
+                          size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + W2(ScalarOf<W2>(1 / geometry_.scale));
         const MaskOf<W2> on_it = may_start_there & (abs(height) <= W2(ScalarOf<W2>(4 * machine_epsilon<S>)) * size);
         const W2 away = height * g.slope(a, b - a);
-        const MaskOf<W2> from_plane = on_it | (away >= zero), from_sphere = (fraction <= zero) | (on_it & (fraction <= least));
+        const MaskOf<W2> from_plane = on_it | (away >= zero),
+                         from_sphere = (fraction <= zero) | (on_it & (fraction <= least));
         return ((abs(g.a) <= zero) & from_plane) | ((abs(g.a) > zero) & from_sphere);
     }
 
@@ -219,11 +235,13 @@ private:
         for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);
     }
 
-    /// Clips the queried part of a → b, in double, to the cube ±far_away/2 around the scene; false if it misses the cube.
+    /// Clips the queried part of a → b, in double, to the cube ±far_away/2 around the scene; false if it misses the
+    /// cube.
     bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, V& begin, V& length) const {
         const double head[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
         const double tail[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
-        const double first = double(get_lane(begin, i)), nearest = first + double(get_lane(length, i)) * double(segments.near[i]);
+        const double first = double(get_lane(begin, i)),
+                     nearest = first + double(get_lane(length, i)) * double(segments.near[i]);
         double enter = first, leave = 1, org[3], dir[3];
         for (int k = 0; k < 3; ++k) {
             org[k] = (head[k] - geometry_.shift[k]) * geometry_.scale, dir[k] = (tail[k] - head[k]) * geometry_.scale;
@@ -235,7 +253,8 @@ private:
         const double rest = leave - enter;
         set_lane(begin, i, S(enter)), set_lane(length, i, S(rest));
         segments.near[i] = float(std::clamp((nearest - enter) / rest, 0.0, 1.0));
-        for (int k = 0; k < 3; ++k) segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(rest * dir[k]);
+        for (int k = 0; k < 3; ++k)
+            segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(rest * dir[k]);
         return true;
     }
 
@@ -256,7 +275,8 @@ private:
         return select(nearest > fit, nearest - V(S(1)), nearest) * piece;
     }
     static constexpr int most_pieces = 1024;
-    /// So close to a surface, floats do not distinguish its sides: some 30 roundings, in Embree's coordinates of order one.
+    /// So close to a surface, floats do not distinguish its sides: some 30 roundings, in Embree's coordinates of order
+    /// one.
     static constexpr float start_offset = 4e-6f;
     /// Segments that reach farther are clipped to the scene first, in the same coordinates.
     static constexpr float far_away = 32;

@@ -10,7 +10,9 @@ struct SurfaceHit {
     static constexpr Status status = Status::hit;
 
     template <class V>
-    static bool exists(const Task<V>& task) { return task.job.geometry != nullptr; }
+    static bool exists(const Task<V>& task) {
+        return task.job.geometry != nullptr;
+    }
 };
 
 }  // namespace kagero

@@ -1,23 +1,23 @@
-/// The table of integrators. A composition is one row, with its fractions in `fractions.h`; a new kind of step is one more struct and
-/// one more line of KAGERO_STEPPERS.
+/// The table of integrators. A composition is one row, with its fractions in `fractions.h`; a new kind of stepper is one
+/// more struct and one more row of KAGERO_STEPPERS.
 ///
-/// A kind of step is a struct of static functions and constants,
+/// A stepper is a struct of static functions and constants,
 ///   family                                what it has in common with others
-///   refusal<System>()                     null where it serves a system, else why not
-///   begin(system, flow, coefficients)     fills flow.stage at the start of rays
-///   step(system, flow, coefficients)      from flow.start by flow.h: sets end, end.parameter and solved, counts gradients; adaptive
-///                                         methods set accepted and suggested as well
-///   operations(coefficients, program)     what it costs with a Hamiltonian's programs, per gradient and per step
+///   refusal<System>()                     null if it serves a system, else the reason why not
+///   begin(system, state, coefficients)    fills state.stage at the start of rays
+///   step(system, state, coefficients)     a step from state.start by state.h: sets end, carried quantities and solved,
+///                                         counts gradients; adaptive methods also set accepted and suggested
+///   operations(coefficients, program)     its cost with a Hamiltonian's programs, per gradient and per step
 ///   roundings(coefficients)               how often it rounds in a step
-/// and, where there is something to say,
-///   curve<V>                              its own dense output; without it that is the cubic Hermite one
+/// and, optionally,
+///   curve<V>                              its own dense output; without it, that is the cubic Hermite one
 ///   resumes                               a step from another place or of another length needs no `begin` before it
 ///   carries                               RayState::carry goes from step to step
-///   stages_inside                         no derivative is taken at a step's ends, where the slope of H may jump
-///   takes_sides                           it takes ∂K/∂q and ∂K/∂p one at a time
-///   shareable<System>()                   it may be compiled once for all systems that are called instead of inlined
-///   integrate_to_escape(system, flow, coefficients, way) goes the whole way past nothing by itself
-///   arrived(flow)                         has the last word on a step's end
+///   stages_inside                         no derivative is evaluated at the ends of a step, where the slope of H may jump
+///   takes_sides                           it uses ∂K/∂q and ∂K/∂p separately
+///   shareable<System>()                   it may be compiled once for all called systems instead of inlined
+///   integrate_to_escape(system, state, coefficients, way)  integrates rays that meet nothing to the escape sphere
+///   finish(state)                         changes the end of a step after its event functions have been evaluated
 #pragma once
 
 #include "kernels/abi.h"
@@ -29,7 +29,7 @@
 
 namespace kagero {
 
-/// Kinds of step: each is one struct, compiled once per Hamiltonian that it serves, or once for all that are called.
+/// The kinds of stepper: each is compiled once per Hamiltonian that it serves, or once for all called systems.
 #define KAGERO_STEPPERS(X)                                                                                                     \
     X(composition, Composition) X(recipe, Recipe) X(nystroem, Nystroem) X(exact_split, ExactSplit) X(orbit, Orbit)          \
     X(runge_kutta, RungeKutta) X(gauss, Gauss<0>) X(gauss_of_4, Gauss<4>)

@@ -21,13 +21,13 @@ struct Straight {
 
 namespace detail {
 
-/// This share of H's terms a ray may have lost at the end of a step: one that has lost more is another ray.
+/// The share of H's terms that a ray may have lost at the end of a step; a ray that has lost more has become another ray.
 template <class S>
 inline constexpr S greatest_loss = S(0.03);
 
-/// What the tracing loop wants to know of a place on a ray's way. Not inlined, so that all kinds of step share it.
+/// Evaluates what the tracing loop needs at a state: velocity, event functions and H. Not inlined, so that all kinds of stepper share it.
 template <class System, class V>
-__attribute__((noinline)) void look_around(const System& system, StepperState<V>& f, RayState<V>& at, const V& terms_before) {
+__attribute__((noinline)) void evaluate_event_functions(const System& system, StepperState<V>& f, RayState<V>& at, const V& terms_before) {
     using S = ScalarOf<V>;
     const EventFunctions<V> here = system.event_functions(at);
     at.velocity = here.velocity, at.energy_terms = here.terms;
@@ -45,15 +45,15 @@ __attribute__((noinline)) void look_around(const System& system, StepperState<V>
 
 /// At the end of a step.
 template <class System, class V>
-KAGERO_INLINE void arrive(const System& system, StepperState<V>& f) {
+KAGERO_INLINE void evaluate_end(const System& system, StepperState<V>& f) {
     f.end.pt() = f.start.pt();
-    look_around(system, f, f.end, f.start.energy_terms);
+    evaluate_event_functions(system, f, f.end, f.start.energy_terms);
 }
 
-/// … and at the start of a ray, which is the end of no step.
+/// At the start of a ray, where no step has ended.
 template <class System, class V>
-KAGERO_INLINE void depart(const System& system, StepperState<V>& f) {
-    look_around(system, f, f.start, V(ScalarOf<V>(0)));
+KAGERO_INLINE void evaluate_start(const System& system, StepperState<V>& f) {
+    evaluate_event_functions(system, f, f.start, V(ScalarOf<V>(0)));
 }
 
 /// Whether this step is compiled for all called systems together.
@@ -75,7 +75,7 @@ const auto& stepped_in(const SystemStorage& storage) {
 template <class System, class Stepper, class V>
 void begin(const SystemStorage& storage, StepperState<V>& f, const Coefficients& coefficients) {
     const auto& system = stepped_in<System, Stepper>(storage);
-    depart(stepped_in<System, Straight>(storage), f);
+    evaluate_start(stepped_in<System, Straight>(storage), f);
     if constexpr (is_shared<System, Stepper>()) SharedStepper<Stepper, V>::begin(as_called<V>(system), f, coefficients);
     else Stepper::begin(system, f, coefficients);
 }
@@ -85,8 +85,8 @@ void step(const SystemStorage& storage, StepperState<V>& f, const Coefficients& 
     const auto& system = stepped_in<System, Stepper>(storage);
     if constexpr (is_shared<System, Stepper>()) SharedStepper<Stepper, V>::step(as_called<V>(system), f, coefficients);
     else Stepper::step(system, f, coefficients);
-    arrive(stepped_in<System, Straight>(storage), f);
-    if constexpr (requires { Stepper::arrived(f); }) Stepper::arrived(f);
+    evaluate_end(stepped_in<System, Straight>(storage), f);
+    if constexpr (requires { Stepper::finish(f); }) Stepper::finish(f);
 }
 
 template <class System, class Stepper, class V>
@@ -94,8 +94,8 @@ void integrate_to_escape(const SystemStorage& storage, StepperState<V>& f, const
     const System& system = system_in<System>(storage);
     Stepper::integrate_to_escape(system, f, coefficients, way);
     const V worst = f.energy_error;
-    arrive(system, f);
-    Stepper::arrived(f);
+    evaluate_end(system, f);
+    Stepper::finish(f);
     if (f.options.want_energy) f.energy_error = max(f.energy_error, worst);
 }
 

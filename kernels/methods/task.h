@@ -16,8 +16,8 @@ struct Task {
     const Job& job;
     const Method& method;
     bool straight;
-    bool carries;  ///< from step to step, RayState::carry
-    bool resumes;  ///< a step starts from its Step alone, wherever that comes from
+    bool carries;            ///< RayState::carry goes from step to step
+    bool resumes;            ///< a step needs nothing but its start, wherever that comes from
     bool corrects_by_kutta;  ///< correction steps are taken by Kutta's method
     const SpaceKernel<V>& kernel;
     Curve<V> (*own_curve)(const StepperState<V>&, const Coefficients&);  ///< null: cubic Hermite, where no other is of higher order

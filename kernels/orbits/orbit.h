@@ -107,7 +107,7 @@ struct Orbit {
 
     /// After the end has been event_function_count: its velocity is that along the orbit, by the angle.
     template <class V>
-    KAGERO_INLINE static void arrived(StepperState<V>& f) {
+    KAGERO_INLINE static void finish(StepperState<V>& f) {
         f.end.velocity = force_in(f.stage[0]);
         f.end.max_step_length = no_bound<V>();
     }

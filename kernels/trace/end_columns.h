@@ -1,11 +1,11 @@
-/// Ends of a packet's rays, column by column, and their way into memory by rows: two dozen stores for each ray would be a good part of
-/// what a straight one costs.
+/// Ends of a packet's rays, column by column, and their way into memory by rows: two dozen stores for each ray would be
+/// a good part of what a straight one costs.
 #pragma once
 
 #include "kernels/abi.h"
+#include "kernels/numeric/vec.h"
 #include "kernels/simd/bits.h"
 #include "kernels/simd/lane_memory.h"
-#include "kernels/numeric/vec.h"
 
 #include <algorithm>
 #include <bit>
@@ -24,7 +24,9 @@ public:
         const Row row = std::bit_cast<Row>(same);
         for (int k = 0; k < word_count; ++k) std::fill_n(words_[k], W, row.words[k]);
     }
-    KAGERO_INLINE void set(std::size_t offset, const V& numbers) { to_doubles(numbers, numbers_[offset / sizeof(double)]); }
+    KAGERO_INLINE void set(std::size_t offset, const V& numbers) {
+        to_doubles(numbers, numbers_[offset / sizeof(double)]);
+    }
     KAGERO_INLINE void set(std::size_t offset, const Vec3<V>& a) {
         set(offset, a.x), set(offset + sizeof(double), a.y), set(offset + 2 * sizeof(double), a.z);
     }
@@ -38,18 +40,24 @@ public:
         for (int i = 0; i < W; ++i) sum += words[i];
         return sum;
     }
-    KAGERO_INLINE void set_words(std::size_t offset, const std::uint32_t (&words)[W]) { std::copy_n(words, W, words_[place(offset)]); }
+    KAGERO_INLINE void set_words(std::size_t offset, const std::uint32_t (&words)[W]) {
+        std::copy_n(words, W, words_[place(offset)]);
+    }
 
     /// The rows of `lanes`, each to where its ray ends.
     KAGERO_INLINE void write(std::uint64_t lanes, RayEnd* const (&ends)[W]) const {
         if constexpr (W % 4 == 0) {
             RayEnd unused;
-            const auto end = [&](int lane) { return reinterpret_cast<char*>((lanes >> lane) & 1 ? ends[lane] : &unused); };
+            const auto end = [&](int lane) {
+                return reinterpret_cast<char*>((lanes >> lane) & 1 ? ends[lane] : &unused);
+            };
             for (int i = 0; i < W; i += 4) {
                 if (!((lanes >> i) & 15)) continue;
                 char* const to[4] = {end(i), end(i + 1), end(i + 2), end(i + 3)};
-                for (std::size_t k = 0; k < number_count; k += 4) write_four(&numbers_[k], i, to, offsetof(Row, numbers) + k * sizeof(double));
-                for (std::size_t k = 0; k < word_count; k += 4) write_four(&words_[k], i, to, offsetof(Row, words) + k * sizeof(std::uint32_t));
+                for (std::size_t k = 0; k < number_count; k += 4)
+                    write_four(&numbers_[k], i, to, offsetof(Row, numbers) + k * sizeof(double));
+                for (std::size_t k = 0; k < word_count; k += 4)
+                    write_four(&words_[k], i, to, offsetof(Row, words) + k * sizeof(std::uint32_t));
             }
         } else {
             for (const int i : lanes_in(lanes)) {
@@ -67,13 +75,17 @@ private:
         double numbers[number_count];
         std::uint32_t words[word_count];
     };
-    static_assert(sizeof(Row) == sizeof(RayEnd) && offsetof(RayEnd, q) == 0 && offsetof(RayEnd, steps) == offsetof(Row, words));
-    static constexpr std::size_t place(std::size_t offset) { return (offset - offsetof(Row, words)) / sizeof(std::uint32_t); }
+    static_assert(sizeof(Row) == sizeof(RayEnd) && offsetof(RayEnd, q) == 0 &&
+                  offsetof(RayEnd, steps) == offsetof(Row, words));
+    static constexpr std::size_t place(std::size_t offset) {
+        return (offset - offsetof(Row, words)) / sizeof(std::uint32_t);
+    }
 
     template <class T>
     KAGERO_INLINE static void write_four(const T (*columns)[W], int lane, char* const (&to)[4], std::size_t offset) {
         const auto row = [&](int i) { return reinterpret_cast<T*>(to[i] + offset); };
-        registers::transpose(&columns[0][lane], &columns[1][lane], &columns[2][lane], &columns[3][lane], {row(0), row(1), row(2), row(3)});
+        registers::transpose(&columns[0][lane], &columns[1][lane], &columns[2][lane], &columns[3][lane],
+                             {row(0), row(1), row(2), row(3)});
     }
 
     alignas(64) double numbers_[number_count][W];

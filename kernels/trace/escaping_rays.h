@@ -1,5 +1,5 @@
-/// The short way for rays that meet nothing: the stepper itself integrates them to the escape sphere. What it leaves over, mostly the last step
-/// of a captured ray and rays that wind around many times, the loop integrates.
+/// The short way for rays that meet nothing: the stepper itself integrates them to the escape sphere. What it leaves
+/// over, mostly the last step of a captured ray and rays that wind around many times, the loop integrates.
 #pragma once
 
 #include "kernels/trace/ray_end_writer.h"
@@ -8,10 +8,11 @@
 
 namespace kagero {
 
-/// Integrates the active rays of a packet to the escape sphere where that can be done; returns the lanes whose rays have ended, and in
-/// `moving` those that have moved.
+/// Integrates the active rays of a packet to the escape sphere where that can be done; returns the lanes whose rays
+/// have ended, and in `moving` those that have moved.
 template <class V>
-std::uint64_t integrate_to_escape(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer, Counters& counters, std::uint64_t& moving) {
+std::uint64_t integrate_to_escape(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer, Counters& counters,
+                                  std::uint64_t& moving) {
     using S = ScalarOf<V>;
     constexpr std::uint32_t max_steps = 4096;  // no step of it can be interrupted
     StepperState<V>& state = packet.state;

@@ -1,8 +1,9 @@
 /// The tracing loop: advances a packet of rays in lockstep until all of them have ended.
 ///
-/// The loop is compiled once per value type; scalars and packets of any width run these lines. The Hamiltonian and the method are behind
-/// `SpaceKernel`. A step goes through `advance`: step, accept, split, detect, write, next. Events within a step are set aside with their
-/// rays, and refined together when the packet has no active ray left (`refine_events`).
+/// The loop is compiled once per value type; scalars and packets of any width run these lines. The Hamiltonian and the
+/// method are behind `SpaceKernel`. A step goes through `advance`: step, accept, split, detect, write, next. Events
+/// within a step are set aside with their rays, and refined together when the packet has no active ray left
+/// (`refine_events`).
 #pragma once
 
 #include "kernels/events/event_detector.h"
@@ -24,11 +25,13 @@ template <class Events, class V>
 Route route_of(const Task<V>& task) {
     if (task.job.path_sink) return Route::steps;
     if (task.straight) {
-        const bool straight_to_end = Events::template exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(task);
+        const bool straight_to_end =
+            Events::template exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(
+                task);
         return straight_to_end ? Route::closed_form : Route::steps;
     }
-    const bool meets_nothing =
-        Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture, StepLimit, Discontinuity>(task);
+    const bool meets_nothing = Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere,
+                                                           Capture, StepLimit, Discontinuity>(task);
     return meets_nothing && task.can_integrate_to_escape() ? Route::to_escape : Route::steps;
 }
 
@@ -40,8 +43,8 @@ class PacketTracer {
 
 public:
     PacketTracer(const Task<V>& task, Counters& counters)
-        : task_(task), counters_(counters), route_(route_of<Events>(task)), writer_(task, packet_, counters), loader_(task, packet_, writer_),
-          control_(task, packet_, writer_), detector_(task), discontinuity_(task) {
+        : task_(task), counters_(counters), route_(route_of<Events>(task)), writer_(task, packet_, counters),
+          loader_(task, packet_, writer_), control_(task, packet_, writer_), detector_(task), discontinuity_(task) {
         writer_.set_scene(detector_.scene());
     }
 
@@ -53,16 +56,19 @@ public:
         if (route_ == Route::to_escape && packet_.active) escape();
         if (packet_.active) refiner_.emplace(task_);
     }
-    /// Whether some ray goes on. If no ray is active, the events that were set aside are refined; a ray whose event cannot be refined goes on.
+    /// Whether some ray goes on. If no ray is active, the events that were set aside are refined; a ray whose event
+    /// cannot be refined goes on.
     bool goes_on() {
         if (!packet_.active && refiner_) refine_events();
         return packet_.active != 0;
     }
     /// One step of all active rays. Idle lanes get new rays if the job wants that.
     void step(RayQueue<W>& queue) {
-        constexpr int few = W - (W + 3) / 4;  // to load rays costs about as much as a step, so it is done for some lanes at a time
+        // To load rays costs about as much as a step, so it is done for some lanes at a time.
+        constexpr int few = W - (W + 3) / 4;
         advance();
-        while (task_.job.refill && route_ == Route::steps && !queue.empty() && __builtin_popcountll(packet_.active) <= few) {
+        while (task_.job.refill && route_ == Route::steps && !queue.empty() &&
+               __builtin_popcountll(packet_.active) <= few) {
             refine_events();
             writer_.write_occupancy(~packet_.active & packet_.filled);
             load(queue, ~packet_.active & all_lanes<W>);
@@ -155,15 +161,19 @@ void PacketTracer<V, Events>::advance() {
     task_.step(state);                                           // step
     std::uint64_t moving = control_.accept();                    // a rejected step is taken again
     if (Discontinuity::exists(task_)) moving &= ~split(moving);  // and so is one that has to end earlier
-    const Detected<Events> found = detector_.detect(state, moving, packet_.steps + V(S(1)), refiner_->deferred);  // detect
+
+    const V steps = packet_.steps + V(S(1));                     // detect
+    const Detected<Events> found = detector_.detect(state, moving, steps, refiner_->deferred);
     if (found.too_bent) {
         control_.repeat(found.too_bent, V(S(0.5)) * state.h);
         moving &= ~found.too_bent;
     }
     packet_.count_step(moving);
-    if (found.at_end) end_at_step_end(found);                    // write
-    const std::uint64_t staying = moving & ~found.ended();
+
+    const std::uint64_t staying = moving & ~found.ended();       // write
+    if (found.at_end) end_at_step_end(found);
     if (task_.job.path_sink) writer_.report_path(state, staying, false);
+
     next(moving, staying);                                       // next
 }
 
@@ -182,13 +192,15 @@ void PacketTracer<V, Events>::end_at_step_end(const Detected<Events>& found) {
         if constexpr (Event::effect == Effect::end) {
             const std::uint64_t lanes = found.at_end & found.lanes_of.template of<Event>();
             if (!lanes) return;
-            if constexpr (requires { Event::finish(task_, packet_.state, lanes); }) Event::finish(task_, packet_.state, lanes);
+            if constexpr (requires { Event::finish(task_, packet_.state, lanes); })
+                Event::finish(task_, packet_.state, lanes);
             writer_.end_rays(packet_.state, lanes, Event::status);
         }
     });
 }
 
-/// The end of the step of `moving` becomes the start of the next one for the lanes of `staying`; the others become inactive.
+/// The end of the step of `moving` becomes the start of the next one for the lanes of `staying`; the others become
+/// inactive.
 template <class V, class Events>
 void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t staying) {
     StepperState<V>& state = packet_.state;
@@ -213,7 +225,8 @@ void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t staying) 
 
 // --- The refinement of events -----------------------------------------------------------------------------------------
 
-/// Refines the events that were set aside. A step may have several events; the earliest is found one refinement after the other.
+/// Refines the events that were set aside. A step may have several events; the earliest is found one refinement after
+/// the other.
 template <class V, class Events>
 void PacketTracer<V, Events>::refine_events() {
     constexpr int max_refinements = 4;
@@ -221,7 +234,8 @@ void PacketTracer<V, Events>::refine_events() {
     for (int i = 1; i <= max_refinements && refiner_->deferred.lanes; ++i) refine_once(i < max_refinements);
 }
 
-/// Refines the events that were set aside, once. Rays that have crossed another event before are set aside again, for that one.
+/// Refines the events that were set aside, once. Rays that have crossed another event before are set aside again, for
+/// that one.
 template <class V, class Events>
 void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
     EventRefiner<V, Events>& refiner = *refiner_;
@@ -232,7 +246,8 @@ void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
     const std::uint64_t resumed = deferred.lanes & ~(lost | again) & deferred.template lanes_with<Effect::resume>();
     const std::uint64_t ended = deferred.lanes & ~(undone | again | resumed);
     if (packet_.state.options.want_energy)
-        packet_.worst_energy = select(from_bits<V>(ended), max(packet_.worst_energy, deferred.step.energy_error), packet_.worst_energy);
+        packet_.worst_energy =
+            select(from_bits<V>(ended), max(packet_.worst_energy, deferred.step.energy_error), packet_.worst_energy);
     writer_.end_rays(deferred.step, lost & ~undone, Status::failed, Failure::not_landed);
     end_refined(ended & ~lost);
     writer_.write_iterations(ended, packet_.iterations_at_end);
@@ -247,10 +262,12 @@ void PacketTracer<V, Events>::end_refined(std::uint64_t lanes) {
     const DeferredEvents<V, Events>& deferred = refiner_->deferred;
     std::uint64_t by_status[status_count] = {};
     Events::each([&]<class Event>() {
-        if constexpr (Event::effect == Effect::end) by_status[static_cast<int>(Event::status)] |= lanes & deferred.lanes_of.template of<Event>();
+        if constexpr (Event::effect == Effect::end)
+            by_status[static_cast<int>(Event::status)] |= lanes & deferred.lanes_of.template of<Event>();
     });
     writer_.set_surfaces(deferred.surface, deferred.primitive);
-    for (std::uint32_t s = 0; s < status_count; ++s) writer_.end_rays(deferred.step, by_status[s], static_cast<Status>(s));
+    for (std::uint32_t s = 0; s < status_count; ++s)
+        writer_.end_rays(deferred.step, by_status[s], static_cast<Status>(s));
 }
 
 /// Rays go on from their refined event, each with the state that the event gives it.
@@ -273,7 +290,8 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
     set_out(lanes);
 }
 
-/// Events of `lanes` could not be refined: their steps were too long, and are taken again; returns the lanes that go on.
+/// Events of `lanes` could not be refined: their steps were too long, and are taken again; returns the lanes that go
+/// on.
 template <class V, class Events>
 std::uint64_t PacketTracer<V, Events>::undo(std::uint64_t lanes) {
     const std::uint64_t again = control_.undo(refiner_->whole, lanes);

@@ -1,7 +1,7 @@
 /// The rays of one packet: a state for each lane, and what is counted of each ray.
 ///
-/// An inactive lane has no ray, or its ray has ended or is set aside. It holds a finite state and steps of length zero, so that
-/// steppers need no masks.
+/// An inactive lane has no ray, or its ray has ended or is set aside. It holds a finite state and steps of length zero,
+/// so that steppers need no masks.
 #pragma once
 
 #include "kernels/methods/task.h"
@@ -14,15 +14,15 @@ struct Packet {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
-    StepperState<V> state;            ///< where the rays are, and the step that they take
-    V step_length;            ///< what the method or its step control proposes; 0 in inactive lanes
-    V steps;                  ///< steps taken by each ray: whole numbers
-    V worst_energy;           ///< the greatest relative error of H so far
-    V iterations_at_end;      ///< StepperState::open_iterations when the lane became inactive: idle lanes count on
-    std::uint64_t active = 0; ///< lanes whose rays take steps
-    std::uint64_t filled = 0; ///< lanes that have, or had, a ray
-    RayEnd* ends[W];          ///< where the ends of the rays are written
-    std::uint64_t numbers[W]; ///< of the rays in their list or picture, where paths are reported
+    StepperState<V> state;     ///< where the rays are, and the step that they take
+    V step_length;             ///< what the method or its step control proposes; 0 in inactive lanes
+    V steps;                   ///< steps taken by each ray: whole numbers
+    V worst_energy;            ///< the greatest relative error of H so far
+    V iterations_at_end;       ///< StepperState::open_iterations when the lane became inactive: idle lanes count on
+    std::uint64_t active = 0;  ///< lanes whose rays take steps
+    std::uint64_t filled = 0;  ///< lanes that have, or had, a ray
+    RayEnd* ends[W];           ///< where the ends of the rays are written
+    std::uint64_t numbers[W];  ///< of the rays in their list or picture, where paths are reported
 
     /// Inactive lanes take over the state of an active one, with steps of length zero.
     void neutralize_lanes(std::uint64_t lanes) {

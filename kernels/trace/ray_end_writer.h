@@ -16,14 +16,16 @@ class RayEndWriter {
 
 public:
     RayEndWriter(const Task<V>& task, Packet<V>& packet, Counters& counters)
-        : job_(task.job), packet_(packet), counters_(counters),
-          active_before_(counters.active_lane_steps), issued_before_(counters.issued_lane_steps) {}
+        : job_(task.job), packet_(packet), counters_(counters), active_before_(counters.active_lane_steps),
+          issued_before_(counters.issued_lane_steps) {}
 
-    /// The rays of `lanes` end at the end of `step`. Without finite numbers a ray has failed; a captured one may have none.
+    /// The rays of `lanes` end at the end of `step`. Without finite numbers a ray has failed; a captured one may have
+    /// none.
     void end_rays(const StepperState<V>& step, std::uint64_t lanes, Status status, Failure failure = Failure::none) {
         if (!lanes) return;
         const bool anywhere = status == Status::failed || status == Status::captured;
-        const std::uint64_t finite = anywhere ? lanes : lanes & to_bits(is_finite(sum_of_all(step.end, step.end.velocity)));
+        const std::uint64_t finite =
+            anywhere ? lanes : lanes & to_bits(is_finite(sum_of_all(step.end, step.end.velocity)));
         write(step, finite, status, failure);
         write(step, lanes & ~finite, Status::failed, Failure::not_finite);
     }
@@ -46,7 +48,9 @@ public:
         e.pt = y(component_pt), e.parameter = e.energy_error = 0;
     }
     /// The surfaces that later hits are on.
-    void set_surfaces(const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W]) { surface_ = &surface, primitive_ = &primitive; }
+    void set_surfaces(const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W]) {
+        surface_ = &surface, primitive_ = &primitive;
+    }
     void set_scene(const SceneIntersector<V>* scene) { scene_ = scene; }
 
     /// Writes the iterations of a ray that was set aside: without those that its idle lane counted after that.
@@ -71,9 +75,11 @@ public:
         const RayState<V>& at = at_start ? step.start : step.end;
         for (const int i : lanes_in(lanes)) {
             PathPoint point{};
-            point.ray = packet_.numbers[i], point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(packet_.steps, i));
+            point.ray = packet_.numbers[i],
+            point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(packet_.steps, i));
             point.parameter = double(get_lane(at.parameter, i));
-            for (int k = 0; k < space_size; ++k) point.q[k] = double(get_lane(at.y[k], i)), point.p[k] = double(get_lane(at.y[momentum(k)], i));
+            for (int k = 0; k < space_size; ++k)
+                point.q[k] = double(get_lane(at.y[k], i)), point.p[k] = double(get_lane(at.y[momentum(k)], i));
             const Vec3<double> v = lane_of(at.velocity, i);
             const double inverse = 1 / norm(v);
             point.v[0] = v.x * inverse, point.v[1] = v.y * inverse, point.v[2] = v.z * inverse;
@@ -97,12 +103,15 @@ private:
         counters_.steps += ends.set_counts(offsetof(RayEnd, steps), packet_.steps, lanes);
         counters_.gradients += ends.set_counts(offsetof(RayEnd, gradients), step.gradients, lanes);
         if (scene_) counters_.queries += ends.set_counts(offsetof(RayEnd, queries), scene_->queries(), lanes);
-        if (status == Status::hit) ends.set_words(offsetof(RayEnd, surface), *surface_), ends.set_words(offsetof(RayEnd, primitive), *primitive_);
+        if (status == Status::hit)
+            ends.set_words(offsetof(RayEnd, surface), *surface_),
+                ends.set_words(offsetof(RayEnd, primitive), *primitive_);
         ends.write(lanes, packet_.ends);
         counters_.ended[static_cast<int>(status)] += static_cast<std::uint64_t>(__builtin_popcountll(lanes));
         if (packet_.state.issued_iterations > 0) write_iterations(lanes, packet_.state.open_iterations);
         // A failed ray ends where its last good step did, which has been reported.
-        if (job_.path_sink && status != Status::failed) report_path(step, lanes & to_bits(packet_.steps > V(S(0))), false);
+        if (job_.path_sink && status != Status::failed)
+            report_path(step, lanes & to_bits(packet_.steps > V(S(0))), false);
     }
     /// Unit vectors along v; v may be so long that its square overflows.
     static Vec3<V> direction_of(const Vec3<V>& v) {

@@ -15,7 +15,8 @@ class RayLoader {
     static constexpr int W = lane_count<V>;
 
 public:
-    RayLoader(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer) : task_(task), packet_(packet), writer_(writer) {}
+    RayLoader(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer)
+        : task_(task), packet_(packet), writer_(writer) {}
 
     /// The first rays of a packet, in `lanes`. Other lanes repeat one of them.
     void load_first(RayStarts<W>& starts, std::uint64_t lanes) {
@@ -80,7 +81,8 @@ private:
         state.options.test_energy = !task_.straight;
         state.options.use_symmetry = job.use_symmetry;
         state.options.capture_within = S(job.capture_within), state.options.capture_stretch = S(job.capture_stretch);
-        state.options.want_carried = (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
+        state.options.want_carried =
+            (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
         state.options.solver_tolerance = S(job.solver_tolerance);
         state.options.tolerance = S(job.tolerance);
     }
@@ -91,14 +93,17 @@ private:
         for (V& c : state.start.carry) c = zero;
         // The plane of an orbit needs more digits than the packet has: `carry` holds the rest.
         for (int k = 0; k < phase_size; ++k)
-            state.start.y[k] = task_.method.info.angular ? lanes_of<V>(starts.y[k], state.start.carry[k]) : lanes_of<V>(starts.y[k]);
+            state.start.y[k] =
+                task_.method.info.angular ? lanes_of<V>(starts.y[k], state.start.carry[k]) : lanes_of<V>(starts.y[k]);
         state.start.pt() = lanes_of<V>(starts.y[component_pt]);
         state.start.parameter = state.end.parameter = state.gradients = state.energy_error = state.energy = zero;
     }
 
     template <class Event>
-    static constexpr bool ends_rays_at_start =
-        Event::effect == Effect::end && requires(const Task<V>& task, const RayState<V>& start) { Event::starts_beyond(task, start); };
+    static constexpr bool ends_rays_at_start = Event::effect ==
+                                               Effect::end&& requires(const Task<V>& task, const RayState<V>& start) {
+        Event::starts_beyond(task, start);
+    };
 
     MaskOf<V> starts_beyond_an_event() const {
         MaskOf<V> beyond = never<V>();
@@ -129,7 +134,8 @@ private:
             } else {
                 const Failure failure = starts.failed & lane ? starts.failure[i] : Failure::singular_start;
                 writer_.end_rays(packet_.state, lane, Status::failed, failure);
-                packet_.ends[i]->energy_error = std::numeric_limits<double>::quiet_NaN();  // there is no ray to have one
+                packet_.ends[i]->energy_error =
+                    std::numeric_limits<double>::quiet_NaN();  // there is no ray to have one
             }
         }
     }

@@ -18,7 +18,7 @@ inline constexpr std::uint64_t all_lanes = W == 64 ? ~std::uint64_t(0) : (std::u
 /// Rays that start together, a lane each.
 template <int W>
 struct RayStarts {
-    alignas(64) double y[7][W];  ///< x y z px py pz pt
+    alignas(64) double y[7][W];               ///< x y z px py pz pt
     std::uint64_t captured, escaped, failed;  ///< lanes as RayStart says of one ray
     Failure failure[W];                       ///< of those that failed
 
@@ -46,10 +46,13 @@ void generate_camera_rays(const CameraRays& from, const double (&x)[W], const do
     for (int i = 0; i < W; ++i) {
         double d[3], p[4];
         for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + x[i] * c.right[k] + y[i] * c.down[k];
-        const auto row = [&](int k) { return map.metric[k][0] * d[0] + map.metric[k][1] * d[1] + map.metric[k][2] * d[2]; };
+        const auto row = [&](int k) {
+            return map.metric[k][0] * d[0] + map.metric[k][1] * d[1] + map.metric[k][2] * d[2];
+        };
         const double inverse = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
         for (double& component : d) component *= inverse;
-        for (int k = 0; k < 4; ++k) p[k] = map.matrix[k][0] * d[0] + map.matrix[k][1] * d[1] + map.matrix[k][2] * d[2] + map.offset[k];
+        for (int k = 0; k < 4; ++k)
+            p[k] = map.matrix[k][0] * d[0] + map.matrix[k][1] * d[1] + map.matrix[k][2] * d[2] + map.offset[k];
         const double scale = p[3] > least_pt ? map.pt / p[3] : 1;
         for (int k = 0; k < 3; ++k) rays.y[k][i] = c.position[k], rays.y[3 + k][i] = p[k] * scale;
         rays.y[6][i] = p[3] * scale;
@@ -59,15 +62,16 @@ void generate_camera_rays(const CameraRays& from, const double (&x)[W], const do
         for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[6][i] > 0)) << i;
 }
 
-/// The rays of a tile one after the other, by slots: every W of them are a packet, a block of pixels aligned to the picture's grid (so
-/// that tiles and crops change no packet), a run of a row, or a run of a list. Slots may lie outside of the tile.
+/// The rays of a tile one after the other, by slots: every W of them are a packet, a block of pixels aligned to the
+/// picture's grid (so that tiles and crops change no packet), a run of a row, or a run of a list. Slots may lie outside
+/// of the tile.
 template <int W>
 class RayQueue {
 public:
     RayQueue(const Job& job, const Tile& tile, RayEnd* ends)
         : job_(job), tile_(tile), ends_(ends), numbered_(!job.camera || job.path_sink),
-          width_(job.camera && !job.scanlines ? block_width(W) : W), height_(W / width_),
-          x_(tile.x0 / width_ * width_), y_(tile.y0 / height_ * height_) {
+          width_(job.camera && !job.scanlines ? block_width(W) : W), height_(W / width_), x_(tile.x0 / width_ * width_),
+          y_(tile.y0 / height_ * height_) {
         for (std::uint32_t i = 0; i < W; ++i) {
             const std::uint32_t x = i % width_, y = i / width_;
             to_x_[i] = x + 0.5, to_y_[i] = y + 0.5, to_end_[i] = std::ptrdiff_t(y) * (tile.x1 - tile.x0) + x;
@@ -75,8 +79,8 @@ public:
     }
 
     bool empty() const { return y_ >= tile_.y1; }
-    /// The rays of the next slots for the lanes of `free`, where their ends go, and, where anybody asks for them, their numbers; returns the
-    /// lanes whose slot does not lie outside of the tile.
+    /// The rays of the next slots for the lanes of `free`, where their ends go, and, where anybody asks for them, their
+    /// numbers; returns the lanes whose slot does not lie outside of the tile.
     std::uint64_t take(std::uint64_t free, RayStarts<W>& starts, RayEnd* (&ends)[W], std::uint64_t (&numbers)[W]) {
         KAGERO_ASSERT((free & ~all_lanes<W>) == 0);
         alignas(64) double middle_x[W], middle_y[W];
@@ -87,12 +91,15 @@ public:
             if (numbered_) numbers[lane] = std::uint64_t(y) * row_length + x;
             middle_x[lane] = x + 0.5, middle_y[lane] = y + 0.5;
         };
-        if (free == all_lanes<W> && row_ == 0 && column_ == 0 && x_ >= tile_.x0 && y_ >= tile_.y0 && x_ + width_ <= tile_.x1 && y_ + height_ <= tile_.y1) {
+        if (free == all_lanes<W> && row_ == 0 && column_ == 0 && x_ >= tile_.x0 && y_ >= tile_.y0 &&
+            x_ + width_ <= tile_.x1 && y_ + height_ <= tile_.y1) {
             const double x0 = x_, y0 = y_;
             RayEnd* const first = ends_ + std::size_t(y_ - tile_.y0) * tile_width + (x_ - tile_.x0);
-            for (int i = 0; i < W; ++i) middle_x[i] = x0 + to_x_[i], middle_y[i] = y0 + to_y_[i], ends[i] = first + to_end_[i];
+            for (int i = 0; i < W; ++i)
+                middle_x[i] = x0 + to_x_[i], middle_y[i] = y0 + to_y_[i], ends[i] = first + to_end_[i];
             if (numbered_)
-                for (int i = 0; i < W; ++i) numbers[i] = std::uint64_t(middle_y[i]) * row_length + std::uint64_t(middle_x[i]);
+                for (int i = 0; i < W; ++i)
+                    numbers[i] = std::uint64_t(middle_y[i]) * row_length + std::uint64_t(middle_x[i]);
             next_block();
             taken = free;
         } else {

@@ -31,18 +31,22 @@ public:
     /// The lengths of the next steps.
     V next_length() const { return length_(packet_.state.start, packet_.step_length); }
 
-    /// The lanes whose step stands. A step without a solution, with numbers that are not finite, or that loses H, is rejected and halved;
-    /// a method with step control rejects steps whose error is too large and proposes another length.
+    /// The lanes whose step stands. A step without a solution, with numbers that are not finite, or that loses H, is
+    /// rejected and halved; a method with step control rejects steps whose error is too large and proposes another
+    /// length.
     std::uint64_t accept() {
         const StepperState<V>& step = packet_.state;
-        const std::uint64_t finite = to_bits(is_finite(sum_of_all(step.end, step.end.velocity))), solved = to_bits(step.solved);
+        const std::uint64_t finite = to_bits(is_finite(sum_of_all(step.end, step.end.velocity))),
+                            solved = to_bits(step.solved);
         const bool adaptive = task_.method.info.adaptive && !task_.straight;
         const std::uint64_t accepted = adaptive ? to_bits(step.accepted) : packet_.active;
         KAGERO_ASSERT((accepted & ~all_lanes<W>) == 0);
         // Beyond the edge of the medium H has no meaning.
-        const std::uint64_t lossy = step.options.test_energy ? accepted & ~to_bits(step.energy_holds | (step.end.domain <= V(S(0)))) : 0;
+        const std::uint64_t lossy =
+            step.options.test_energy ? accepted & ~to_bits(step.energy_holds | (step.end.domain <= V(S(0)))) : 0;
         std::uint64_t moving = packet_.active & finite & solved & ~lossy;
-        if (moving != packet_.active) halve(packet_.active & ~moving, packet_.active & ~solved, lossy & finite & solved);
+        if (moving != packet_.active)
+            halve(packet_.active & ~moving, packet_.active & ~solved, lossy & finite & solved);
         if (adaptive) {
             repeat(moving & ~accepted, step.suggested);
             moving &= accepted;
@@ -68,20 +72,22 @@ public:
         repeated_ &= ~lanes, rejected_ &= ~lanes;
     }
 
-    /// An event could not be refined on the whole steps of `lanes`. Rays whose steps have not been halved too often go back to the start of
-    /// the step, to take half of it; returns their lanes.
+    /// An event could not be refined on the whole steps of `lanes`. Rays whose steps have not been halved too often go
+    /// back to the start of the step, to take half of it; returns their lanes.
     std::uint64_t undo(const Step<V>& whole, std::uint64_t lanes) {
         constexpr std::uint16_t worth = 16;  // a halving in `halve` costs a step, here it costs a refinement
         std::uint64_t again = 0;
         for (const int i : lanes_in(lanes)) {
             halvings_of_ray_[i] = static_cast<std::uint16_t>(halvings_of_ray_[i] + worth);
-            if (halvings_[i]++ < max_halvings && halvings_of_ray_[i] < max_halvings_of_ray) again |= std::uint64_t(1) << i;
+            if (halvings_[i]++ < max_halvings && halvings_of_ray_[i] < max_halvings_of_ray)
+                again |= std::uint64_t(1) << i;
         }
         if (!again) return 0;
         const MaskOf<V> here = from_bits<V>(again);
         Packet<V>& packet = packet_;
         packet.state.take(whole, here);
-        packet.step_length = select(here, task_.method.info.adaptive ? whole.h : V(S(task_.job.step)), packet.step_length);
+        packet.step_length =
+            select(here, task_.method.info.adaptive ? whole.h : V(S(task_.job.step)), packet.step_length);
         packet.steps = select(here, packet.steps - V(S(1)), packet.steps);
         packet.state.open_iterations = select(here, packet.iterations_at_end, packet.state.open_iterations);
         packet.active |= again, repeated_ |= again;
@@ -105,13 +111,15 @@ private:
         repeated_ |= lanes;
         std::uint64_t failed = 0;
         for (const int i : lanes_in(lanes))
-            if (halvings_[i]++ >= max_halvings || halvings_of_ray_[i]++ >= max_halvings_of_ray) failed |= std::uint64_t(1) << i;
+            if (halvings_[i]++ >= max_halvings || halvings_of_ray_[i]++ >= max_halvings_of_ray)
+                failed |= std::uint64_t(1) << i;
         if (failed) lanes &= ~end_at_edge(failed);
         restart(lanes, packet_.state.h * V(S(0.5)));
         if (failed &= lanes) writer_.fail_rays(failed, unsolved, lossy);
     }
-    /// Ends those of `lanes` whose steps, halved many times, would lead along their tangent beyond an event: where H is not a number beyond
-    /// it, no step can end there, and the ray is at the event but for the rest of a step. Returns the lanes that have ended.
+    /// Ends those of `lanes` whose steps, halved many times, would lead along their tangent beyond an event: where H is
+    /// not a number beyond it, no step can end there, and the ray is at the event but for the rest of a step. Returns
+    /// the lanes that have ended.
     std::uint64_t end_at_edge(std::uint64_t lanes) {
         if (task_.method.info.angular) return 0;
         StepperState<V> ahead = packet_.state, last = packet_.state;

@@ -9,8 +9,8 @@
 
 namespace kagero {
 
-/// How long straight rays take to the escape sphere, and a little more; twice the distance where a ray comes in from outside. Every straight
-/// ray ends within two such steps.
+/// How long straight rays take to the escape sphere, and a little more; twice the distance where a ray comes in from
+/// outside. Every straight ray ends within two such steps.
 template <class V>
 KAGERO_INLINE V straight_way_out(const Task<V>& task, const RayState<V>& start) {
     using S = ScalarOf<V>;
@@ -26,13 +26,17 @@ class StepLength {
 
 public:
     explicit StepLength(const Task<V>& task)
-        : task_(task), bounded_(task.straight || task.kernel.bounds_steps || std::isfinite(task.job.bends_within) || ParameterLimit::exists(task)) {}
+        : task_(task), bounded_(task.straight || task.kernel.bounds_steps || std::isfinite(task.job.bends_within) ||
+                                ParameterLimit::exists(task)) {}
 
     /// The lengths of the next steps from `start`, for proposed ones.
-    V operator()(const RayState<V>& start, const V& proposed) const { return bounded_ ? bounded_length(start, proposed) : proposed; }
+    V operator()(const RayState<V>& start, const V& proposed) const {
+        return bounded_ ? bounded_length(start, proposed) : proposed;
+    }
 
 private:
-    /// Rays that are straight, or straight at first, go to the escape sphere, or as far as they are straight, with one step.
+    /// Rays that are straight, or straight at first, go to the escape sphere, or as far as they are straight, with one
+    /// step.
     V bounded_length(const RayState<V>& start, const V& proposed) const {
         const Job& job = task_.job;
         V h = proposed;
@@ -45,7 +49,8 @@ private:
     /// No step is longer than the greatest step length that the Hamiltonian states.
     V within_scale(const RayState<V>& start, const V& h) const {
         V scale = start.max_step_length;
-        if (std::isfinite(task_.job.longest_share) && task_.method.info.adaptive) scale = min(scale, longest_leap(start));
+        if (std::isfinite(task_.job.longest_share) && task_.method.info.adaptive)
+            scale = min(scale, longest_leap(start));
         const V square = dot(start.velocity, start.velocity);
         const MaskOf<V> longer = h * h * square > scale * scale;
         return any(longer) ? select(longer, scale / sqrt(square), h) : h;
@@ -55,14 +60,18 @@ private:
         const Vec3<V> q = start.q();
         return fma(V(S(task_.job.longest_share)), sqrt(dot(q, q)), V(S(1e-4 * task_.job.escape_radius)));
     }
-    /// How long rays are straight until they reach the sphere Job::bends_within: 0 inside it, and very long where they miss it. Whether a ray
-    /// misses it follows from |q × v|, which is more exact in float than the difference of two squares.
+    /// How long rays are straight until they reach the sphere Job::bends_within: 0 inside it, and very long where they
+    /// miss it. Whether a ray misses it follows from |q × v|, which is more exact in float than the difference of two
+    /// squares.
     V straight_way_in(const RayState<V>& start) const {
         const Vec3<V> q = start.q(), v = start.velocity, moment = cross(q, v);
-        const V zero(S(0)), square = V(S(task_.job.bends_within) * S(task_.job.bends_within)), height = dot(q, q) - square, inward = -dot(q, v);
+        const V zero(S(0)), square = V(S(task_.job.bends_within) * S(task_.job.bends_within)),
+                            height = dot(q, q) - square, inward = -dot(q, v);
         const V depth = square * dot(v, v) - dot(moment, moment);
         const MaskOf<V> meets = (inward > zero) & (depth > zero);
-        return select(height > zero, select(meets, height / (inward + root(max(depth, zero))), V(std::numeric_limits<S>::max())), zero);
+        return select(height > zero,
+                      select(meets, height / (inward + root(max(depth, zero))), V(std::numeric_limits<S>::max())),
+                      zero);
     }
 
     const Task<V>& task_;

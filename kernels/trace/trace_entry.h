@@ -15,15 +15,19 @@ template <class V>
 const SpaceKernel<V>& space_of(const Job& job) {
     using Lookup = const SpaceKernel<V>& (*)(const Job&);
     static constexpr Lookup kernels[] = {
-#define KAGERO_HAMILTONIAN(TYPE) [](const Job& j) -> const SpaceKernel<V>& { return space_kernel<hamiltonians::TYPE, V>(j.rescaled); },
+#define KAGERO_HAMILTONIAN(TYPE) \
+    [](const Job& j) -> const SpaceKernel<V>& { return space_kernel<hamiltonians::TYPE, V>(j.rescaled); },
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
-        [](const Job& j) -> const SpaceKernel<V>& { return formula::space_kernel<V>(formula::programs_in(j.parameters)); },
+        [](const Job& j) -> const SpaceKernel<V>& {
+            return formula::space_kernel<V>(formula::programs_in(j.parameters));
+        },
     };
     return kernels[job.hamiltonian](job);
 }
 
-/// Traces a tile of a job with the kernel of its Hamiltonian, a packet's rays in lockstep. What KernelInfo::trace points to, or else the next.
+/// Traces a tile of a job with the kernel of its Hamiltonian, a packet's rays in lockstep. What KernelInfo::trace
+/// points to, or else the next.
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 

@@ -42,8 +42,8 @@ inline constexpr int longest_gang = std::max({
 #include "gangs.inc"
 });
 
-/// Traces a tile by gangs: several packets take their steps in turn until the longest ray of all has ended. That is a vector of hundreds
-/// of lanes, a few registers at a time.
+/// Traces a tile by gangs: several packets take their steps in turn until the longest ray of all has ended. That is a
+/// vector of hundreds of lanes, a few registers at a time.
 template <class V>
 void trace_by_gangs(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters, int packets) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
@@ -53,7 +53,8 @@ void trace_by_gangs(const Task<V>& task, const Tile& tile, RayEnd* ends, Counter
     while (!queue.empty()) {
         for (auto packet = gang; packet != end; ++packet) packet->emplace(task, counters), (*packet)->start(queue);
         while (std::any_of(gang, end, [](auto& packet) { return packet->goes_on(); })) {
-            for (auto packet = gang; packet != end; ++packet) (*packet)->goes_on() ? (*packet)->step(queue) : (*packet)->idle();
+            for (auto packet = gang; packet != end; ++packet)
+                (*packet)->goes_on() ? (*packet)->step(queue) : (*packet)->idle();
             if (cancelled()) return;
         }
         for (auto packet = gang; packet != end; ++packet) (*packet)->finish();
@@ -75,7 +76,8 @@ template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
     // The list of kernels has no gang of one packet or less.
     if constexpr (lanes > lane_count<V>)
-        trace_by_gangs(Task<V>(*job, space_of<V>(*job), is_straight(job->hamiltonian, job->parameters)), *tile, ends, *counters, lanes / lane_count<V>);
+        trace_by_gangs(Task<V>(*job, space_of<V>(*job), is_straight(job->hamiltonian, job->parameters)), *tile, ends,
+                       *counters, lanes / lane_count<V>);
 }
 
 }  // namespace kagero

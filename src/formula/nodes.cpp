@@ -22,10 +22,10 @@ struct Number {
     friend bool operator<=(Number a, Number b) { return a.x <= b.x; }
     friend bool operator>(Number a, Number b) { return a.x > b.x; }
     friend bool operator>=(Number a, Number b) { return a.x >= b.x; }
-    friend Number pick(bool first, Number a, Number b) { return first ? a : b; }
-    friend Number mul_add(Number a, Number b, Number c) { return a.x * b.x + c.x; }
-    friend Number mul_sub(Number a, Number b, Number c) { return a.x * b.x - c.x; }
-    friend Number neg_mul_add(Number a, Number b, Number c) { return c.x - a.x * b.x; }
+    friend Number select(bool first, Number a, Number b) { return first ? a : b; }
+    friend Number fma(Number a, Number b, Number c) { return a.x * b.x + c.x; }
+    friend Number fms(Number a, Number b, Number c) { return a.x * b.x - c.x; }
+    friend Number fnma(Number a, Number b, Number c) { return c.x - a.x * b.x; }
     friend Number recip(Number a) { return 1 / a.x; }
     friend Number rsqrt(Number a) { return 1 / std::sqrt(a.x); }
     friend Number sqrt(Number a) { return std::sqrt(a.x); }

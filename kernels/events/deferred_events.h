@@ -13,13 +13,13 @@ struct DeferredEvents {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
-    StepperState<V> step;               ///< the steps of deferred lanes, and of others something harmless
+    StepperState<V> step;               ///< the steps of deferred lanes; other lanes hold a finite step of no meaning
     Curve<V> curve;                     ///< their dense output, if the method has its own; else the refiner makes it
     std::uint64_t lanes = 0;            ///< lanes with an event
-    LanesOfEvents<Events> lanes_of;     ///< … by event
+    LanesOfEvents<Events> lanes_of;     ///< the same by event
     Level<V> level = Level<V>::none();  ///< of events that have one
-    V lo = S(0), hi = S(0),
-      guess = S(0);  ///< the event lies within fractions [lo, hi] of the step, probably at `guess`
+    V lo = S(0), hi = S(0);             ///< the event lies within these fractions of the step
+    V guess = S(0);                     ///< probably here; after refinement, exactly here
     std::uint32_t surface[W], primitive[W];  ///< what lanes with a SurfaceHit hit
 
     /// The lanes whose event has this effect.

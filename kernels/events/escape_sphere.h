@@ -10,7 +10,6 @@ template <bool inner>
 struct SphereEvent {
     static constexpr Effect effect = Effect::end;
     static constexpr Status status = Status::escaped;
-    static constexpr bool may_follow_another = true;
 
     template <class V>
     static bool exists(const Task<V>& task) {

@@ -5,8 +5,9 @@
 ///   status                       Effect::end: the status of rays that end here
 ///   resume(task, at)             Effect::resume: changes the state at the event into the one that the ray goes on with
 ///   exists(task)                 whether the space, the scene or the job has this event; if not, nothing looks for it
-///   possible(task, step, steps)  a quick test at the end of a step, for all lanes: false excludes the event there
-///   crossed(task, step)          the exact test; only evaluated where a quick test succeeded
+///   possible(task, step, steps)  a quick test at the end of a step, for all lanes. If no quick test succeeds in any lane,
+///                                no event is looked for; an event without one is found in a way of its own (SurfaceHit)
+///   crossed(task, step)          the exact test, evaluated if some quick test succeeded; default: `possible`
 ///   starts_beyond(task, start)   whether a ray that starts here is beyond the event already, and ends at once
 /// An event lies at the end of its step, or it is found within the step in one of two ways:
 ///   value(start, at)             a function of the state that is > 0 before the event. The secant method finds its zero,
@@ -15,7 +16,12 @@
 ///                                correct the place
 /// Such an event also has
 ///   crossed_before(task, start, at)  whether the event lies between the start of a step and the place of another event
-/// `ValueEvent` derives all tests from `value`.
+/// and, where they differ from those of ValueEvent,
+///   may_follow_another           whether another event may lie before it on the same step
+///   certain                      whether its rays end at the end of the whole step if the event cannot be refined
+/// An event at the end of a step may have `finish(task, step, lanes)`, which removes a rounding there; an event on a
+/// sphere may have `moves_back(at)`, which is true where a refined ray must have left the sphere earlier.
+/// `ValueEvent` derives all tests from `value`: such an event is a few lines.
 #pragma once
 
 #include "kernels/intersection/surface.h"

@@ -12,12 +12,13 @@ namespace kagero {
 /// What a step has led to.
 template <class Events>
 struct Detected {
-    std::uint64_t too_bent =
-        0;  ///< lanes whose step bends too much to be intersected with the scene: it has to be shorter
+    /// Lanes whose step bends too much to be intersected with the scene: it has to be shorter.
+    std::uint64_t too_bent = 0;
     std::uint64_t within = 0;  ///< lanes with an event within the step, which has been deferred
     std::uint64_t at_end = 0;  ///< lanes with an event at the end of the step
     LanesOfEvents<Events> lanes_of;
-    std::uint64_t ended() const { return within | at_end; }
+    /// Lanes that do not go on to another step now: their ray has an event.
+    std::uint64_t stopped() const { return within | at_end; }
 };
 
 template <class V, class Events = AllEvents>
@@ -42,7 +43,7 @@ public:
         if (scene_) scene_->return_to_start(lanes);
     }
     /// The steps of `lanes` begin at `start`.
-    void set_out(const RayState<V>& start, std::uint64_t lanes) {
+    void start_steps(const RayState<V>& start, std::uint64_t lanes) {
         const std::uint64_t outward = to_bits(dot(start.q(), start.velocity) > V(S(0)));
         outward_ = (outward_ & ~lanes) | (outward & lanes);
     }
@@ -65,7 +66,7 @@ public:
             find_crossed(step, steps, moving & ~(hits | excursions), deferred, found);
             if (found.within) deferred.take(task_, step, found.within);
         }
-        const std::uint64_t staying = moving & ~found.ended();
+        const std::uint64_t staying = moving & ~found.stopped();
         outward_ = (outward_ & ~staying) | (outward & staying);
         return found;
     }

@@ -19,7 +19,7 @@ class EventRefiner {
 public:
     DeferredEvents<V, Events> deferred;  ///< after `refine`, deferred.step.end is where the rays are
     Step<V> whole;                       ///< after `refine`, the whole steps
-    std::uint64_t lost = 0;  ///< lanes whose partial step fails or never arrives: their whole step was far too long
+    std::uint64_t unreached = 0;  ///< lanes whose partial step fails or never arrives: their whole step was far too long
     std::uint64_t unrefined = 0;  ///< lanes whose place is only that of the chord
 
     explicit EventRefiner(const Task<V>& task) : task_(task) {}
@@ -32,7 +32,7 @@ public:
         const V full = select(mask, d.step.h, V(S(0)));
         d.step.h = full;
         whole = d.step;
-        lost = unrefined = lossy_ = 0;
+        unreached = unrefined = lost_energy_ = 0;
         if (on_chord()) return interpolate(mask);
         if (!task_.own_curve) d.curve = Curve<V>::hermite(d.step);
         const Vec3<V> begin = d.curve.at(d.lo), piece = d.curve.at(d.hi) - begin,
@@ -44,18 +44,19 @@ public:
         refine_on_curve(mask & !from_bits<V>(by_value));
         if (by_value) refine_by_value(from_bits<V>(by_value), full);
         refine_by_level(mask, from_bits<V>(by_value), full);
-        keep_grazing_hits(lost & surfaces & ~lossy_, found, met, piece);
+        keep_grazing_hits(unreached & surfaces & ~lost_energy_, found, met, piece);
         // A place on an escape sphere that dense output could not confirm is good if the ray is on the sphere.
         const MaskOf<V> on_sphere = abs(d.level.value(d.step.end.q())) <= V(on_it) * sqrt(d.level.radius2);
-        lost |= unrefined & ~surfaces & ~to_bits(on_sphere), unrefined &= surfaces;
+        unreached |= unrefined & ~surfaces & ~to_bits(on_sphere), unrefined &= surfaces;
         check_spheres();
     }
 
-    /// Lanes that have crossed another event on their way to where they have been refined, by that event.
+    /// Lanes that have crossed another event on their way to where they have been refined, by that event. The place of a
+    /// grazing hit or of a chord is not exact enough for such a test.
     LanesOfEvents<Events> earlier_events() const {
         LanesOfEvents<Events> earlier;
         if (on_chord()) return earlier;
-        std::uint64_t lanes = deferred.lanes & ~(lost | unrefined | last_events());
+        std::uint64_t lanes = deferred.lanes & ~(unreached | unrefined | last_events());
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); }) {
                 if (!lanes || !Event::exists(task_)) return;
@@ -115,8 +116,8 @@ private:
     void check_spheres() {
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::moves_back(deferred.step.end); })
-                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & ~lost)
-                    lost |= lanes & to_bits(Event::moves_back(deferred.step.end));
+                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & ~unreached)
+                    unreached |= lanes & to_bits(Event::moves_back(deferred.step.end));
         });
     }
 
@@ -189,9 +190,9 @@ private:
             const V s = max(min(d.guess + rest / full, V(greatest_fraction)), V(least_fraction));
             MaskOf<V> usable = step.solved & is_finite(rest) & is_finite(sum_of_momenta(step.end));
             if (i >= 2) usable = usable & !misses;  // from far off the surface, the tangent of a ray may miss it
-            if (step.options.test_energy) lossy_ |= to_bits(open & usable & !step.energy_holds);
-            lost |= to_bits(open & !usable) | lossy_;
-            open = open & usable & !from_bits<V>(lossy_);
+            if (step.options.test_energy) lost_energy_ |= to_bits(open & usable & !step.energy_holds);
+            unreached |= to_bits(open & !usable) | lost_energy_;
+            open = open & usable & !from_bits<V>(lost_energy_);
             const MaskOf<V> there = open & !misses & (abs(s - d.guess) <= (i > 0 ? close : close_at_once));
             if (any(there)) extrapolate(arrived, (s - d.guess) * full, there);
             d.guess = select(there, s, d.guess), open = open & !there;
@@ -201,7 +202,7 @@ private:
             step.h = select(open, (s - d.guess) * full, zero);
             d.guess = select(open, s, d.guess);
         }
-        lost |= to_bits(open);
+        unreached |= to_bits(open);
         static_cast<StepEnd<V>&>(step).take(arrived, mask);
     }
     V at_once(const V& close) const {
@@ -268,13 +269,13 @@ private:
             const V next = select((farther > before) & (farther <= after), farther, V(S(0.5)) * (before + after));
             last_s = d.guess, last_value = value;
             const MaskOf<V> usable = is_finite(next) & is_finite(sum_of_momenta(step.end));
-            lost |= to_bits(open & !usable);
+            unreached |= to_bits(open & !usable);
             open = open & usable & (after - before > V(S(2)) * reach);
             if (!any(open)) break;
-            if (i + 1 == max_corrections) lost |= to_bits(open & (after - before > V(discontinuous) * close));
+            if (i + 1 == max_corrections) unreached |= to_bits(open & (after - before > V(discontinuous) * close));
             else d.guess = select(open, next, d.guess);
         }
-        if (step.options.test_energy) lost |= to_bits(lanes & !(step.solved & step.energy_holds));
+        if (step.options.test_energy) unreached |= to_bits(lanes & !(step.solved & step.energy_holds));
         end_certain_events();
         task_.begin_next(step, lanes);
     }
@@ -283,9 +284,9 @@ private:
         Events::each([&]<class Event>() {
             if constexpr (HasValue<Event, V>) {
                 if (!Event::certain) return;
-                const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & lost;
+                const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & unreached;
                 static_cast<StepEnd<V>&>(deferred.step).take(whole, from_bits<V>(lanes));
-                lost &= ~lanes;
+                unreached &= ~lanes;
             }
         });
     }
@@ -304,7 +305,7 @@ private:
         interpolate(here);
         d.step.end.set(select<V>(here, on_chord, d.step.end.q()), d.step.end.p());
         unrefined |= grazing;
-        lost &= ~grazing;
+        unreached &= ~grazing;
     }
 
     /// Moves rays along the chord of the whole step.
@@ -334,7 +335,7 @@ private:
 
     const Task<V>& task_;
     MaskOf<V> falling_;        ///< lanes that approach their level from where its function is positive
-    std::uint64_t lossy_ = 0;  ///< lanes that lost H in their partial step
+    std::uint64_t lost_energy_ = 0;  ///< lanes that lost H in their partial step
 };
 
 }  // namespace kagero

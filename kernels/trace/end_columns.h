@@ -30,7 +30,7 @@ public:
     KAGERO_INLINE void set(std::size_t offset, const Vec3<V>& a) {
         set(offset, a.x), set(offset + sizeof(double), a.y), set(offset + 2 * sizeof(double), a.z);
     }
-    /// Whole numbers; returns the sum of those of `lanes`. RerecordedHamiltonian for the compiler to vectorize.
+    /// Whole numbers; returns the sum of those of `lanes`. Written for the compiler to vectorize.
     KAGERO_INLINE std::uint64_t set_counts(std::size_t offset, const V& counts, std::uint64_t lanes) {
         alignas(64) double numbers[W];
         to_doubles(select(from_bits<V>(lanes), counts, V(ScalarOf<V>(0))), numbers);

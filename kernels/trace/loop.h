@@ -2,8 +2,8 @@
 ///
 /// The loop is compiled once per value type; scalars and packets of any width run these lines. The Hamiltonian and the
 /// method are behind `SpaceKernel`. A step goes through `advance`: step, accept, split, detect, write, next. Events
-/// within a step are set aside with their rays, and refined together when the packet has no active ray left
-/// (`refine_events`).
+/// within a step are set aside with their rays. They are refined together when the packet has no active ray left, or
+/// before idle lanes get new rays (`refine_events`).
 #pragma once
 
 #include "kernels/events/event_detector.h"
@@ -86,7 +86,7 @@ public:
 
 private:
     void load(RayQueue<W>& queue, std::uint64_t free);
-    void set_out(std::uint64_t lanes);
+    void start_steps(std::uint64_t lanes);
     void end_straight();
     void escape();
     void advance();
@@ -124,20 +124,20 @@ void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     control_.begin(lanes);
     detector_.begin(lanes);
     loader_.activate(starts, lanes);
-    if (route_ != Route::closed_form) set_out(lanes);
+    if (route_ != Route::closed_form) start_steps(lanes);
 }
 
 /// The first steps of the rays in `lanes`.
 template <class V, class Events>
-void PacketTracer<V, Events>::set_out(std::uint64_t lanes) {
-    control_.set_out(lanes);
-    detector_.set_out(packet_.state.start, lanes);
+void PacketTracer<V, Events>::start_steps(std::uint64_t lanes) {
+    control_.start_steps(lanes);
+    detector_.start_steps(packet_.state.start, lanes);
 }
 
 template <class V, class Events>
 void PacketTracer<V, Events>::end_straight() {
     end_straight_rays(task_, packet_, detector_.scene(), writer_, counters_);
-    if (packet_.active) set_out(packet_.filled);
+    if (packet_.active) start_steps(packet_.filled);
 }
 
 template <class V, class Events>
@@ -146,7 +146,7 @@ void PacketTracer<V, Events>::escape() {
     const std::uint64_t escaped = integrate_to_escape(task_, packet_, writer_, counters_, moving);
     if (packet_.active == escaped) packet_.active = 0;
     else next(moving, moving & ~escaped);
-    detector_.set_out(packet_.state.start, moving);
+    detector_.start_steps(packet_.state.start, moving);
 }
 
 // --- A step -----------------------------------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ void PacketTracer<V, Events>::advance() {
     }
     packet_.count_step(moving);
 
-    const std::uint64_t staying = moving & ~found.ended();       // write
+    const std::uint64_t staying = moving & ~found.stopped();       // write
     if (found.at_end) end_at_step_end(found);
     if (task_.job.path_sink) writer_.report_path(state, staying, false);
 
@@ -242,7 +242,7 @@ void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
     DeferredEvents<V, Events>& deferred = refiner.deferred;
     refiner.refine();
     const LanesOfEvents<Events> earlier = look_for_earlier ? refiner.earlier_events() : LanesOfEvents<Events>{};
-    const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.lost, undone = lost ? undo(lost) : 0;
+    const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.unreached, undone = lost ? undo(lost) : 0;
     const std::uint64_t resumed = deferred.lanes & ~(lost | again) & deferred.template lanes_with<Effect::resume>();
     const std::uint64_t ended = deferred.lanes & ~(undone | again | resumed);
     if (packet_.state.options.want_energy)
@@ -287,7 +287,7 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
     });
     loader_.resume(at, deferred.step, lanes);
     detector_.return_to_start(lanes);
-    set_out(lanes);
+    start_steps(lanes);
 }
 
 /// Events of `lanes` could not be refined: their steps were too long, and are taken again; returns the lanes that go
@@ -295,7 +295,7 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
 template <class V, class Events>
 std::uint64_t PacketTracer<V, Events>::undo(std::uint64_t lanes) {
     const std::uint64_t again = control_.undo(refiner_->whole, lanes);
-    detector_.set_out(packet_.state.start, again);
+    detector_.start_steps(packet_.state.start, again);
     detector_.return_to_start(again & to_bits(packet_.steps <= V(S(0))));
     return again;
 }

@@ -38,6 +38,11 @@ public:
         end_rays(last, lanes & ~(unsolved | lossy), Status::failed, Failure::not_finite);
         packet_.deactivate(lanes);
     }
+    /// A ray cannot start: there is no error of H to report.
+    void fail_at_start(std::uint64_t lane, Failure failure) {
+        end_rays(packet_.state, lane, Status::failed, failure);
+        for (const int i : lanes_in(lane)) packet_.ends[i]->energy_error = std::numeric_limits<double>::quiet_NaN();
+    }
     /// A ray starts so far away that the numbers of a packet may not represent it: it has escaped.
     void end_far_away(const RayStarts<W>& starts, int lane) {
         write(packet_.state, std::uint64_t(1) << lane, Status::escaped, Failure::none);

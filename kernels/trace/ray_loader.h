@@ -5,7 +5,6 @@
 #include "kernels/trace/ray_end_writer.h"
 
 #include <cmath>
-#include <limits>
 
 namespace kagero {
 
@@ -133,9 +132,7 @@ private:
                 writer_.end_far_away(starts, i);
             } else {
                 const Failure failure = starts.failed & lane ? starts.failure[i] : Failure::singular_start;
-                writer_.end_rays(packet_.state, lane, Status::failed, failure);
-                packet_.ends[i]->energy_error =
-                    std::numeric_limits<double>::quiet_NaN();  // there is no ray to have one
+                writer_.fail_at_start(lane, failure);
             }
         }
     }

@@ -22,7 +22,7 @@ public:
         for (const int i : lanes_in(lanes)) halvings_[i] = rejections_[i] = 0, halvings_of_ray_[i] = 0;
     }
     /// The first steps of the rays in `lanes`.
-    void set_out(std::uint64_t lanes) {
+    void start_steps(std::uint64_t lanes) {
         const MaskOf<V> here = from_bits<V>(lanes);
         V& proposed = packet_.step_length;
         proposed = select(here, select(from_bits<V>(packet_.active), V(S(task_.job.step)), V(S(0))), proposed);

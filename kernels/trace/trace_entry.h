@@ -26,12 +26,12 @@ const SpaceKernel<V>& space_of(const Job& job) {
     return kernels[job.hamiltonian](job);
 }
 
-/// Traces a tile of a job with the kernel of its Hamiltonian, a packet's rays in lockstep. What KernelInfo::trace
-/// points to, or else the next.
+/// Traces a tile of a job with the kernel of its Hamiltonian, the rays of one packet in lockstep. `KernelInfo::trace`
+/// points to this, or to `gang_entry`.
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 
-/// … and so many rays in lockstep, several packets.
+/// The same with `lanes` rays in lockstep, which are several packets.
 template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 

@@ -25,9 +25,9 @@ double difference(const StepperState<double>& a, const StepperState<double>& b) 
     const auto look = [&](double x, double y) {
         worst = greatest(worst, std::abs(x - y) / (1 + std::abs(y)));
     };
-    for (int k = 0; k < 7; ++k) generate_camera_rays(a.end.y[k], b.end.y[k]);
-    generate_camera_rays(a.end.velocity.x, b.end.velocity.x), generate_camera_rays(a.end.velocity.y, b.end.velocity.y), generate_camera_rays(a.end.velocity.z, b.end.velocity.z);
-    generate_camera_rays(a.end.parameter, b.end.parameter), generate_camera_rays(a.energy, b.energy);
+    for (int k = 0; k < 7; ++k) look(a.end.y[k], b.end.y[k]);
+    look(a.end.velocity.x, b.end.velocity.x), look(a.end.velocity.y, b.end.velocity.y), look(a.end.velocity.z, b.end.velocity.z);
+    look(a.end.parameter, b.end.parameter), look(a.energy, b.energy);
     return worst;
 }
 

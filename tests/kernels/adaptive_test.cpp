@@ -1,4 +1,4 @@
-// Stepper control: a smaller tolerance gives a smaller error, and each ray is accepted or rejected for itself.
+// Step control: a smaller tolerance gives a smaller error, and each ray is accepted or rejected for itself.
 #include "tests/support/greatest.h"
 #include "tests/kernels/steps.h"
 

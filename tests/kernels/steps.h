@@ -126,7 +126,7 @@ public:
 private:
     Steps(const Method& method, const SpaceKernel<V>& kernel, const double* parameters) : method_(method), kernel_(kernel) {
         kernel_.construct(system_, parameters);
-        flow.tolerance = any_error;
+        flow.options.tolerance = any_error;
     }
 
     Method method_;

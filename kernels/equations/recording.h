@@ -107,7 +107,7 @@ constexpr int momentum_times_velocity(Tape& t, const StateNodes& input, const Gr
     return t.add(t.add(product(component_px), product(component_py)), product(component_pz));
 }
 
-/// Where the numbers of a `EventFunctions` stand in what its program returns.
+/// Where the numbers of `EventFunctions` are among the outputs of their program.
 enum EventFunctionIndex { index_velocity = 0, index_excess = 3, index_size, index_terms, index_domain, index_captured, index_switching, index_max_step_length, event_function_count };
 
 /// The nodes of a event_functions on a tape; of what a Hamiltonian does not state, the number 1.

@@ -3,6 +3,7 @@
 
 #include "kernels/integrators/coefficients.h"
 #include "kernels/equations/system.h"
+#include "kernels/simd/lanes.h"
 
 namespace kagero {
 

@@ -32,8 +32,8 @@ struct Level {
         return curved ? (a + a) * dot(q - center, v) + along : along;
     }
 
-    /// How far it is from q in a straight line, in lengths of v, to where g falls, or rises: of a sphere to that side of it alone. A line
-    /// that misses a sphere is told so, and how far it is to where that is nearest.
+    /// The distance along v, in lengths of v, from q to the zero of g. On a sphere `falling` chooses the side: where g falls or where it rises.
+    /// If the line misses the sphere, `misses` is set, and `length` leads to the point of the line that is nearest to it.
     struct Way {
         V length;
         MaskOf<V> misses;

@@ -28,29 +28,29 @@ template <class V>
 struct SpaceKernel {
     /// Puts the system with these parameters into storage.
     void (*construct)(SystemStorage&, const double* parameters);
-    /// H is not smooth where RayState::side changes sign: steps must end there.
+    /// H is not smooth where RayState::switching changes sign: steps must end there.
     bool discontinuous;
-    /// No step may be longer than RayState::scale.
+    /// No step may be longer than RayState::max_step_length.
     bool bounds_steps;
     /// Rays end where RayState::domain, or RayState::captured, is not positive.
     bool bounded, capturing;
     /// Coordinates that do not occur in K.
     Axes cyclic;
     ProgramOperations operations;
-    /// Per kind: null where it serves this Hamiltonian, else why not.
+    /// For each kind of stepper: null if it serves this Hamiltonian, else the reason why not.
     const char* refusal[kind_count];
     /// Fills velocity, energy and the stepper's memory at the start of rays.
     void (*begin[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
-    /// One step from flow.start to flow.end.
+    /// One step from `start` to `end`.
     void (*step[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
     /// Dense output of that step; null where cubic Hermite is all there is.
     Curve<V> (*curve[kind_count])(const StepperState<V>&, const Coefficients&);
-    /// As many steps as it takes to the escape sphere, or to where a ray that is captured takes its last; null where steps end in space.
+    /// Steps to the escape sphere, or to the last one of a captured ray; null for a stepper that cannot do this.
     void (*integrate_to_escape[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&, EscapeIntegration<V>&);
     /// The first two for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
-    /// RayState::side at a state; of what is discontinuous alone.
+    /// The switching function at a state; null where H is smooth.
     V (*switching_function)(const SystemStorage&, const State<V>&);
     /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone have them.
     Listed<double> (*derivatives)(const SystemStorage&);

@@ -18,7 +18,7 @@
 
 namespace kagero {
 
-/// A statement for every register i of R. RerecordedHamiltonian out, not looped: g++ scalarizes structures before it unrolls loops, and what it
+/// A statement for every register i of R. Written out, not looped: g++ scalarizes structures before it unrolls loops, and what it
 /// did not scalarize by then stays in memory.
 #define KAGERO_EACH_REGISTER(...)                                                                                     \
     static_assert(R == 1 || R == 2 || R == 4);                                                                        \

@@ -3,6 +3,7 @@
 
 #include "kernels/abi.h"
 #include "kernels/integrators/curve.h"
+#include "kernels/simd/lane_memory.h"
 
 namespace kagero {
 

@@ -4,6 +4,8 @@
 /// beside the tape.
 #pragma once
 
+#include "kernels/simd/lanes.h"  // first: the functions of plain numbers are declared before the table calls them
+
 #include "kernels/operation.h"
 
 #include <array>

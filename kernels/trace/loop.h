@@ -170,7 +170,7 @@ void PacketTracer<V, Events>::advance() {
     }
     packet_.count_step(moving);
 
-    const std::uint64_t staying = moving & ~found.stopped();       // write
+    const std::uint64_t staying = moving & ~found.stopped();     // write
     if (found.at_end) end_at_step_end(found);
     if (task_.job.path_sink) writer_.report_path(state, staying, false);
 

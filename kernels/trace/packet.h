@@ -65,7 +65,8 @@ void take_stages(StepperState<V>& to, const StepperState<V>& from, const MaskOf<
 /// Finite exactly where state and velocity are finite (apart from sums that overflow; no ray survives those either).
 template <class V>
 KAGERO_INLINE V sum_of_all(const State<V>& s, const Vec3<V>& v) {
-    return (v.x + v.y + v.z) + (s.y[0] + s.y[1] + s.y[2]) + (s.y[3] + s.y[4] + s.y[5]);
+    const Vec3<V> q = s.q(), p = s.p();
+    return (v.x + v.y + v.z) + (q.x + q.y + q.z) + (p.x + p.y + p.z);
 }
 
 }  // namespace kagero

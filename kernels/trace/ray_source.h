@@ -3,6 +3,7 @@
 
 #include "kernels/abi.h"
 #include "kernels/assertion.h"
+#include "kernels/equations/state.h"
 #include "kernels/simd/bits.h"
 
 #include <cmath>
@@ -18,17 +19,17 @@ inline constexpr std::uint64_t all_lanes = W == 64 ? ~std::uint64_t(0) : (std::u
 /// Rays that start together, a lane each.
 template <int W>
 struct RayStarts {
-    alignas(64) double y[7][W];               ///< x y z px py pz pt
-    std::uint64_t captured, escaped, failed;  ///< lanes as RayStart says of one ray
+    alignas(64) double y[state_size][W];      ///< x y z px py pz pt
+    std::uint64_t captured, escaped, failed;  ///< lanes, as RayStart states for one ray
     Failure failure[W];                       ///< of those that failed
 
     void put(int lane, const RayStart& ray) {
-        for (int k = 0; k < 3; ++k) y[k][lane] = ray.q[k], y[3 + k][lane] = ray.p[k];
-        y[6][lane] = ray.pt, failure[lane] = ray.failure;
+        for (int k = 0; k < space_size; ++k) y[k][lane] = ray.q[k], y[momentum(k)][lane] = ray.p[k];
+        y[component_pt][lane] = ray.pt, failure[lane] = ray.failure;
         failed |= std::uint64_t(ray.failure != Failure::none) << lane;
         captured |= std::uint64_t(ray.captured) << lane, escaped |= std::uint64_t(ray.escaped) << lane;
     }
-    /// Lanes that are not of `lanes` follow one that is.
+    /// Lanes that are not in `lanes` repeat one that is.
     void fill_up(std::uint64_t lanes) {
         KAGERO_ASSERT(lanes);
         const int donor = __builtin_ctzll(lanes);
@@ -37,10 +38,10 @@ struct RayStarts {
     }
 };
 
-/// The rays through places (x[i], y[i]) of the film, in pixels; written for the compiler to vectorize.
+/// Generates the rays through points (x[i], y[i]) of the film, in pixels; written for the compiler to vectorize.
 template <int W>
 void generate_camera_rays(const CameraRays& from, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
-    const CameraRays c = from;  // which no ray can be an alias of
+    const CameraRays c = from;  // a copy: no ray can alias it
     const StartMap& map = c.start;
     const double least_pt = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();
     for (int i = 0; i < W; ++i) {
@@ -54,12 +55,12 @@ void generate_camera_rays(const CameraRays& from, const double (&x)[W], const do
         for (int k = 0; k < 4; ++k)
             p[k] = map.matrix[k][0] * d[0] + map.matrix[k][1] * d[1] + map.matrix[k][2] * d[2] + map.offset[k];
         const double scale = p[3] > least_pt ? map.pt / p[3] : 1;
-        for (int k = 0; k < 3; ++k) rays.y[k][i] = c.position[k], rays.y[3 + k][i] = p[k] * scale;
-        rays.y[6][i] = p[3] * scale;
+        for (int k = 0; k < space_size; ++k) rays.y[k][i] = c.position[k], rays.y[momentum(k)][i] = p[k] * scale;
+        rays.y[component_pt][i] = p[3] * scale;
     }
     rays.captured = rays.escaped = rays.failed = 0;
     if (map.pt > 0 && map.sky_alone)
-        for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[6][i] > 0)) << i;
+        for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[component_pt][i] > 0)) << i;
 }
 
 /// The rays of a tile one after the other, by slots: every W of them are a packet, a block of pixels aligned to the

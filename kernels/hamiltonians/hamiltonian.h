@@ -17,7 +17,7 @@
 ///   captured(k, q, p, v, pt)                 the ray has ended inside where this is ≤ 0; v is along dq/dλ
 ///   domain(k, q)                             the medium ends, and the ray is escaped, where this is ≤ 0
 ///   part_a, part_b(k, q, p, pt)              two parts that sum to H: the paper's H_A and H_B, for the recipe as printed
-///   remainder_flow(k, q, p, pt, t)             the exact flow of H − ½(|p|² − p_t²), for the exact split
+///   remainder_flow(k, q, p, pt, t)           the exact flow of H − ½(|p|² − p_t²), for the exact split
 ///   straight(k)                              these parameters leave every ray straight
 ///   bends_within(k)                          beyond this distance from the origin rays of H are straight: one step goes all the way
 ///   switching_function(k, q)                 changes sign where the slope of H jumps: steps end there
@@ -27,9 +27,10 @@
 ///   orbit_delay(k, u)                        … by how much L dλ/dφ is more than r²
 ///   radial_momentum(k, u, v, L, pt)          … and p·x/r from v = −L du/dφ, where that is not v
 ///   orbit_method, orbit_step                 … and what then is taken instead of method and step, radians
-///   throat_radius(k)                              there is a second universe inside a sphere of this radius, the image of this by inversion
+///   throat_radius(k)                         there is a second sheet inside a sphere of this radius, the image of this one by inversion
 ///   hole(k)                                  the hole at the origin, which matter orbits
-///   radius(k, q), time_offset_gradient, infall  what the observers of a hole need; see schwarzschild.h
+///   radius(k, q), time_offset_gradient(k, r), infall(k, r)
+///                                            what the observers of a hole need; see schwarzschild.h
 ///
 /// A medium of index N, H = ½(|p|² − N²), inherits from `IndexMedium` and states index_squared(k, q) alone.
 #pragma once

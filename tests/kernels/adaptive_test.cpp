@@ -28,7 +28,7 @@ struct Followed {
 template <class H>
 Followed follow(const Method& method, bool rescaled, int ray, double tolerance) {
     auto steps = Steps<double>::in<H>(method, rescaled);
-    steps.flow.tolerance = tolerance;
+    steps.flow.options.tolerance = tolerance;
     steps.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / 2);
     Followed run;
     double left = path_length<H>;
@@ -97,13 +97,13 @@ void expect_judged_alone() {
     for (int i = 0; i < lane_count<V>; ++i) set_lane(h, i, S(path_length<H> * std::ldexp(1.5, -i)));
     for_adaptive_methods<H>([&](const Method& method, bool rescaled) {
         auto together = Steps<V>::template in<H>(method, rescaled);
-        together.flow.tolerance = S(1e-4);
+        together.flow.options.tolerance = S(1e-4);
         together.begin(all, h);
         together.step();
         const std::uint64_t accepted = to_bits(together.flow.accepted);
         for (int i = 0; i < lane_count<V>; ++i) {
             auto alone = Steps<S>::template in<H>(method, rescaled);
-            alone.flow.tolerance = S(1e-4);
+            alone.flow.options.tolerance = S(1e-4);
             alone.begin(start, get_lane(h, i));
             alone.step();
             const S suggested = alone.flow.suggested, length = get_lane(h, i);

@@ -14,7 +14,17 @@ namespace kagero {
 
 /// In the order in which a step is tested for them. A lane takes the first one that it has crossed, until refinement
 /// finds an earlier one.
-using AllEvents = EventList<SurfaceHit, MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture,
-                            ParameterLimit, StepLimit, Discontinuity>;
+// clang-format off
+using AllEvents = EventList<
+    SurfaceHit,
+    MediumEdge,
+    TurningPoint,
+    EscapeSphere,
+    SecondEscapeSphere,
+    Capture,
+    ParameterLimit,
+    StepLimit,
+    Discontinuity>;
+// clang-format on
 
 }  // namespace kagero

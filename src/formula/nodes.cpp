@@ -13,32 +13,32 @@ struct Number {
     double x;
     Number(double value) : x(value) {}
 
-    friend Number operator-(Number a) { return -a.x; }
-    friend Number operator+(Number a, Number b) { return a.x + b.x; }
-    friend Number operator-(Number a, Number b) { return a.x - b.x; }
-    friend Number operator*(Number a, Number b) { return a.x * b.x; }
-    friend Number operator/(Number a, Number b) { return a.x / b.x; }
-    friend bool operator<(Number a, Number b) { return a.x < b.x; }
-    friend bool operator<=(Number a, Number b) { return a.x <= b.x; }
-    friend bool operator>(Number a, Number b) { return a.x > b.x; }
-    friend bool operator>=(Number a, Number b) { return a.x >= b.x; }
-    friend Number select(bool first, Number a, Number b) { return first ? a : b; }
-    friend Number fma(Number a, Number b, Number c) { return a.x * b.x + c.x; }
-    friend Number fms(Number a, Number b, Number c) { return a.x * b.x - c.x; }
-    friend Number fnma(Number a, Number b, Number c) { return c.x - a.x * b.x; }
-    friend Number recip(Number a) { return 1 / a.x; }
-    friend Number rsqrt(Number a) { return 1 / std::sqrt(a.x); }
-    friend Number sqrt(Number a) { return std::sqrt(a.x); }
-    friend Number exp(Number a) { return std::exp(a.x); }
-    friend Number log(Number a) { return std::log(a.x); }
-    friend Number sin(Number a) { return std::sin(a.x); }
-    friend Number cos(Number a) { return std::cos(a.x); }
-    friend Number tan(Number a) { return std::tan(a.x); }
-    friend Number tanh(Number a) { return std::tanh(a.x); }
-    friend Number atan2(Number a, Number b) { return std::atan2(a.x, b.x); }
-    friend Number abs(Number a) { return std::abs(a.x); }
-    friend Number min(Number a, Number b) { return a.x < b.x ? a : b; }
-    friend Number max(Number a, Number b) { return a.x > b.x ? a : b; }
+    [[maybe_unused]] friend Number operator-(Number a) { return -a.x; }
+    [[maybe_unused]] friend Number operator+(Number a, Number b) { return a.x + b.x; }
+    [[maybe_unused]] friend Number operator-(Number a, Number b) { return a.x - b.x; }
+    [[maybe_unused]] friend Number operator*(Number a, Number b) { return a.x * b.x; }
+    [[maybe_unused]] friend Number operator/(Number a, Number b) { return a.x / b.x; }
+    [[maybe_unused]] friend bool operator<(Number a, Number b) { return a.x < b.x; }
+    [[maybe_unused]] friend bool operator<=(Number a, Number b) { return a.x <= b.x; }
+    [[maybe_unused]] friend bool operator>(Number a, Number b) { return a.x > b.x; }
+    [[maybe_unused]] friend bool operator>=(Number a, Number b) { return a.x >= b.x; }
+    [[maybe_unused]] friend Number select(bool first, Number a, Number b) { return first ? a : b; }
+    [[maybe_unused]] friend Number fma(Number a, Number b, Number c) { return a.x * b.x + c.x; }
+    [[maybe_unused]] friend Number fms(Number a, Number b, Number c) { return a.x * b.x - c.x; }
+    [[maybe_unused]] friend Number fnma(Number a, Number b, Number c) { return c.x - a.x * b.x; }
+    [[maybe_unused]] friend Number recip(Number a) { return 1 / a.x; }
+    [[maybe_unused]] friend Number rsqrt(Number a) { return 1 / std::sqrt(a.x); }
+    [[maybe_unused]] friend Number sqrt(Number a) { return std::sqrt(a.x); }
+    [[maybe_unused]] friend Number exp(Number a) { return std::exp(a.x); }
+    [[maybe_unused]] friend Number log(Number a) { return std::log(a.x); }
+    [[maybe_unused]] friend Number sin(Number a) { return std::sin(a.x); }
+    [[maybe_unused]] friend Number cos(Number a) { return std::cos(a.x); }
+    [[maybe_unused]] friend Number tan(Number a) { return std::tan(a.x); }
+    [[maybe_unused]] friend Number tanh(Number a) { return std::tanh(a.x); }
+    [[maybe_unused]] friend Number atan2(Number a, Number b) { return std::atan2(a.x, b.x); }
+    [[maybe_unused]] friend Number abs(Number a) { return std::abs(a.x); }
+    [[maybe_unused]] friend Number min(Number a, Number b) { return a.x < b.x ? a : b; }
+    [[maybe_unused]] friend Number max(Number a, Number b) { return a.x > b.x ? a : b; }
 };
 
 /// The result of an operation that formulas have, which has a name.

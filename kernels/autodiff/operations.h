@@ -7,7 +7,7 @@ namespace kagero {
 
 constexpr double operations_of(Op op) { return info_of(op).flops; }
 
-/// Of one run; what depends on parameters alone is done once per job.
+/// The operations of one run. Nodes that depend on parameters alone do not count: they are evaluated once per job.
 template <int Size, int Outputs>
 constexpr double operations_of(const Program<Size, Outputs>& program) {
     double sum = 0;
@@ -16,7 +16,7 @@ constexpr double operations_of(const Program<Size, Outputs>& program) {
     return sum;
 }
 
-/// Of the programs of a Hamiltonian that methods run.
+/// The operations of each program of a Hamiltonian that methods run.
 struct ProgramOperations {
     double derivatives, force, velocity, event_functions;
     double slope = 0;  ///< ∂V/∂u in the plane of an orbit, where it is stated

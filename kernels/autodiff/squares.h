@@ -197,7 +197,7 @@ private:
         const int sum = sum_of(roots);
         return t_.mul(times(t_.constant(common.coefficient), common, Bases::all), t_.mul(sum, sum));
     }
-    /// Of powers with the same remainder the one that both have; where their signs differ, the remainder.
+    /// The power that two powers with the same remainder have in common; if their signs differ, the remainder.
     static constexpr signed char nearer_to_none(int a, int b, int modulus) {
         if (a >= 0 && b >= 0) return static_cast<signed char>(a < b ? a : b);
         if (a <= 0 && b <= 0) return static_cast<signed char>(a > b ? a : b);

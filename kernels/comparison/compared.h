@@ -39,7 +39,7 @@ struct OtherWidth {
     static constexpr Form form = Form::none;
     static constexpr int registers = count;
 };
-/// Of 1, 2 and 4 registers the two that packets.h did not choose.
+/// Packets of the two other numbers of registers among 1, 2 and 4; packets.h has chosen one.
 template <class Packet, class S = ScalarOf<Packet>, int chosen = ValueTraits<Packet>::registers>
 using Few = OtherWidth<S, chosen == 1 ? 2 : 1>;
 template <class Packet, class S = ScalarOf<Packet>, int chosen = ValueTraits<Packet>::registers>

@@ -43,7 +43,8 @@ struct StageSteps {
         else return Chosen<void>{};
     }
 };
-/// Of a Hamiltonian whose rays are those of the rescaled one: the plane of the orbit, and straight rays, which need no kind of step.
+/// The steppers for the H of a space that declares a rescaling: only the one in the orbit plane. Straight rays need none,
+/// and all others integrate the rescaled H.
 struct PlainSteps {
     template <Kind kind>
     constexpr auto operator()() const {

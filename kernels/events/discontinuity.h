@@ -34,8 +34,8 @@ class DiscontinuitySearch {
 public:
     explicit DiscontinuitySearch(const Task<V>& task) : task_(task) {}
 
-    /// Those of `moving` whose step crosses the discontinuity; `first_tries` are lanes whose step is the first one from
-    /// its start.
+    /// Those of `moving` whose step crosses the discontinuity; in lanes of `first_tries` no step from this
+    /// start has been repeated yet.
     ///
     /// A step that starts on the surface does not cross it there. The first new length follows from the parabola
     /// through the values of the switching function at the start, and along the tangent at half and at the whole step:

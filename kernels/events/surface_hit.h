@@ -1,7 +1,7 @@
 /// A ray meets a surface of the scene. Which one, and roughly where on the step, is found by the SceneIntersector.
 #pragma once
 
-#include "kernels/events/escape_sphere.h"
+#include "kernels/events/event.h"
 
 namespace kagero {
 

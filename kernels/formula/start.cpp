@@ -214,7 +214,7 @@ bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>
     const std::array<double, 4> rest{0, 0, 0, 1}, moving{0.6, -0.3, 0.7, 0.8};
     const Expansion<4> at_rest = expand<4>(programs, q, rest);
     inverse_metric = at_rest.hessian;
-    // Of H without p_t there is no metric.
+    // An H that does not contain p_t has no metric.
     return inverse_metric[3][3] < 0 && is_form(at_rest, inverse_metric, rest) &&
            is_form(expand<4>(programs, q, moving), inverse_metric, moving);
 }

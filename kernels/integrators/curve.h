@@ -110,7 +110,7 @@ public:
         for (int i = 0; i <= degree; ++i) square = max(square, dot(point[i], point[i]));
         return square;
     }
-    /// Of all points of the curve; bounded by its control points.
+    /// A box that contains the curve: that of its control points.
     KAGERO_INLINE Extent<V> extent() const {
         Extent<V> extent = Extent<V>::of(point[0]);
         if (degree == 3) extent.include(point[1]), extent.include(point[2]), extent.include(point[3]);

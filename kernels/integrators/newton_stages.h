@@ -39,7 +39,7 @@ public:
     S stage(int i, int k) const { return g_[i][k]; }
 
 private:
-    /// Of component k at stage i.
+    /// The row of the linear system for component k at stage i.
     static constexpr int row(int i, int k) { return phase_size * i + k; }
     State<S> place(int i) const {
         State<S> y = start_;

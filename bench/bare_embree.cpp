@@ -8,7 +8,8 @@
 
 namespace kagero::bench {
 
-void bare_embree(const CameraRays& camera, const Geometry& geometry, double escape_radius, const Tile& tile, RayEnd* ends) {
+void bare_embree(const CameraRays& camera, const Geometry& geometry, double escape_radius, const Tile& tile,
+                 RayEnd* ends) {
     constexpr int W = 16;
     constexpr std::uint32_t side = 4;
     const auto length = static_cast<float>(2 * escape_radius);  // in float, as the pictures that it is compared with

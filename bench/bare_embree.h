@@ -5,8 +5,9 @@
 
 namespace kagero::bench {
 
-/// The first surface that the camera's straight rays through a tile meet; all that hit nothing have escaped. Sixteen rays at a time, or as
-/// many as Embree takes at once on this instruction set.
-void bare_embree(const CameraRays& camera, const Geometry& geometry, double escape_radius, const Tile& tile, RayEnd* ends);
+/// The first surface that the camera's straight rays through a tile meet; all that hit nothing have escaped. Sixteen
+/// rays at a time, or as many as Embree takes at once on this instruction set.
+void bare_embree(const CameraRays& camera, const Geometry& geometry, double escape_radius, const Tile& tile,
+                 RayEnd* ends);
 
 }  // namespace kagero::bench

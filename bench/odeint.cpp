@@ -29,7 +29,8 @@ struct Light {
         hand.derivatives(s, out);
         for (std::size_t k = 0; k < 3; ++k) slope[k] = out[3 + k], slope[3 + k] = -out[k];
     }
-    /// How long light takes to a sphere that is not far away, if it goes on as it does: dr/dλ = p_r − r_g (p_r + p_t)/r is about constant there.
+    /// How long light takes to a sphere that is not far away, if it goes on as it does: dr/dλ = p_r − r_g (p_r + p_t)/r
+    /// is about constant there.
     double time_to(double radius, const Numbers& y) const {
         const double square = y[0] * y[0] + y[1] * y[1] + y[2] * y[2], along = y[0] * y[3] + y[1] * y[4] + y[2] * y[5];
         if (along <= 0 || 9 * square < radius * radius) return std::numeric_limits<double>::infinity();
@@ -85,7 +86,8 @@ struct Fixed {
     }
 };
 
-/// Steps of one length, of which each uses what the ones before found; one of another length is a Runge–Kutta method's, as the first ones are.
+/// Steps of one length, of which each uses what the ones before found; one of another length is a Runge–Kutta method's,
+/// as the first ones are.
 template <std::size_t order>
 struct Multistep {
     odeint::runge_kutta_fehlberg78<Numbers> single;
@@ -103,7 +105,8 @@ struct Multistep {
     }
 };
 
-/// Light to the escape sphere: the last steps are shortened to where it should be, and from very close it goes straight.
+/// Light to the escape sphere: the last steps are shortened to where it should be, and from very close it goes
+/// straight.
 template <class Way, bool Rescaled>
 void follow(const Hole& hole, double number, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     constexpr double close = 1e-5;

@@ -13,8 +13,9 @@ struct Hole {
     double escape_radius;
 };
 
-/// A stepper with one tolerance, or one step length: follows light from its start, within the escape sphere of a hole, to that sphere, and
-/// writes status, q, p and v of its ends: `escaped`, or `step_limit` where a coarse method loses it to the hole.
+/// A stepper with one tolerance, or one step length: follows light from its start, within the escape sphere of a hole,
+/// to that sphere, and writes status, q, p and v of its ends: `escaped`, or `step_limit` where a coarse method loses it
+/// to the hole.
 struct OdeintWay {
     std::string name;  ///< stepper/function that is integrated/number
     void (*follow)(const Hole& hole, double number, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends);

@@ -1,5 +1,6 @@
-// What do others take for a list of rays around the hole of scenes/hole.toml, and how well do they end? Each way of Boost.Odeint follows them
-// from where they start to the escape sphere; `error` is the greatest angle between where they go there and where they go by gauss16.
+// What do others take for a list of rays around the hole of scenes/hole.toml, and how well do they end? Each way of
+// Boost.Odeint follows them from where they start to the escape sphere; `error` is the greatest angle between where
+// they go there and where they go by gauss16.
 //
 //     bench_peers --rays=FILE [options of Google Benchmark]
 #include "bench/odeint.h"
@@ -32,11 +33,15 @@ struct Rays {
 Rays rays_of(const char* file) {
     Options options;
     options.threads = 1;
-    const std::vector<Override> accurate{"integrator.method=gauss16", "integrator.step=0.1", "integrator.symmetry=none"};
-    const auto plan = make_plan(load_scene(KAGERO_SCENES "/hole.toml", accurate, catalogue(options.isa)), options, Purpose::ray_list);
+    const std::vector<Override> accurate{"integrator.method=gauss16", "integrator.step=0.1",
+                                         "integrator.symmetry=none"};
+    const auto plan =
+        make_plan(load_scene(KAGERO_SCENES "/hole.toml", accurate, catalogue(options.isa)), options, Purpose::ray_list);
     std::ifstream in(file);
     if (!in) throw InputError(std::string("cannot read the rays '") + file + "'");
-    Rays rays{{plan.scene->space.parameters[0], plan.scene->limits.escape_radius}, start_rays(plan, read_rays(in, file)), {}};
+    Rays rays{{plan.scene->space.parameters[0], plan.scene->limits.escape_radius},
+              start_rays(plan, read_rays(in, file)),
+              {}};
     trace(plan, rays.starts, rays.ends);
     return rays;
 }
@@ -68,7 +73,8 @@ int main(int count, char** arguments) try {
             std::vector<RayEnd> ends(rays.starts.size());
             for (auto _ : state) way.follow(rays.hole, way.number, rays.starts, ends);
             using benchmark::Counter;
-            state.counters["s/ray"] = Counter(double(ends.size()), Counter::kIsIterationInvariantRate | Counter::kInvert);
+            state.counters["s/ray"] =
+                Counter(double(ends.size()), Counter::kIsIterationInvariantRate | Counter::kInvert);
             state.counters["error"] = worst_angle(ends, rays.ends);
         })->Unit(benchmark::kMillisecond);
     benchmark::RunSpecifiedBenchmarks();

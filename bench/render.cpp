@@ -1,5 +1,5 @@
-// What does a picture cost? scenes/room.toml on one thread, by every module this CPU can run; and with rg = 0, where light is straight,
-// against a loop that knows nothing but Embree, with the same rays and shading.
+// What does a picture cost? scenes/room.toml on one thread, by every module this CPU can run; and with rg = 0, where
+// light is straight, against a loop that knows nothing but Embree, with the same rays and shading.
 #include "bench/bare_embree.h"
 #include "modules/modules.h"
 #include "pixels/shade_tile.h"
@@ -38,8 +38,9 @@ struct Question {
 };
 
 void picture(benchmark::State& state, const Question& question) {
-    const auto plan = make_plan(load_scene(KAGERO_SCENES "/room.toml", question.overrides, catalogue(question.options.isa)),
-                                question.options);
+    const auto plan =
+        make_plan(load_scene(KAGERO_SCENES "/room.toml", question.overrides, catalogue(question.options.isa)),
+                  question.options);
     Film film = film_of(plan);
     RunReport report;
     for (auto _ : state) report = render(plan, film);
@@ -75,7 +76,8 @@ void render_bare(const Plan& plan, Film& film) {
     }
 }
 
-/// Ends the program unless both ways draw the same picture, but for a pixel in a thousand, at an edge. Once per instruction set.
+/// Ends the program unless both ways draw the same picture, but for a pixel in a thousand, at an edge. Once per
+/// instruction set.
 void require_same_picture(const std::string& isa) {
     static std::set<std::string> compared;
     if (!compared.insert(isa).second) return;
@@ -108,13 +110,16 @@ void add_straight(const std::string& isa) {
     add("bare_embree", render_bare);
 }
 
-void add(const std::string& isa, const std::string& strategy, const std::string& precision, const Integration& integration, bool cull) {
+void add(const std::string& isa, const std::string& strategy, const std::string& precision,
+         const Integration& integration, bool cull) {
     Question question{{}, integration.overrides};
-    question.options.isa = isa, question.options.strategy = strategy_named(strategy), question.options.precision = precision_named(precision);
+    question.options.isa = isa, question.options.strategy = strategy_named(strategy),
+    question.options.precision = precision_named(precision);
     question.options.threads = 1;
     question.overrides.push_back("film.size=[256,256]");
     if (!cull) question.overrides.push_back("integrator.cull=none");
-    const std::string path = "render_room/" + isa + "/" + integration.name + (cull ? "/" : "_without_culling/") + strategy + "_" + precision;
+    const std::string path =
+        "render_room/" + isa + "/" + integration.name + (cull ? "/" : "_without_culling/") + strategy + "_" + precision;
     benchmark::RegisterBenchmark(path.c_str(), [question](benchmark::State& state) { picture(state, question); })
         ->UseRealTime()->Unit(benchmark::kMillisecond);
 }

@@ -73,7 +73,9 @@ struct Kernels {
     constexpr void add_gangs(Precision precision, std::integer_sequence<int, lanes...>) {
         const auto add_gang = [&]<int rays>() {
             constexpr std::uint32_t packets = rays / lane_count<V>;
-            if (packets > 1) add({Strategy::packet, precision, Form::gang, rays, ValueTraits<V>::registers * packets, gang_entry<V, rays>, nullptr});
+            if (packets > 1)
+                add({Strategy::packet, precision, Form::gang, rays, ValueTraits<V>::registers * packets,
+                     gang_entry<V, rays>, nullptr});
         };
         (add_gang.template operator()<lanes>(), ...);
     }
@@ -82,8 +84,8 @@ using GangLengths = std::integer_sequence<int,
 #include "gangs.inc"
                                           >;
 
-/// Those that serve every space first: of each strategy and precision the first is the one that is taken unasked. Gangs last: they stand in
-/// for packets of their width.
+/// Those that serve every space first: of each strategy and precision the first is the one that is taken unasked. Gangs
+/// last: they stand in for packets of their width.
 constexpr Kernels kernels = [] {
     Kernels all;
     all.add(kernel_of<PacketDouble>(Strategy::packet, Precision::float64));
@@ -120,7 +122,8 @@ const char* compile(const Formula* formula, double* programs) {
     formula::Programs& to = *new (programs) formula::Programs;
     if (formula->energy >= 0) return formula::compile(*formula, nullptr, to);
     return visit_hamiltonian(formula->hamiltonian, [&]<class H>() -> const char* {
-        if (HasDiscontinuity<H>) return "the slope of its H jumps at a surface, where steps must end: it is not rescaled";
+        if (HasDiscontinuity<H>)
+            return "the slope of its H jumps at a surface, where steps must end: it is not rescaled";
         return formula::compile(*formula, &formula::rerecorded<H>, to);
     });
 }
@@ -151,7 +154,8 @@ double bends_within(std::uint32_t hamiltonian, const double* parameters) {
     constexpr double everywhere = std::numeric_limits<double>::infinity();
     if (hamiltonian == formula_index) return everywhere;
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
-        if constexpr (requires { H::bends_within(make_parameters<H>(parameters)); }) return H::bends_within(make_parameters<H>(parameters));
+        if constexpr (requires { H::bends_within(make_parameters<H>(parameters)); })
+            return H::bends_within(make_parameters<H>(parameters));
         else return everywhere;
     });
 }
@@ -159,7 +163,8 @@ double bends_within(std::uint32_t hamiltonian, const double* parameters) {
 Hole hole(std::uint32_t hamiltonian, const double* parameters) {
     if (hamiltonian == formula_index) return {};
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> Hole {
-        if constexpr (requires { H::hole(make_parameters<H>(parameters)); }) return H::hole(make_parameters<H>(parameters));
+        if constexpr (requires { H::hole(make_parameters<H>(parameters)); })
+            return H::hole(make_parameters<H>(parameters));
         else return {};
     });
 }
@@ -173,30 +178,36 @@ Failure observe_formula(ObserverKind kind, const formula::Programs& programs, co
     if (!metric_of(inverse_metric, g)) return Failure::singular_start;
     map.pt = programs.pt;
     const bool is_static = kind == ObserverKind::static_;
-    return rest_frame(inverse_metric, g, is_static ? std::array{g[0][3], g[1][3], g[2][3], g[3][3]} : std::array{0.0, 0.0, 0.0, -1.0}, 1, map);
+    return rest_frame(inverse_metric, g,
+                      is_static ? std::array{g[0][3], g[1][3], g[2][3], g[3][3]} : std::array{0.0, 0.0, 0.0, -1.0}, 1,
+                      map);
 }
 
-Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double at[3], StartMap* map) {
+Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double at[3],
+                StartMap* map) {
     double q[3];
     copy(at, q);
     if (hamiltonian == formula_index) return observe_formula(kind, formula::programs_in(parameters), q, *map);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe<H>(kind, parameters, q, *map); });
 }
 
-Failure start(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], RayStart* out) {
+Failure start(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3],
+              RayStart* out) {
     double q[3], d[3];
     copy(at, q), copy(along, d);
     if (hamiltonian == formula_index) return formula::start_along(formula::programs_in(parameters), q, d, *out);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return start_along<H>(parameters, q, d, *out); });
 }
 
-double frequency(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3], double pt,
-                 const double velocity[3], double time) {
+double frequency(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3],
+                 double pt, const double velocity[3], double time) {
     double q[3], p[3], v[3];
     copy(at, q), copy(along, p), copy(velocity, v);
     if (hamiltonian == formula_index) {
         Matrix<4> inverse_metric;
-        return formula::inverse_metric_of(formula::programs_in(parameters), q, inverse_metric) ? frequency_in(inverse_metric, p, pt, v, time) : 1;
+        return formula::inverse_metric_of(formula::programs_in(parameters), q, inverse_metric)
+                   ? frequency_in(inverse_metric, p, pt, v, time)
+                   : 1;
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v, time); });
 }
@@ -214,7 +225,8 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
 }
 
 double multiply_adds(Precision precision, std::uint64_t rounds) {
-    return precision == Precision::float32 ? kagero::multiply_adds<float>(rounds) : kagero::multiply_adds<double>(rounds);
+    return precision == Precision::float32 ? kagero::multiply_adds<float>(rounds)
+                                           : kagero::multiply_adds<double>(rounds);
 }
 
 const Module module{

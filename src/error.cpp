@@ -17,7 +17,8 @@ std::string located(const Place& place, const std::string& message) {
 
 }  // namespace
 
-InputError::InputError(const Place& at, const std::string& message) : std::runtime_error(located(at, message)), place(at) {}
+InputError::InputError(const Place& at, const std::string& message)
+    : std::runtime_error(located(at, message)), place(at) {}
 
 std::size_t edit_distance(const std::string& a, const std::string& b) {
     // Rows i−2, i−1 and i of the table of distances between the first i letters of a and the first j of b.

@@ -74,7 +74,9 @@ std::map<std::string, std::set<std::string>> include_graph(const std::string& ro
         const std::string own = unit_of(source.path);
         std::set<std::string>& included = graph[own];
         for (const std::string& name : source.includes)
-            if (const std::string other = unit_of(prefix + name); other != own && fs::exists(fs::path(KAGERO_SOURCE) / (prefix + name))) included.insert(other);
+            if (const std::string other = unit_of(prefix + name);
+                other != own && fs::exists(fs::path(KAGERO_SOURCE) / (prefix + name)))
+                included.insert(other);
     }
     return graph;
 }
@@ -117,18 +119,23 @@ std::map<std::string, std::set<std::string>> folder_graph(const std::map<std::st
 }
 
 /// From the lowest layer to the highest; includes point to the same layer or down.
-const std::vector<std::string> kernel_layers{"simd", "numeric", "autodiff", "hamiltonians", "equations", "observers", "integrators", "orbits", "recipe",
-                                             "intersection", "methods", "formula", "events", "trace", "adjoint", "comparison"};
+const std::vector<std::string> kernel_layers{"simd",      "numeric",      "autodiff",    "hamiltonians",
+                                             "equations", "observers",    "integrators", "orbits",
+                                             "recipe",    "intersection", "methods",     "formula",
+                                             "events",    "trace",        "adjoint",     "comparison"};
 const std::vector<std::vector<std::string>> program_layers{
     {"scene", "film", "modules", "formula"}, {"geometry"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"}, {"render"}, {"accuracy"}, {"tuning"},
     {"study"}, {"stability"}, {"report"}, {"library"}, {"cli"}};
 
 TEST(Kernels, IncludeDownwards) {
-    const auto height = [&](const std::string& room) { return std::find(kernel_layers.begin(), kernel_layers.end(), room) - kernel_layers.begin(); };
+    const auto height = [&](const std::string& room) {
+        return std::find(kernel_layers.begin(), kernel_layers.end(), room) - kernel_layers.begin();
+    };
     for (const Source& source : sources_below("kernels")) {
         // Templates the build writes units from, and the module, join the rooms.
         if (source.path.ends_with(".cpp.in") || room_of(source.path).empty()) continue;
-        EXPECT_LT(height(room_of(source.path)), std::ptrdiff_t(kernel_layers.size())) << source.path << " lies in a folder that is no layer";
+        EXPECT_LT(height(room_of(source.path)), std::ptrdiff_t(kernel_layers.size()))
+            << source.path << " lies in a folder that is no layer";
         for (const std::string& name : source.includes) {
             if (!starts_with(name, "kernels/") || room_of(name).empty()) continue;
             EXPECT_LE(height(room_of(name)), height(room_of(source.path))) << source.path << " includes " << name;
@@ -151,8 +158,8 @@ TEST(Program, HasNoCycles) {
 // Verbs, the program and the image module are reached through tables and function pointers.
 TEST(Program, ImplementsHeadersInFilesOfTheirNames) {
     for (const Source& source : sources_below("src")) {
-        if (!source.path.ends_with(".cpp") || starts_with(source.path, "src/cli/verbs/") || source.path == "src/cli/main.cpp" ||
-            starts_with(source.path, "src/film/openimageio/"))
+        if (!source.path.ends_with(".cpp") || starts_with(source.path, "src/cli/verbs/") ||
+            source.path == "src/cli/main.cpp" || starts_with(source.path, "src/film/openimageio/"))
             continue;
         ASSERT_FALSE(source.includes.empty()) << source.path;
         const std::string own = unit_of(source.path).substr(4) + ".h", name = own.substr(own.rfind('/') + 1);
@@ -166,9 +173,10 @@ TEST(Kernels, KnowNothingOfTheProgram) {
         for (const std::string& name : source.includes) {
             const bool own = starts_with(name, "kernels/") || name.ends_with(".inc");
             const bool plain = name.find('/') == std::string::npos && !name.ends_with(".h");  // of the standard library
-            EXPECT_TRUE(own || plain || name == "rtcore.h" || name == "xsimd/xsimd.hpp" || name == "immintrin.h") << source.path << " includes " << name;
-            for (const char* heavy : {"iostream", "ostream", "istream", "sstream", "fstream", "stdexcept", "exception", "vector",
-                                      "string", "map", "memory", "functional", "thread", "mutex"})
+            EXPECT_TRUE(own || plain || name == "rtcore.h" || name == "xsimd/xsimd.hpp" || name == "immintrin.h")
+                << source.path << " includes " << name;
+            for (const char* heavy : {"iostream", "ostream", "istream", "sstream", "fstream", "stdexcept", "exception",
+                                      "vector", "string", "map", "memory", "functional", "thread", "mutex"})
                 EXPECT_NE(name, heavy) << source.path;
         }
 }
@@ -188,7 +196,8 @@ TEST(Kernels, NameEachLibraryInOnePlace) {
         for (const std::string& name : source.includes) {
             EXPECT_TRUE(!starts_with(name, "xsimd") || source.path == "kernels/simd/lanes.h") << source.path;
             EXPECT_TRUE(name != "immintrin.h" || source.path == "kernels/simd/registers.h") << source.path;
-            EXPECT_TRUE(!starts_with(name, "rtcore") || source.path == "kernels/intersection/segment_query.h") << source.path;
+            EXPECT_TRUE(!starts_with(name, "rtcore") || source.path == "kernels/intersection/segment_query.h")
+                << source.path;
         }
 }
 
@@ -213,20 +222,27 @@ TEST(Program, IncludesDownwards) {
         const int own = height(source.path.substr(4));
         if (source.path.find('/', 4) == std::string::npos) continue;  // src/error.h
         EXPECT_GE(own, 0) << source.path << " lies in a folder that is no layer";
-        for (const std::string& name : source.includes) EXPECT_LE(height(name), own) << source.path << " includes " << name;
+        for (const std::string& name : source.includes)
+            EXPECT_LE(height(name), own) << source.path << " includes " << name;
     }
 }
 
 TEST(Program, SeesOfTheKernelsTheirAbiAlone) {
     const std::set<std::string> shared{"kernels/abi.h", "kernels/assertion.h", "kernels/operation.h"};
     for (const Source& source : sources_below("src"))
-        for (const std::string& name : source.includes) EXPECT_TRUE(!starts_with(name, "kernels/") || shared.count(name)) << source.path << " includes " << name;
+        for (const std::string& name : source.includes)
+            EXPECT_TRUE(!starts_with(name, "kernels/") || shared.count(name)) << source.path << " includes " << name;
 }
 
 TEST(Program, KeepsEachLibraryInItsRoom) {
     const std::vector<std::pair<const char*, const char*>> homes{
-        {"OpenImageIO/", "src/film/openimageio/"}, {"toml++/", "src/scene/toml.cpp"}, {"assimp/", "src/geometry/mesh.cpp"},
-        {"CLI/", "src/cli/"}, {"rtcore.h", "src/geometry/"}, {"nlohmann/", "src/report/"}, {"nlohmann/", "src/geometry/gltf_check.cpp"},
+        {"OpenImageIO/", "src/film/openimageio/"},
+        {"toml++/", "src/scene/toml.cpp"},
+        {"assimp/", "src/geometry/mesh.cpp"},
+        {"CLI/", "src/cli/"},
+        {"rtcore.h", "src/geometry/"},
+        {"nlohmann/", "src/report/"},
+        {"nlohmann/", "src/geometry/gltf_check.cpp"},
     };
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes) {
@@ -247,14 +263,16 @@ TEST(Program, TakesNoPlanToChangeIt) {
     const auto is_maker = [](const Source& source) { return source.path == "src/plan/view.cpp"; };
     for (const Source& source : sources_below("src")) {
         if (is_maker(source)) continue;
-        for (auto found = std::sregex_iterator(source.code.begin(), source.code.end(), reference); found != std::sregex_iterator(); ++found)
+        for (auto found = std::sregex_iterator(source.code.begin(), source.code.end(), reference);
+             found != std::sregex_iterator(); ++found)
             EXPECT_TRUE((*found)[1].matched) << source.path << ": " << found->str();
     }
 }
 
 // Only the command line prints, and only it ends the process.
 TEST(Program, PrintsAndExitsInTheCommandLineAlone) {
-    static const std::regex words(R"(std::c(out|err|in|log)\b|\b[fv]*printf\s*\(|\bf?puts\s*\(|std::(quick_)?exit|\babort\s*\(|\b_exit\s*\()");
+    static const std::regex words(
+        R"(std::c(out|err|in|log)\b|\b[fv]*printf\s*\(|\bf?puts\s*\(|std::(quick_)?exit|\babort\s*\(|\b_exit\s*\()");
     for (const Source& source : sources_below("src")) {
         if (starts_with(source.path, "src/cli/")) continue;
         std::smatch found;
@@ -288,7 +306,8 @@ TEST(House, IsNotBuiltOnItsTests) {
     for (const char* room : {"kernels", "src"})
         for (const Source& source : sources_below(room))
             for (const std::string& name : source.includes)
-                EXPECT_FALSE(starts_with(name, "tests/") || starts_with(name, "bench/")) << source.path << " includes " << name;
+                EXPECT_FALSE(starts_with(name, "tests/") || starts_with(name, "bench/"))
+                    << source.path << " includes " << name;
 }
 
 }  // namespace

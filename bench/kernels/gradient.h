@@ -1,7 +1,8 @@
 /// What does a gradient of (16) cost per ray?
 ///
-/// `chain`: each input is the last one moved by a hair along the derivatives, so the latency of a whole gradient is seen, as in an
-/// explicit step. `independent`: gradients at many places, none waiting for another, as at the stages of a Gauss step.
+/// `chain`: each input is the last one moved by a hair along the derivatives, so the latency of a whole gradient is
+/// seen, as in an explicit step. `independent`: gradients at many places, none waiting for another, as at the stages of
+/// a Gauss step.
 #pragma once
 
 #include "bench/kernels/gradient_rivals.h"
@@ -25,8 +26,13 @@ State<V> ray_state(int number) {
     for (int lane = 0; lane < lane_count<V>; ++lane) {
         const double i = number * lane_count<V> + lane + 1;
         const auto part = [i](double a) { return i * a - double(long(i * a)); };
-        const double y[7] = {0.3 + part(0.819), -0.9 + part(0.671), 0.1 + part(0.550), -0.5 + part(0.451), 0.7 + 0.2 * part(0.369),
-                             0.1 + part(0.303), 1};
+        const double y[7] = {0.3 + part(0.819),
+                             -0.9 + part(0.671),
+                             0.1 + part(0.550),
+                             -0.5 + part(0.451),
+                             0.7 + 0.2 * part(0.369),
+                             0.1 + part(0.303),
+                             1};
         for (int k = 0; k < 7; ++k) set_lane(s.y[k], lane, S(y[k]));
     }
     return s;
@@ -99,7 +105,8 @@ void independent(benchmark::State& state) {
 template <class V, template <class, bool> class Rival, bool Rescaled>
 void add_rival(const std::string& type) {
     using Ways = Rival<V, Rescaled>;
-    const std::string path = std::string(Rescaled ? "gradient_of_rH/" : "gradient_of_H/") + Ways::name + "/" + type + "/";
+    const std::string path =
+        std::string(Rescaled ? "gradient_of_rH/" : "gradient_of_H/") + Ways::name + "/" + type + "/";
     require_agreement<V>(Ways(hole), ReverseTape<V, Rescaled>(hole), path.c_str());
     benchmark::RegisterBenchmark((path + "chain").c_str(), chain<V, Ways>);
     benchmark::RegisterBenchmark((path + "independent").c_str(), independent<V, Ways>);

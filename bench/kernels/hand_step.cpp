@@ -1,6 +1,6 @@
-// What does automatic differentiation cost in a whole step? The steps of `verlet` and `gauss8` on (16), K = r·H, with derivatives worked out
-// by hand in the place of the tape's, and with the tape's of (16) as it is printed, term by term (which finds the square in it); all else is
-// the same code.
+// What does automatic differentiation cost in a whole step? The steps of `verlet` and `gauss8` on (16), K = r·H, with
+// derivatives worked out by hand in the place of the tape's, and with the tape's of (16) as it is printed, term by term
+// (which finds the square in it); all else is the same code.
 #include "bench/kernels/gradient_rivals.h"
 #include "bench/kernels/printed_schwarzschild.h"
 #include "bench/kernels/steps.h"
@@ -43,7 +43,9 @@ void add(const char* form, const char* type, const SpaceKernel<V>& kernel) {
         if (name != "verlet" && name != "gauss8") continue;
         bench::require_same_step<Schwarzschild>(method, kernel, space_kernel<Schwarzschild, V>(true));
         benchmark::RegisterBenchmark((std::string("step/schwarzschild_") + form + "/" + name + "/" + type).c_str(),
-                                     [&method, &kernel](benchmark::State& state) { bench::steps<Schwarzschild, V>(state, method, kernel); });
+                                     [&method, &kernel](benchmark::State& state) {
+                                         bench::steps<Schwarzschild, V>(state, method, kernel);
+                                     });
     }
 }
 

@@ -10,8 +10,10 @@ struct PrintedSchwarzschild : hamiltonians::Schwarzschild {
     static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
         const V r = norm(q), r2 = r * r, r3 = r2 * r;
         return -0.5 * (1 + k.rg / r) * pt * pt +
-               0.5 * ((1 - k.rg * q.x * q.x / r3) * p.x * p.x + (1 - k.rg * q.y * q.y / r3) * p.y * p.y + (1 - k.rg * q.z * q.z / r3) * p.z * p.z) -
-               k.rg * pt / r2 * dot(q, p) - k.rg / r3 * (q.x * q.y * p.x * p.y + q.x * q.z * p.x * p.z + q.y * q.z * p.y * p.z);
+               0.5 * ((1 - k.rg * q.x * q.x / r3) * p.x * p.x + (1 - k.rg * q.y * q.y / r3) * p.y * p.y +
+                      (1 - k.rg * q.z * q.z / r3) * p.z * p.z) -
+               k.rg * pt / r2 * dot(q, p) -
+               k.rg / r3 * (q.x * q.y * p.x * p.y + q.x * q.z * p.x * p.z + q.y * q.z * p.y * p.z);
     }
 };
 

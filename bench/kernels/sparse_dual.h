@@ -71,7 +71,8 @@ KAGERO_INLINE SparseDual<V, a | b> operator*(const SparseDual<V, a>& x, const Sp
 template <class V, unsigned a>
 KAGERO_INLINE SparseDual<V, a> rsqrt(const SparseDual<V, a>& x) {
     const V root = rsqrt(x.value), slope = V(ScalarOf<V>(-0.5)) * (root * root * root);
-    return with_derivatives<V, a>(root, [&]<int k>() __attribute__((always_inline)) { return slope * derivative<k>(x); });
+    return with_derivatives<V, a>(
+        root, [&]<int k>() __attribute__((always_inline)) { return slope * derivative<k>(x); });
 }
 
 }  // namespace kagero::bench

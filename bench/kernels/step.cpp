@@ -13,8 +13,9 @@ void add(const char* type) {
             if (space_kernel<H, V>(rescaled).refusal[static_cast<int>(method.kind)]) continue;
             const std::string path =
                 std::string("step/") + H::name + (rescaled ? "_rescaled/" : "/") + method.info.name + "/" + type;
-            benchmark::RegisterBenchmark(
-                path.c_str(), [&method, rescaled](benchmark::State& state) { bench::steps<H, V>(state, method, space_kernel<H, V>(rescaled)); });
+            benchmark::RegisterBenchmark(path.c_str(), [&method, rescaled](benchmark::State& state) {
+                bench::steps<H, V>(state, method, space_kernel<H, V>(rescaled));
+            });
         }
     }
 }

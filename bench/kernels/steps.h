@@ -1,7 +1,8 @@
 /// One step after another of a ray per lane, and what that costs.
 ///
-/// Rays pass the origin at a third of their starting distance, along the same way for every integrator: in steps of 1/10, or of 1/2 for
-/// orders above 5, as in the pictures that they are compared with. Lanes have slightly different rays, so implicit solves wait for the slowest of a packet as they do in a picture.
+/// Rays pass the origin at a third of their starting distance, along the same way for every integrator: in steps of
+/// 1/10, or of 1/2 for orders above 5, as in the pictures that they are compared with. Lanes have slightly different
+/// rays, so implicit solves wait for the slowest of a packet as they do in a picture.
 #pragma once
 
 #include "kernels/simd/peak.h"
@@ -60,7 +61,8 @@ double total(const V& v) {
     return sum;
 }
 
-/// Multiply-adds alone, operations per second, measured once in this process: the best of five runs of some milliseconds.
+/// Multiply-adds alone, operations per second, measured once in this process: the best of five runs of some
+/// milliseconds.
 template <class T>
 double peak() {
     static const double best = [] {
@@ -68,7 +70,8 @@ double peak() {
         for (int run = 0; run < 5; ++run) {
             const auto begin = std::chrono::steady_clock::now();
             const double operations = multiply_adds<T>(1 << 21);
-            most = std::max(most, operations / std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+            most = std::max(most, operations /
+                                      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
         }
         return most;
     }();
@@ -113,12 +116,14 @@ void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& 
     start->tolerance = ScalarOf<V>(1e-6);  // adaptive methods estimate their error, but every step counts here
     kernel.begin[kind](*system, *start, method.coefficients);
     const int count = static_cast<int>(way / step_of(method));
-    const int stages = method.coefficients.gauss ? method.coefficients.gauss->stages : 2;  // whose derivatives a step begins with
+    const int stages =
+        method.coefficients.gauss ? method.coefficients.gauss->stages : 2;  // whose derivatives a step begins with
     *flow = *start;
     for (auto _ : state) {
         flow->start = start->start;
         flow->gradients = flow->open_iterations = V(ScalarOf<V>(0)), flow->issued_iterations = 0;
-        for (int stage = 0; stage < stages; ++stage) std::copy(start->stage[stage], start->stage[stage] + 6, flow->stage[stage]);
+        for (int stage = 0; stage < stages; ++stage)
+            std::copy(start->stage[stage], start->stage[stage] + 6, flow->stage[stage]);
         for (int i = 0; i < count; ++i) {
             kernel.step[kind](*system, *flow, method.coefficients);
             commit(*flow);
@@ -131,7 +136,8 @@ void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& 
     state.counters["gradients/step"] = total(flow->gradients) / (count * lane_count<V>);
     const Operations cost = operations_of(method, kernel.operations);
     const double per_step = cost.per_step + cost.per_gradient * total(flow->gradients) / (count * lane_count<V>);
-    state.counters["of_peak"] = benchmark::Counter(ray_steps * per_step / peak<ScalarOf<V>>(), benchmark::Counter::kIsRate);
+    state.counters["of_peak"] =
+        benchmark::Counter(ray_steps * per_step / peak<ScalarOf<V>>(), benchmark::Counter::kIsRate);
     if (flow->issued_iterations)
         state.counters["iterating"] = total(flow->open_iterations) / (double(flow->issued_iterations) * lane_count<V>);
 }

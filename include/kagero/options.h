@@ -1,4 +1,5 @@
-/// Arguments and results that all calls of the library share: the scene, the options of a run, and the choices made for it.
+/// Arguments and results that all calls of the library share: the scene, the options of a run, and the choices made for
+/// it.
 #pragma once
 
 #include <kagero/export.h>
@@ -22,8 +23,9 @@ struct RunOptions {
     std::string strategy = "auto";   ///< "scalar", "per-ray", "packet"
     std::string precision = "auto";  ///< "double", "float"
     unsigned threads = 0;            ///< 0: one for each processor
-    std::function<void(double done, double seconds)> progress{};  ///< called now and then with the finished share, from any thread
-    const std::atomic<bool>* stop = nullptr;                      ///< set by the caller to end early; what is done is kept
+    std::function<void(double done, double seconds)>
+        progress{};                           ///< called now and then with the finished share, from any thread
+    const std::atomic<bool>* stop = nullptr;  ///< set by the caller to end early; what is done is kept
 };
 
 /// The choices made for a scene, as `kagero explain` prints them.

@@ -24,8 +24,8 @@ public:
     std::uint64_t rays() const;
     double seconds() const;         ///< of tracing and shading
 
-    /// `.exr` with all layers and attributes, or an image of the colours (`.png`, `.jpg`, `.pfm` …). The file appears when it is complete.
-    /// Throws InputError for an extension that cannot be written, RunError.
+    /// `.exr` with all layers and attributes, or an image of the colours (`.png`, `.jpg`, `.pfm` …). The file appears
+    /// when it is complete. Throws InputError for an extension that cannot be written, RunError.
     void write(const std::string& path) const;
 
     Picture(Picture&&) noexcept;
@@ -39,9 +39,10 @@ private:
     std::unique_ptr<Content> content_;
 };
 
-/// Renders a scene with every `auto` resolved as `kagero render` resolves it. Throws InputError for a scene or an option that cannot be used
-/// (file, line and column in `place`), RunError, Interrupted. The error of H is measured along every ray, as for an EXR of the program.
-/// `progress` runs from 0 to 1 for trial rays, if there are any, and again for the picture; `stop` ends the picture, not the trial.
+/// Renders a scene with every `auto` resolved as `kagero render` resolves it. Throws InputError for a scene or an
+/// option that cannot be used (file, line and column in `place`), RunError, Interrupted. The error of H is measured
+/// along every ray, as for an EXR of the program. `progress` runs from 0 to 1 for trial rays, if there are any, and
+/// again for the picture; `stop` ends the picture, not the trial.
 KAGERO_PUBLIC Picture render_scene(const SceneSource& source, const RunOptions& options = {});
 
 }  // namespace kagero

@@ -25,9 +25,9 @@ struct TracedRay {
     std::string reason;       ///< of a failed ray
 };
 
-/// Traces rays; result i belongs to ray i. `observer`: "static", "zamo" or "falling" reads directions in the rest frame of that observer;
-/// empty: in coordinates. Throws InputError for a scene or an option that cannot be used, RunError.
-KAGERO_PUBLIC std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays, const std::string& observer = {},
-                                                const RunOptions& options = {});
+/// Traces rays; result i belongs to ray i. `observer`: "static", "zamo" or "falling" reads directions in the rest frame
+/// of that observer; empty: in coordinates. Throws InputError for a scene or an option that cannot be used, RunError.
+KAGERO_PUBLIC std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays,
+                                                const std::string& observer = {}, const RunOptions& options = {});
 
 }  // namespace kagero

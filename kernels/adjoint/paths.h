@@ -29,7 +29,9 @@ public:
         Sight<V> v;
         for (std::uint32_t i = 0; i < W; ++i) {
             set(v.normal, i, paths_[i]->normal);
-            for (int r = 0; r < 2; ++r) set(v.by_position[r], i, paths_[i]->by_position[r]), set(v.by_direction[r], i, paths_[i]->by_direction[r]);
+            for (int r = 0; r < 2; ++r)
+                set(v.by_position[r], i, paths_[i]->by_position[r]),
+                    set(v.by_direction[r], i, paths_[i]->by_direction[r]);
         }
         return v;
     }
@@ -73,7 +75,8 @@ void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, 
             sweep_step(swept, from, late - early, counts, sweep);
             late = early;
         }
-        for (std::uint32_t i = 0; i < packet.count(); ++i) pixels[first + i] = half_place * get_lane(sweep.bound, int(i));
+        for (std::uint32_t i = 0; i < packet.count(); ++i)
+            pixels[first + i] = half_place * get_lane(sweep.bound, int(i));
     }
 }
 

@@ -1,5 +1,5 @@
-/// Rounding errors of straight-line programs by a reverse sweep (Iri 1988): what an operation is off by reaches the result times the
-/// adjoint of that operation.
+/// Rounding errors of straight-line programs by a reverse sweep (Iri 1988): what an operation is off by reaches the
+/// result times the adjoint of that operation.
 #pragma once
 
 #include "kernels/autodiff/dual.h"
@@ -7,7 +7,8 @@
 
 namespace kagero {
 
-/// The greatest power of two that is not above |x|: a last place of x, in those of 1 (Rump, Ogita & Oishi, SIAM J. Sci. Comput. 31, 2008).
+/// The greatest power of two that is not above |x|: a last place of x, in those of 1 (Rump, Ogita & Oishi, SIAM J. Sci.
+/// Comput. 31, 2008).
 template <class V>
 KAGERO_INLINE V first_place(const V& x) {
     const V scaled = V(0x1p52 + 1) * x;
@@ -16,9 +17,11 @@ KAGERO_INLINE V first_place(const V& x) {
 
 namespace detail {
 
-/// The product that a sum of products rounds on its own, where the instruction set has no fused operation for them; else none.
+/// The product that a sum of products rounds on its own, where the instruction set has no fused operation for them;
+/// else none.
 template <class V>
-KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] const V& a, [[maybe_unused]] const V& b) {
+KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] const V& a,
+                                      [[maybe_unused]] const V& b) {
 #if !defined(__FMA__)
     if (info_of(op).operands == 3) return a * b;
 #endif
@@ -27,8 +30,9 @@ KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] c
 
 }  // namespace detail
 
-/// Σ |adjoint · last place of the value| over the operations of a program that reads `inputs`. `seeds` are its outputs' adjoints with
-/// regard to two numbers (2 × outputs), which count by their length. In units of half the last place of 1.
+/// Σ |adjoint · last place of the value| over the operations of a program that reads `inputs`. `seeds` are its outputs'
+/// adjoints with regard to two numbers (2 × outputs), which count by their length. In units of half the last place of
+/// 1.
 template <class V, class S>
 V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int outputs) {
     using Forward = Dual<V, most_operands>;
@@ -45,8 +49,8 @@ V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int
         const Node& n = program.nodes[i];
         if (detail::is_leaf(n.op)) continue;
         const int operands[most_operands] = {n.a, n.b, n.c};
-        const Forward result = detail::applied<Forward>(n.op, Forward::variable(of(n.a), 0), Forward::variable(of(n.b), 1),
-                                                        Forward::variable(of(n.c), 2));
+        const Forward result = detail::applied<Forward>(n.op, Forward::variable(of(n.a), 0),
+                                                        Forward::variable(of(n.b), 1), Forward::variable(of(n.c), 2));
         for (int k = 0; k < most_operands; ++k)
             for (int r = 0; r < 2 && operands[k] >= 0; ++r)
                 adjoint[operands[k]][r] = fma(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);

@@ -1,10 +1,11 @@
-/// The reverse sweep along a ray: how what is seen at its end moves with the state at every step, hence what the roundings of all
-/// steps can do to it (Iri 1988; Satoh 2003, reference 11).
+/// The reverse sweep along a ray: how what is seen at its end moves with the state at every step, hence what the
+/// roundings of all steps can do to it (Iri 1988; Satoh 2003, reference 11).
 ///
-/// Adjoints go back by the transposed variational equation of the flow, da/dλ = −Aᵀa with A = J ∂²K/Ω, of which the derivative
-/// programs yield the Hessians: by one classical Runge–Kutta step per step, its middle on the Hermite curve. Roundings are those of the
-/// derivative programs, operation by operation, and of the sums that move the state, counted by kind of step. Not counted: what an
-/// iteration leaves short of its solution, and what a closed form that a Hamiltonian states rounds beside that.
+/// Adjoints go back by the transposed variational equation of the flow, da/dλ = −Aᵀa with A = J ∂²K/Ω, of which the
+/// derivative programs yield the Hessians: by one classical Runge–Kutta step per step, its middle on the Hermite curve.
+/// Roundings are those of the derivative programs, operation by operation, and of the sums that move the state, counted
+/// by kind of step. Not counted: what an iteration leaves short of its solution, and what a closed form that a
+/// Hamiltonian states rounds beside that.
 #pragma once
 
 #include "kernels/adjoint/rounding.h"
@@ -81,7 +82,8 @@ State<V> between(const State<V>& a, const State<V>& b, double s) {
 
 /// The middle of a step on the Hermite curve.
 template <class V>
-State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>& b, const SweptPlace<V>& at_b, const V& length) {
+State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>& b, const SweptPlace<V>& at_b,
+                   const V& length) {
     State<V> y = between(a, b, 0.5);
     const V eighth = V(0.125) * length;
     for (int k = 0; k < space_size; ++k) {
@@ -141,11 +143,11 @@ V reach(const Rows<V>& rows, const V* x) {
     return sum;
 }
 
-/// What the roundings of a step do, beside those of the state at its end: in the sums that move it, in the places of the stages, and in
-/// the derivatives, looked at in the middle.
+/// What the roundings of a step do, beside those of the state at its end: in the sums that move it, in the places of
+/// the stages, and in the derivatives, looked at in the middle.
 template <class V>
-V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const SweptPlace<V>& place, const V& length, const RoundingCounts& counts,
-               const Rows<V>& rows) {
+V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const SweptPlace<V>& place, const V& length,
+               const RoundingCounts& counts, const Rows<V>& rows) {
     PhaseGradient<V> flow;
     Rows<V> seeds, by_stages;
     const V share = V(counts.weight) * length;
@@ -157,7 +159,8 @@ V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const Swept
         }
     }
     for (int k = 0; k < space_size; ++k) flow[k] = place.slope[momentum(k)], flow[momentum(k)] = place.slope[k];
-    return abs(share) * (V(counts.sums + 1) * reach(rows, flow) + reach(by_stages, middle.y)) + system.roundings(middle, seeds);
+    return abs(share) * (V(counts.sums + 1) * reach(rows, flow) + reach(by_stages, middle.y)) +
+           system.roundings(middle, seeds);
 }
 
 }  // namespace detail
@@ -171,7 +174,8 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
     const V inverse = rsqrt(dot(velocity, velocity));
     Rows<V> seeds;
     for (int r = 0; r < 2; ++r) {
-        const Vec3<V> turn = retreat(view.by_direction[r], dot(view.by_direction[r], velocity) * inverse * inverse, velocity);
+        const Vec3<V> turn =
+            retreat(view.by_direction[r], dot(view.by_direction[r], velocity) * inverse * inverse, velocity);
         const V by_velocity[space_size] = {turn.x * inverse, turn.y * inverse, turn.z * inverse};
         const V by_position[space_size] = {view.by_position[r].x, view.by_position[r].y, view.by_position[r].z};
         for (int i = 0; i < phase_size; ++i) {
@@ -196,7 +200,8 @@ void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s
 
 /// Back by a step of `length` in λ; nothing where that is 0.
 template <class V>
-void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& length, const RoundingCounts& counts, Sweep<V>& s) {
+void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& length, const RoundingCounts& counts,
+                Sweep<V>& s) {
     using namespace detail;
     const bool discontinuous = system.kernel.discontinuous;
     SweptPlace<V> late = s.place;

@@ -1,6 +1,7 @@
 /// From a tape to a straight-line program, at compile time: what is left when only some of the tape's nodes are wanted.
 ///
-/// `extract` drops what the outputs do not need, shares factors, orders products, fuses them into sums, and numbers the rest.
+/// `extract` drops what the outputs do not need, shares factors, orders products, fuses them into sums, and numbers the
+/// rest.
 #pragma once
 
 #include "kernels/autodiff/tape.h"
@@ -95,7 +96,8 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
     const Uses uses(t, outputs);
     const auto scaled_product = [&](int i) {
         const Node& n = t.nodes[i];
-        return uses.count[i] > 0 && n.op == Op::mul && !n.uniform && t.uniform(n.a) && t.nodes[n.b].op == Op::mul && uses.count[n.b] == 1;
+        return uses.count[i] > 0 && n.op == Op::mul && !n.uniform && t.uniform(n.a) && t.nodes[n.b].op == Op::mul &&
+               uses.count[n.b] == 1;
     };
     int products[Tape::capacity]{};
     int count = 0;
@@ -131,8 +133,8 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
     return shared;
 }
 
-/// Reorders products: factors that stay meet first, and are multiplied once for many calls; of the others those that are known
-/// earliest, so that no product waits longer than its last factor.
+/// Reorders products: factors that stay meet first, and are multiplied once for many calls; of the others those that
+/// are known earliest, so that no product waits longer than its last factor.
 template <int Outputs>
 constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, Varying varying) {
     const Uses uses(t, outputs);
@@ -148,7 +150,8 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
         if (depth[i] >= 0) depth[i] += n.op == Op::rsqrt || n.op == Op::recip ? 6 : 1;
         if (uses.count[i] == 0 || n.op != Op::mul || depth[i] < 0) continue;
         for (int operand : {n.a, n.b})
-            inner[operand] = inner[operand] || (t.nodes[operand].op == Op::mul && uses.count[operand] == 1 && depth[operand] >= 0);
+            inner[operand] =
+                inner[operand] || (t.nodes[operand].op == Op::mul && uses.count[operand] == 1 && depth[operand] >= 0);
     }
     Tape ordered;
     int place[Tape::capacity]{}, factors[Tape::capacity]{};
@@ -169,7 +172,8 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
             int product = place[factors[0]];
             for (int f = 1; f < count; ++f) {
                 const int factor = place[factors[f]];
-                product = ordered.append({Op::mul, product, factor, -1, 0, ordered.uniform(product) && ordered.uniform(factor)});
+                product = ordered.append(
+                    {Op::mul, product, factor, -1, 0, ordered.uniform(product) && ordered.uniform(factor)});
             }
             place[i] = product;
             continue;
@@ -185,7 +189,9 @@ constexpr void fuse(Tape& t, const Uses& uses) {
     for (int i = 0; i < t.size; ++i) {
         Node& n = t.nodes[i];
         if (n.uniform || uses.count[i] == 0 || (n.op != Op::add && n.op != Op::sub)) continue;
-        const auto lone_product = [&](int k) { return t.nodes[k].op == Op::mul && !t.uniform(k) && uses.count[k] == 1; };
+        const auto lone_product = [&](int k) {
+            return t.nodes[k].op == Op::mul && !t.uniform(k) && uses.count[k] == 1;
+        };
         if (lone_product(n.b)) {
             const Node product = t.nodes[n.b];
             n = {n.op == Op::add ? Op::fma : Op::fnma, product.a, product.b, n.a, 0, false};
@@ -197,7 +203,8 @@ constexpr void fuse(Tape& t, const Uses& uses) {
 }
 
 template <int Outputs>
-constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs, Varying varying = {}) {
+constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs,
+                                                       Varying varying = {}) {
     Tape t = share_scaled<Outputs>(recorded, outputs);
     const bool shared = !t.full;
     t = order_products<Outputs>(t, outputs, varying);

@@ -1,7 +1,8 @@
-/// Forward-mode automatic differentiation: a value with N directional derivatives (the paper's `autodiff`, made generic).
+/// Forward-mode automatic differentiation: a value with N directional derivatives (the paper's `autodiff`, made
+/// generic).
 ///
-/// Nests: `Dual<Dual<double, N>, N>` carries second derivatives. Used where derivatives are needed once per ray or scene, and in tests
-/// beside the tape.
+/// Nests: `Dual<Dual<double, N>, N>` carries second derivatives. Used where derivatives are needed once per ray or
+/// scene, and in tests beside the tape.
 #pragma once
 
 #include "kernels/simd/lanes.h"  // first: the functions of plain numbers are declared before the table calls them
@@ -53,7 +54,9 @@ struct Dual {
         for (int k = 0; k < N; ++k) d.derivative[k] = a.derivative[k] - b.derivative[k];
         return d;
     }
-    friend constexpr Dual operator*(const Dual& a, const Dual& b) { return combine(a.value * b.value, b.value, a, a.value, b); }
+    friend constexpr Dual operator*(const Dual& a, const Dual& b) {
+        return combine(a.value * b.value, b.value, a, a.value, b);
+    }
     friend constexpr Dual operator/(const Dual& a, const Dual& b) {
         const T quotient = a.value / b.value;
         return combine(quotient, T(1.0) / b.value, a, -quotient / b.value, b);

@@ -9,8 +9,8 @@ namespace kagero {
 
 namespace detail {
 
-/// Gives the operands of the function at node i of the tape d times its derivatives. The first derivative is given before
-/// the second is recorded.
+/// Gives the operands of the function at node i of the tape d times its derivatives. The first derivative is given
+/// before the second is recorded.
 template <Op op, class Give>
 constexpr void give_by_derivatives(Tape& t, int i, int d, const Give& give) {
     using F = Operation<op>;
@@ -89,7 +89,8 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& wa
     }
 }
 
-/// The node of g·h with g multiplied through: distributed over sums that have a term with the factor 1/g, where it cancels.
+/// The node of g·h with g multiplied through: distributed over sums that have a term with the factor 1/g, where it
+/// cancels.
 constexpr int multiply_through(Tape& t, int g, int h) {
     const int one_over = t.recip(g);
     const auto factor = [&](auto&& self, int i) -> bool {

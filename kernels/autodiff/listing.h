@@ -1,4 +1,5 @@
-/// Straight-line programs as data: what is not worth compiling for every Hamiltonian is interpreted, operation by operation.
+/// Straight-line programs as data: what is not worth compiling for every Hamiltonian is interpreted, operation by
+/// operation.
 #pragma once
 
 #include "kernels/autodiff/dual.h"

@@ -1,5 +1,5 @@
-/// Running straight-line programs: `run` unrolls one over a value type V by an index sequence. Every operand is a compile-time index, so
-/// the compiler sees plain expressions.
+/// Running straight-line programs: `run` unrolls one over a value type V by an index sequence. Every operand is a
+/// compile-time index, so the compiler sees plain expressions.
 #pragma once
 
 #include "kernels/autodiff/arrange.h"
@@ -28,7 +28,8 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else return value_at<F>(a, b, c);
 }
 
-/// The same where an operand may be 0, infinite or not a number: in uniforms, and in formulas whose exponentials overflow.
+/// The same where an operand may be 0, infinite or not a number: in uniforms, and in formulas whose exponentials
+/// overflow.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
     using F = Operation<op>;
@@ -60,8 +61,9 @@ constexpr bool calls(Op op) {
     return calls_circular && (op == Op::sin || op == Op::cos);
 }
 
-/// Node i of a program on the numbers of those before it. What differs between nodes of one operation is a plain argument, constant wherever
-/// this is inlined: with a function for every node long programs take a third longer to compile.
+/// Node i of a program on the numbers of those before it. What differs between nodes of one operation is a plain
+/// argument, constant wherever this is inlined: with a function for every node long programs take a third longer to
+/// compile.
 template <Op op, bool uniform, bool call, class V, class S>
 KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* uniforms, const V* inputs) {
     if constexpr (op == Op::input) s[i] = inputs[n.a];
@@ -74,7 +76,9 @@ template <const auto& P, class V, class S, int... I, int... O>
 KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::integer_sequence<int, I...>,
                        std::integer_sequence<int, O...>) {
     V s[sizeof...(I) + 1];
-    ((evaluate<P.nodes[I].op, P.nodes[I].uniform, calls<P>(P.nodes[I].op), V>(s, I, P.nodes[I], P.slot[I], uniforms, inputs)), ...);
+    ((evaluate<P.nodes[I].op, P.nodes[I].uniform, calls<P>(P.nodes[I].op), V>(s, I, P.nodes[I], P.slot[I], uniforms,
+                                                                              inputs)),
+     ...);
     ((outputs[O] = s[P.outputs[O]]), ...);
 }
 

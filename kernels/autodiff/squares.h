@@ -1,7 +1,7 @@
 /// Perfect squares among the terms of a sum, as (a + b)² written out is: a² + b² + 2ab.
 ///
-/// Metrics are often printed term by term. A tape takes what it is given, and would differentiate every product of such a sum by itself,
-/// at twice the cost of the square that they are together.
+/// Metrics are often printed term by term. A tape takes what it is given, and would differentiate every product of such
+/// a sum by itself, at twice the cost of the square that they are together.
 #pragma once
 
 #include "kernels/autodiff/tape.h"
@@ -19,7 +19,8 @@ public:
             if (t.nodes[i].op == Op::rsqrt) rooted_[t.nodes[i].a] = true;
     }
 
-    /// The same number as node `sum` with perfect squares taken together; `sum` itself where it has none, or is too long to tell.
+    /// The same number as node `sum` with perfect squares taken together; `sum` itself where it has none, or is too
+    /// long to tell.
     constexpr int with_squares(int sum) {
         terms_ = expand(sum);
         collect();
@@ -34,7 +35,8 @@ public:
     }
 
 private:
-    static constexpr int most_bases = 24, most_terms = 48, most_squares = 4, greatest_power = 126 /* in halves */, greatest_depth = 200;
+    static constexpr int most_bases = 24, most_terms = 48, most_squares = 4, greatest_power = 126 /* in halves */,
+                         greatest_depth = 200;
 
     enum class Bases { all, inputs, others };
     struct Term {
@@ -119,7 +121,9 @@ private:
         return base(i, 2);
     }
 
-    static constexpr bool same_bases(const Term& a, const Term& b) { return std::equal(a.power, a.power + most_bases, b.power); }
+    static constexpr bool same_bases(const Term& a, const Term& b) {
+        return std::equal(a.power, a.power + most_bases, b.power);
+    }
     /// Adds up terms of the same bases.
     constexpr void collect() {
         Terms all;
@@ -143,7 +147,8 @@ private:
     constexpr int cross_of(const Term& a, const Term& b) const {
         for (int x = 0; x < terms_.count; ++x) {
             const Term& term = terms_.term[x];
-            bool is = group_[x] < 0 && (term.coefficient == 2 * a.coefficient || term.coefficient == -2 * a.coefficient);
+            bool is =
+                group_[x] < 0 && (term.coefficient == 2 * a.coefficient || term.coefficient == -2 * a.coefficient);
             for (int k = 0; is && k < bases_count_; ++k) is = 2 * term.power[k] == a.power[k] + b.power[k];
             if (is) return x;
         }
@@ -161,7 +166,8 @@ private:
             if (members > 1) group_[i] = squares_++, root_[i] = true;
         }
     }
-    /// Whether term j has the right cross terms with the square that begins with term i, whose other roots are known; gives it its sign.
+    /// Whether term j has the right cross terms with the square that begins with term i, whose other roots are known;
+    /// gives it its sign.
     constexpr bool joins(int i, int j) {
         if (!could_be_squares(terms_.term[i], terms_.term[j])) return false;
         const int first = cross_of(terms_.term[i], terms_.term[j]);
@@ -177,7 +183,8 @@ private:
     }
     constexpr void take(int i, int j) {
         for (int m = 0; m < terms_.count; ++m)
-            if ((group_[m] == squares_ && root_[m]) || m == i) group_[cross_of(terms_.term[m], terms_.term[j])] = squares_;
+            if ((group_[m] == squares_ && root_[m]) || m == i)
+                group_[cross_of(terms_.term[m], terms_.term[j])] = squares_;
         group_[j] = squares_, root_[j] = true;
     }
 
@@ -189,11 +196,13 @@ private:
             if (group_[i] != group || !root_[i]) continue;
             const Term& term = terms_.term[i];
             if (roots.count == 0) common = term;
-            for (int k = 0; k < bases_count_; ++k) common.power[k] = nearer_to_none(common.power[k], term.power[k], rooted(k) ? 2 : 4);
+            for (int k = 0; k < bases_count_; ++k)
+                common.power[k] = nearer_to_none(common.power[k], term.power[k], rooted(k) ? 2 : 4);
             append(roots, term), roots.term[roots.count - 1].coefficient = sign_[i];
         }
         for (int i = 0; i < roots.count; ++i)
-            for (int k = 0; k < bases_count_; ++k) roots.term[i].power[k] = static_cast<signed char>((roots.term[i].power[k] - common.power[k]) / 2);
+            for (int k = 0; k < bases_count_; ++k)
+                roots.term[i].power[k] = static_cast<signed char>((roots.term[i].power[k] - common.power[k]) / 2);
         const int sum = sum_of(roots);
         return t_.mul(times(t_.constant(common.coefficient), common, Bases::all), t_.mul(sum, sum));
     }
@@ -214,9 +223,11 @@ private:
             int inner = t_.constant(0);
             for (int j = i; j < terms.count; ++j) {
                 const Term& term = terms.term[j];
-                if (done[j] || (term.coefficient != first.coefficient && term.coefficient != -first.coefficient)) continue;
+                if (done[j] || (term.coefficient != first.coefficient && term.coefficient != -first.coefficient))
+                    continue;
                 bool alike = true;
-                for (int k = 0; k < bases_count_; ++k) alike = alike && (is_input(k) || term.power[k] == first.power[k]);
+                for (int k = 0; k < bases_count_; ++k)
+                    alike = alike && (is_input(k) || term.power[k] == first.power[k]);
                 if (!alike) continue;
                 const int product = times(t_.constant(1), term, Bases::inputs);
                 inner = term.coefficient == first.coefficient ? t_.add(inner, product) : t_.sub(inner, product);

@@ -5,7 +5,8 @@
 /// recorded onto the same tape, so value and derivatives share what they have in common; simplification happens as
 /// nodes are pushed. `program.h` turns the tape into straight-line code.
 ///
-/// Nodes that depend on parameters and constants alone are `uniform`: they are evaluated once per job, not once per ray.
+/// Nodes that depend on parameters and constants alone are `uniform`: they are evaluated once per job, not once per
+/// ray.
 #pragma once
 
 #include "kernels/operation.h"
@@ -97,7 +98,8 @@ public:
     }
     /// Functions of numbers are numbers, where the standard library can tell them: while the program runs.
     constexpr int unary(Op op, int a) {
-        if (!std::is_constant_evaluated() && nodes[a].op == Op::constant) return constant(value_of(op, nodes[a].value, 0));
+        if (!std::is_constant_evaluated() && nodes[a].op == Op::constant)
+            return constant(value_of(op, nodes[a].value, 0));
         return append({op, a, -1, -1, 0, uniform(a)});
     }
     constexpr int binary(Op op, int a, int b) {
@@ -122,7 +124,8 @@ public:
             const Node& o = nodes[i];
             if (o.op == n.op && o.b == n.b && o.c == n.c && o.value == n.value) return i;
         }
-        // The compiler stops at the end of the array by itself; formulas of a scene are recorded while the program runs.
+        // The compiler stops at the end of the array by itself; formulas of a scene are recorded while the program
+        // runs.
         if (size == capacity && !std::is_constant_evaluated()) return full = true, 0;
         nodes[size] = n;
         earlier_[size] = last;
@@ -130,12 +133,15 @@ public:
     }
 
 private:
-    // Nodes of the same first operand (or leaf's index, or none) are chained, the last first; counted from 1, as 0 ends a chain.
+    // Nodes of the same first operand (or leaf's index, or none) are chained, the last first; counted from 1, as 0 ends
+    // a chain.
     int last_user_[capacity]{}, earlier_[capacity]{};
     int last_constant_ = 0;
 
     constexpr bool is(int i, double x) const { return nodes[i].op == Op::constant && nodes[i].value == x; }
-    constexpr bool both_constant(int a, int b) const { return nodes[a].op == Op::constant && nodes[b].op == Op::constant; }
+    constexpr bool both_constant(int a, int b) const {
+        return nodes[a].op == Op::constant && nodes[b].op == Op::constant;
+    }
     /// The uniform factor u when node i is u·x with x varying, else −1.
     constexpr int scaled(int i) const {
         const Node& n = nodes[i];

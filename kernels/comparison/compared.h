@@ -1,6 +1,6 @@
-/// The ways of tracing that exist to be compared with the usual ones: one ray per vector, packets of other widths, and scalar code as
-/// the compiler vectorizes it. Each is a value type for the same loop and a `SpaceKernel` for the same methods; they are compiled for
-/// the short list of Hamiltonians in kernels/CMakeLists.txt.
+/// The ways of tracing that exist to be compared with the usual ones: one ray per vector, packets of other widths, and
+/// scalar code as the compiler vectorizes it. Each is a value type for the same loop and a `SpaceKernel` for the same
+/// methods; they are compiled for the short list of Hamiltonians in kernels/CMakeLists.txt.
 #pragma once
 
 #include "kernels/comparison/forward.h"
@@ -50,7 +50,8 @@ using FewFloat = Few<PacketFloat>;
 using ManyFloat = Many<PacketFloat>;
 
 /// Calls a macro with every way, in the order in which `kagero list strategies` shows them.
-#define KAGERO_WAYS(X) X(PerRayStages) X(PerRayGradient) X(AutoVectorized) X(FewDouble) X(ManyDouble) X(FewFloat) X(ManyFloat)
+#define KAGERO_WAYS(X) \
+    X(PerRayStages) X(PerRayGradient) X(AutoVectorized) X(FewDouble) X(ManyDouble) X(FewFloat) X(ManyFloat)
 
 /// Whether a Hamiltonian is on the short list.
 template <class H>
@@ -74,7 +75,8 @@ template <class Way>
 constexpr KernelInfo compared_kernel_of() {
     using V = typename Way::Value;
     constexpr Precision precision = sizeof(ScalarOf<V>) == sizeof(double) ? Precision::float64 : Precision::float32;
-    return {Way::strategy, precision, Way::form, lane_count<V>, Way::registers, trace_compared<Way>, compared_refusal<Way>};
+    return {Way::strategy,        precision, Way::form, lane_count<V>, Way::registers, trace_compared<Way>,
+            compared_refusal<Way>};
 }
 
 }  // namespace kagero

@@ -1,4 +1,5 @@
-/// The definition of `compared_kernel`: a Hamiltonian joined with the kinds of step that each way of tracing is compared by.
+/// The definition of `compared_kernel`: a Hamiltonian joined with the kinds of step that each way of tracing is
+/// compared by.
 #pragma once
 
 #include "kernels/comparison/forward_system.h"
@@ -28,7 +29,8 @@ constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_n
             if constexpr (!refusal<System, Stepper>()) add_step<System, Stepper>(kernel, k);
         }
     };
-    [&]<int... k>(std::integer_sequence<int, k...>) { (fill.template operator()<k>(), ...); }(std::make_integer_sequence<int, kind_count>{});
+    [&]<int... k>(std::integer_sequence<int, k...>) { (fill.template operator()<k>(), ...); }
+    (std::make_integer_sequence<int, kind_count>{});
     return kernel;
 }
 
@@ -43,8 +45,8 @@ struct StageSteps {
         else return Chosen<void>{};
     }
 };
-/// The steppers for the H of a space that declares a rescaling: only the one in the orbit plane. Straight rays need none,
-/// and all others integrate the rescaled H.
+/// The steppers for the H of a space that declares a rescaling: only the one in the orbit plane. Straight rays need
+/// none, and all others integrate the rescaled H.
 struct PlainSteps {
     template <Kind kind>
     constexpr auto operator()() const {
@@ -67,11 +69,16 @@ constexpr auto make_compared_kernel() {
     using S = ScalarOf<V>;
     if constexpr (Way::form == Form::gradient) return make_space_kernel<ForwardSystem<H, Rescaled, S>, V>();
     else if constexpr (Way::form == Form::stages)
-        return kernel_of_kinds<System<H, Rescaled, S>, V>(StageSteps{}, "only Gauss-Legendre methods have stages to put in the lanes");
+        return kernel_of_kinds<System<H, Rescaled, S>, V>(
+            StageSteps{}, "only Gauss-Legendre methods have stages to put in the lanes");
     else {
-        using Own = std::conditional_t<Way::form == Form::auto_vectorized, AutoVectorizedSystem<H, Rescaled, S>, System<H, Rescaled, S>>;
-        if constexpr (Rescaled == Rescalable<H>) return kernel_of_kinds<Own, V>(WidthSteps{}, "it is not compiled for this kind of step");
-        else return kernel_of_kinds<Own, V>(PlainSteps{}, "of this space it is compiled for the rescaled Hamiltonian alone");
+        using Own = std::conditional_t<Way::form == Form::auto_vectorized, AutoVectorizedSystem<H, Rescaled, S>,
+                                       System<H, Rescaled, S>>;
+        if constexpr (Rescaled == Rescalable<H>)
+            return kernel_of_kinds<Own, V>(WidthSteps{}, "it is not compiled for this kind of step");
+        else
+            return kernel_of_kinds<Own, V>(PlainSteps{},
+                                           "of this space it is compiled for the rescaled Hamiltonian alone");
     }
 }
 

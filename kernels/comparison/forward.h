@@ -1,8 +1,8 @@
-/// Forward-mode differentiation of one ray with the components of its gradient in the lanes (Satoh 2003, Fig. 8a): beside its value
-/// every node of a program carries its derivatives along all varying inputs, as one packed vector.
+/// Forward-mode differentiation of one ray with the components of its gradient in the lanes (Satoh 2003, Fig. 8a):
+/// beside its value every node of a program carries its derivatives along all varying inputs, as one packed vector.
 ///
-/// It runs over the simplified program of H that the reverse sweep starts from too. What a node does not depend on costs nothing: which
-/// nodes vary is known to the compiler.
+/// It runs over the simplified program of H that the reverse sweep starts from too. What a node does not depend on
+/// costs nothing: which nodes vary is known to the compiler.
 #pragma once
 
 #include "kernels/autodiff/program.h"
@@ -120,7 +120,8 @@ KAGERO_INLINE void run_forward(const S* uniforms, const S* inputs, L* tangents, 
 
 }  // namespace detail
 
-/// The derivatives of every output of program P along inputs first … last − 1: lane k of tangents[o] is ∂output o/∂input (first + k).
+/// The derivatives of every output of program P along inputs first … last − 1: lane k of tangents[o] is ∂output
+/// o/∂input (first + k).
 template <const auto& P, int first, int last, class S>
 KAGERO_INLINE void run_forward(const S* uniforms, const S* inputs, Packed<S, last - first>* tangents) {
     detail::run_forward<P, first, last>(uniforms, inputs, tangents, std::make_integer_sequence<int, P.size>{},

@@ -1,5 +1,5 @@
-/// Hamilton's equations of one ray by forward-mode differentiation, the components of the gradient in the lanes: the form `gradient`
-/// of the strategy `per-ray`. Everything but the derivatives is inherited from `System`.
+/// Hamilton's equations of one ray by forward-mode differentiation, the components of the gradient in the lanes: the
+/// form `gradient` of the strategy `per-ray`. Everything but the derivatives is inherited from `System`.
 #pragma once
 
 #include "kernels/comparison/forward.h"

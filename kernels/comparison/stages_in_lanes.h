@@ -1,5 +1,6 @@
-/// Gauss–Legendre collocation of one ray with its stages in the lanes: the form `stages` of the strategy `per-ray` (as in
-/// IRKGL16-SIMD, arXiv 2511.03655). The stages of a step are as many evaluations of one program, and need nothing of each other.
+/// Gauss–Legendre collocation of one ray with its stages in the lanes: the form `stages` of the strategy `per-ray` (as
+/// in IRKGL16-SIMD, arXiv 2511.03655). The stages of a step are as many evaluations of one program, and need nothing of
+/// each other.
 ///
 /// The same iteration as `Gauss`, in the same order of operations, so that it ends at the same state to the last bit.
 #pragma once
@@ -9,7 +10,8 @@
 
 namespace kagero {
 
-/// Columns of a and `ahead` of the method with s stages: lane i belongs to stage i. Lanes without a stage repeat the last one.
+/// Columns of a and `ahead` of the method with s stages: lane i belongs to stage i. Lanes without a stage repeat the
+/// last one.
 template <class S>
 struct StageColumns {
     alignas(64) S a[max_stages][max_stages], ahead[max_stages][max_stages];
@@ -30,21 +32,24 @@ constexpr StageColumns<S> make_stage_columns() {
 }
 /// Not constexpr: g++ 12 may take 64 bytes of a constant table for zeros.
 template <class S>
-inline constinit StageColumns<S> stage_columns[] = {make_stage_columns<S, 1>(), make_stage_columns<S, 2>(), make_stage_columns<S, 3>(),
-                                                    make_stage_columns<S, 4>(), make_stage_columns<S, 5>(), make_stage_columns<S, 6>(),
+inline constinit StageColumns<S> stage_columns[] = {make_stage_columns<S, 1>(), make_stage_columns<S, 2>(),
+                                                    make_stage_columns<S, 3>(), make_stage_columns<S, 4>(),
+                                                    make_stage_columns<S, 5>(), make_stage_columns<S, 6>(),
                                                     make_stage_columns<S, 7>(), make_stage_columns<S, 8>()};
 
-/// The first lanes of a row, to and from aligned memory; register by register, because g++ copies blocks in smaller pieces, and what was
-/// stored in pieces is not there yet when it is loaded whole.
+/// The first lanes of a row, to and from aligned memory; register by register, because g++ copies blocks in smaller
+/// pieces, and what was stored in pieces is not there yet when it is loaded whole.
 template <class L, class S>
 KAGERO_INLINE L loaded(const S* from) {
     L l;
-    for (int r = 0; r < ValueTraits<L>::registers; ++r) l.v[r] = *reinterpret_cast<const typename L::Register*>(from + r * L::width);
+    for (int r = 0; r < ValueTraits<L>::registers; ++r)
+        l.v[r] = *reinterpret_cast<const typename L::Register*>(from + r * L::width);
     return l;
 }
 template <class L, class S>
 KAGERO_INLINE void store(const L& l, S* to) {
-    for (int r = 0; r < ValueTraits<L>::registers; ++r) *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
+    for (int r = 0; r < ValueTraits<L>::registers; ++r)
+        *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
 }
 
 /// Calls f(k) for the components of a gradient, written out: g++ does not unroll a loop of such length, and keeps its
@@ -117,7 +122,8 @@ private:
     template <class T>
     KAGERO_INLINE static T* row(T* g, int k) { return g + k * max_stages; }
 
-    /// Σ_j column_j g[j], for all stages at once; g lies in memory, so that each of its numbers is broadcast as it is loaded.
+    /// Σ_j column_j g[j], for all stages at once; g lies in memory, so that each of its numbers is broadcast as it is
+    /// loaded.
     template <class L, class S>
     KAGERO_INLINE static L sum(const S* g, const S (&columns)[max_stages][max_stages], int s) {
         L total = detail::loaded<L>(columns[0]) * L(g[0]);
@@ -162,7 +168,8 @@ private:
                 now[k] = fresh[k];
             });
             keep(now, g);
-            convergence.update(convergence.relative(abs(f.h) * detail::greatest_lane(change_q), abs(f.h) * detail::greatest_lane(change_p)));
+            convergence.update(convergence.relative(abs(f.h) * detail::greatest_lane(change_q),
+                                                    abs(f.h) * detail::greatest_lane(change_p)));
         }
         f.solved = !convergence.open();
         f.gradients = fma(iterations, S(s), f.gradients);

@@ -1,5 +1,5 @@
-/// A system behind pointers. What few rays need, and steps in long programs, see systems so: they are compiled once per value type
-/// (shared.h), not once per Hamiltonian, and beside their length a call is nothing.
+/// A system behind pointers. What few rays need, and steps in long programs, see systems so: they are compiled once per
+/// value type (shared.h), not once per Hamiltonian, and beside their length a call is nothing.
 #pragma once
 
 #include "kernels/equations/system.h"
@@ -10,7 +10,8 @@ namespace kagero {
 template <class V>
 using Call = void (*)(const void* system, const State<V>& s, V* out);
 
-/// The calls of one value type; null where nobody asks. The first three are for half steps that are implicit, the others for steps.
+/// The calls of one value type; null where nobody asks. The first three are for half steps that are implicit, the
+/// others for steps.
 template <class V>
 struct Calls {
     Call<V> force, velocity;  ///< ∂K/∂q and ∂K/∂p alone (3)
@@ -26,7 +27,8 @@ struct RayCalls {
     Call<S> hessian;      ///< ∂²K/∂(q, p)², a `Hessian`
 };
 
-/// Whether the steps in a system are those in a called one: in that of a Hamiltonian long to compute, and in one that no scene takes unasked.
+/// Whether the steps in a system are those in a called one: in that of a Hamiltonian long to compute, and in one that
+/// no scene takes unasked.
 template <class System>
 constexpr bool is_called() {
     if constexpr (requires { System::called; }) return System::called;
@@ -86,23 +88,31 @@ void call_velocity(const void* system, const State<V>& s, V* out) {
 template <class System, class V>
 void call_mixed(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->mixed(s, out); }
 template <class System, class V>
-void call_derivatives(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->derivatives(s, out); }
+void call_derivatives(const void* system, const State<V>& s, V* out) {
+    static_cast<const System*>(system)->derivatives(s, out);
+}
 template <class System, class V>
-void call_time_rescaling_factor(const void* system, const State<V>& s, V* out) { *out = static_cast<const System*>(system)->time_rescaling_factor(s); }
+void call_time_rescaling_factor(const void* system, const State<V>& s, V* out) {
+    *out = static_cast<const System*>(system)->time_rescaling_factor(s);
+}
 template <class System, class V>
 void call_carried_rates(const void* system, const State<V>& s, V* out) {
     static_cast<const System*>(system)->carried_rates(s, out);
 }
 template <class System, class S>
-void call_hessian(const void* system, const State<S>& s, S* out) { static_cast<const System*>(system)->hessian(s, out); }
+void call_hessian(const void* system, const State<S>& s, S* out) {
+    static_cast<const System*>(system)->hessian(s, out);
+}
 
 template <class System, class V>
 inline constexpr Calls<V> calls_of = [] {
     Calls<V> calls{};
     if constexpr (System::force_needs_p || System::velocity_needs_q)
-        calls.force = call_force<System, V>, calls.velocity = call_velocity<System, V>, calls.mixed = call_mixed<System, V>;
+        calls.force = call_force<System, V>, calls.velocity = call_velocity<System, V>,
+        calls.mixed = call_mixed<System, V>;
     if constexpr (is_called<System>())
-        calls.derivatives = call_derivatives<System, V>, calls.time_rescaling_factor = call_time_rescaling_factor<System, V>;
+        calls.derivatives = call_derivatives<System, V>,
+        calls.time_rescaling_factor = call_time_rescaling_factor<System, V>;
     if constexpr (carried_in<System>() > 1) calls.carried_rates = call_carried_rates<System, V>;
     return calls;
 }();

@@ -1,5 +1,5 @@
-/// What the compiler records of a Hamiltonian: one tape with K, its gradient and what the tracing loop asks of every step's end, and the
-/// straight-line programs that are cut from it.
+/// What the compiler records of a Hamiltonian: one tape with K, its gradient and what the tracing loop asks of every
+/// step's end, and the straight-line programs that are cut from it.
 #pragma once
 
 #include "kernels/autodiff/program.h"
@@ -10,24 +10,37 @@
 namespace kagero {
 
 template <class H>
-concept Rescalable = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::rescale(k, q); };
+concept Rescalable = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
+    H::rescale(k, q);
+};
 template <class H>
-concept Bounded = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::domain(k, q); };
+concept Bounded = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
+    H::domain(k, q);
+};
 template <class H>
-concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::captured(k, q, q, q, 1.0); };
+concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
+    H::captured(k, q, q, q, 1.0);
+};
 /// H is not smooth where `surface` is zero.
 template <class H>
-concept HasDiscontinuity = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::switching_function(k, q); };
+concept HasDiscontinuity = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
+    H::switching_function(k, q);
+};
 /// Bounds the length of steps.
 template <class H>
-concept BoundsSteps = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::max_step_length(k, q); };
+concept BoundsSteps = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
+    H::max_step_length(k, q);
+};
 /// States H as a sum of two parts, the paper's H_A and H_B (eq. 10).
 template <class H>
-concept Parted = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) { H::part_a(k, q, q, 1.0); };
+concept Parted = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
+    H::part_a(k, q, q, 1.0);
+};
 /// States the exact flow of H − ½(|p|² − p_t²).
 template <class H>
-concept ExactlySplit =
-    requires(const typename H::template Parameters<double>& k, Vec3<double>& q) { H::remainder_flow(k, q, q, 1.0, 1.0); };
+concept ExactlySplit = requires(const typename H::template Parameters<double>& k, Vec3<double>& q) {
+    H::remainder_flow(k, q, q, 1.0, 1.0);
+};
 /// States V(u) of the motion in the plane of an orbit, ½ (du/dφ)² + V(u) with u = 1/r.
 template <class H>
 concept Orbiting =
@@ -98,7 +111,9 @@ struct Recording : Leaves<H> {
         else rescale = t.constant(1);
     }
     /// H − H0, or K.
-    constexpr int hamiltonian(Tape& t, bool rescaled) const { return rescaled ? multiply_through(t, rescale, energy) : energy; }
+    constexpr int hamiltonian(Tape& t, bool rescaled) const {
+        return rescaled ? multiply_through(t, rescale, energy) : energy;
+    }
 };
 
 /// p·∂H/∂p from the leaves and the gradient of a tape.
@@ -111,11 +126,13 @@ constexpr int momentum_times_velocity(Tape& t, const StateNodes& input, const Gr
 enum EventFunctionIndex { index_velocity = 0, index_excess = 3, index_size, index_terms, index_domain, index_captured, index_switching, index_max_step_length, event_function_count };
 
 /// The nodes of a event_functions on a tape; of what a Hamiltonian does not state, the number 1.
-constexpr std::array<int, event_function_count> record_event_functions(Tape& t, const StateNodes& input, int hamiltonian, int rescaling,
-                                                  double level, const GradientNodes& gradient) {
+constexpr std::array<int, event_function_count> record_event_functions(Tape& t, const StateNodes& input,
+                                                                       int hamiltonian, int rescaling, double level,
+                                                                       const GradientNodes& gradient) {
     const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
     const auto size = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
-    const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(rescaling, t.constant(level)), one = t.constant(1);
+    const int moving = momentum_times_velocity(t, input, gradient), resting = t.mul(rescaling, t.constant(level)),
+              one = t.constant(1);
     const int squares = t.mul(square(input[component_px], input[component_py], input[component_pz]),
                               square(gradient[component_px], gradient[component_py], gradient[component_pz]));
     return {gradient[component_px], gradient[component_py], gradient[component_pz], hamiltonian,
@@ -130,8 +147,10 @@ constexpr void record_ends(Tape& t, const Leaves<H>& x, const GradientNodes& gra
     if constexpr (Bounded<H>) event_functions[index_domain] = H::domain(x.parameters(), x.q).on(t);
     if constexpr (Capturing<H>)
         event_functions[index_captured] = H::captured(x.parameters(), x.q, x.p, velocity, x.pt(t)).on(t);
-    if constexpr (HasDiscontinuity<H>) event_functions[index_switching] = H::switching_function(x.parameters(), x.q).on(t);
-    if constexpr (BoundsSteps<H>) event_functions[index_max_step_length] = H::max_step_length(x.parameters(), x.q).on(t);
+    if constexpr (HasDiscontinuity<H>)
+        event_functions[index_switching] = H::switching_function(x.parameters(), x.q).on(t);
+    if constexpr (BoundsSteps<H>)
+        event_functions[index_max_step_length] = H::max_step_length(x.parameters(), x.q).on(t);
 }
 
 /// The gradient by x y z px py pz.
@@ -160,7 +179,8 @@ struct HamiltonianTape {
         const int k = r.hamiltonian(t, Rescaled);
         gradient = record_derivatives(t, k, r.input);
         time_rescaling_factor = {r.rescale};
-        event_functions = record_event_functions(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
+        event_functions =
+            record_event_functions(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
         if constexpr (!Rescaled) energy = {r.energy};
         record_ends<H>(t, r, gradient, event_functions);
     }
@@ -173,7 +193,8 @@ inline constexpr HamiltonianTape<H, Rescaled> hamiltonian_tape{};
 
 /// The programs.
 template <class H, bool Rescaled>
-inline constexpr auto derivatives_program = extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.gradient>();
+inline constexpr auto derivatives_program =
+    extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.gradient>();
 template <class H, bool Rescaled>
 inline constexpr auto force_program =
     extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.side(component_x), kick_varies>();
@@ -183,9 +204,11 @@ inline constexpr auto velocity_program =
 template <class H>
 inline constexpr auto energy_program = extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.energy>();
 template <class H>
-inline constexpr auto rescale_program = extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.time_rescaling_factor>();
+inline constexpr auto rescale_program =
+    extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.time_rescaling_factor>();
 template <class H, bool Rescaled>
-inline constexpr auto event_functions_program = extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.event_functions>();
+inline constexpr auto event_functions_program =
+    extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.event_functions>();
 
 /// One part of a Hamiltonian as a Hamiltonian of its own.
 template <class H, bool second>

@@ -1,8 +1,9 @@
 /// From a scalar H to Hamilton's equations: dq/dλ = ∂H/∂p, dp/dλ = −∂H/∂q (Satoh 2003, eq. 7), by the tape.
 ///
-/// `System<H, Rescaled, S>` holds a Hamiltonian's parameters as numbers of type S and runs its derivative programs on any value type
-/// whose lanes are S. With `Rescaled` it is K = Ω(q)·(H − H0) multiplied through, which has the same rays on H = H0 in another
-/// parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006, §VIII.2).
+/// `System<H, Rescaled, S>` holds a Hamiltonian's parameters as numbers of type S and runs its derivative programs on
+/// any value type whose lanes are S. With `Rescaled` it is K = Ω(q)·(H − H0) multiplied through, which has the same
+/// rays on H = H0 in another parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006,
+/// §VIII.2).
 #pragma once
 
 #include "kernels/autodiff/dual.h"
@@ -90,9 +91,12 @@ public:
     static constexpr bool force_needs_p = force_.uses_any_input(component_px, component_pt);
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(component_x, component_px);
     static constexpr bool separable = is_separable(force_, velocity_);
-    /// Coordinates that do not occur in K, as along the layers of a stratified medium: their momenta are constants of the motion.
+    /// Coordinates that do not occur in K, as along the layers of a stratified medium: their momenta are constants of
+    /// the motion.
     static constexpr Axes cyclic = [] {
-        const auto is_cyclic = [](int k) { return force_.returns_zero(k) && !rescale_program<H>.uses_any_input(k, k + 1); };
+        const auto is_cyclic = [](int k) {
+            return force_.returns_zero(k) && !rescale_program<H>.uses_any_input(k, k + 1);
+        };
         return Axes{is_cyclic(component_x), is_cyclic(component_y), is_cyclic(component_z)};
     }();
 
@@ -104,7 +108,8 @@ public:
     /// ∂K/∂p alone: dq/dτ.
     template <class V>
     KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side<velocity_>(velocity_u_.values, s); }
-    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program, all momenta at once where that is short and every step asks.
+    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program, all momenta at once where that is short
+    /// and every step asks.
     template <class V>
     __attribute__((noinline)) void mixed(const State<V>& s, V* out) const {
         constexpr int together = stepped_by_newton<H> && force_.length() <= longest_unrolled ? space_size : 1;
@@ -121,8 +126,8 @@ public:
 
 protected:
     static constexpr int longest_unrolled = 100;
-    /// Programs are unrolled where they are used. Long ones that steps of several kinds use are called instead; all others that are long, or
-    /// not taken unasked, are used by the calls of called_system.h alone.
+    /// Programs are unrolled where they are used. Long ones that steps of several kinds use are called instead; all
+    /// others that are long, or not taken unasked, are used by the calls of called_system.h alone.
     template <const auto& P, class V>
     KAGERO_INLINE static void evaluate(const S* uniforms, const V* inputs, V* outputs) {
         if constexpr (separable && P.length() > longest_unrolled) run_called<P>(uniforms, inputs, outputs);
@@ -134,7 +139,9 @@ protected:
 
 private:
     template <const auto& P, class V>
-    __attribute__((noinline)) static void run_called(const S* uniforms, const V* inputs, V* outputs) { run<P>(uniforms, inputs, outputs); }
+    __attribute__((noinline)) static void run_called(const S* uniforms, const V* inputs, V* outputs) {
+        run<P>(uniforms, inputs, outputs);
+    }
     template <const auto& P, class V>
     KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
         V out[space_size];
@@ -157,7 +164,8 @@ struct NoParts {
     explicit NoParts(const double*) {}
 };
 
-/// V(u) in the plane of an orbit in the guise of a Hamiltonian of u = q.x, du/dφ = p.x and 1/b² = p.y, so that the tape differentiates it.
+/// V(u) in the plane of an orbit in the guise of a Hamiltonian of u = q.x, du/dφ = p.x and 1/b² = p.y, so that the tape
+/// differentiates it.
 template <class H>
 struct OrbitPlane {
     static constexpr const auto& parameters = H::parameters;
@@ -172,7 +180,8 @@ struct OrbitPlane {
 template <class H, class S>
 class OrbitSystem : public Sides<OrbitPlane<H>, false, S> {
 public:
-    explicit OrbitSystem(const double* parameters) : Sides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
+    explicit OrbitSystem(const double* parameters)
+        : Sides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
     /// ∂V/∂u.
     template <class V>
     KAGERO_INLINE V slope(const V& u, const V& g) const { return this->dq(at_rest(u, g)).x; }
@@ -209,7 +218,8 @@ public:
     /// Steps in it are compiled for all such systems together (called_system.h).
     static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::longest_unrolled;
     /// What of a event_functions is more than the number 1.
-    static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, discontinuous = HasDiscontinuity<H>, bounds_steps = BoundsSteps<H>;
+    static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, discontinuous = HasDiscontinuity<H>,
+                          bounds_steps = BoundsSteps<H>;
 
     static constexpr ProgramOperations operations = [] {
         ProgramOperations o{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
@@ -219,8 +229,8 @@ public:
     }();
 
     explicit System(const double* parameters)
-        : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters), energy_u_(parameters),
-          rescale_u_(parameters), event_functions_u_(parameters) {}
+        : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters),
+          energy_u_(parameters), rescale_u_(parameters), event_functions_u_(parameters) {}
     /// H0.
     static constexpr S level() { return S(H::level); }
     const auto& part_a() const requires Parted<H> { return parts_.a; }
@@ -253,7 +263,8 @@ public:
     }
     /// The program of `derivatives` as data.
     Listed<S> listed() const {
-        return {{derivatives_.nodes, derivatives_.slot, derivatives_.outputs.data(), derivatives_.size}, derivatives_u_.values};
+        return {{derivatives_.nodes, derivatives_.slot, derivatives_.outputs.data(), derivatives_.size},
+                derivatives_u_.values};
     }
     /// The parameters, for flows that a Hamiltonian states in closed form.
     template <class V>

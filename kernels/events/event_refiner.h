@@ -19,7 +19,8 @@ class EventRefiner {
 public:
     DeferredEvents<V, Events> deferred;  ///< after `refine`, deferred.step.end is where the rays are
     Step<V> whole;                       ///< after `refine`, the whole steps
-    std::uint64_t unreached = 0;  ///< lanes whose partial step fails or never arrives: their whole step was far too long
+    std::uint64_t unreached =
+        0;  ///< lanes whose partial step fails or never arrives: their whole step was far too long
     std::uint64_t unrefined = 0;  ///< lanes whose place is only that of the chord
 
     explicit EventRefiner(const Task<V>& task) : task_(task) {}
@@ -51,8 +52,8 @@ public:
         check_spheres();
     }
 
-    /// Lanes that have crossed another event on their way to where they have been refined, by that event. The place of a
-    /// grazing hit or of a chord is not exact enough for such a test.
+    /// Lanes that have crossed another event on their way to where they have been refined, by that event. The place of
+    /// a grazing hit or of a chord is not exact enough for such a test.
     LanesOfEvents<Events> earlier_events() const {
         LanesOfEvents<Events> earlier;
         if (on_chord()) return earlier;

@@ -14,7 +14,8 @@ struct TurningPoint : ValueEvent<TurningPoint> {
     static bool exists(const Task<V>&) {
         return true;
     }
-    /// Not tested by itself: the event is possible only where a sphere's quick test succeeds, and then `crossed` decides.
+    /// Not tested by itself: the event is possible only where a sphere's quick test succeeds, and then `crossed`
+    /// decides.
     template <class V>
     KAGERO_INLINE static MaskOf<V> possible(const Task<V>&, const Step<V>&, const V&) {
         return never<V>();

@@ -1,8 +1,9 @@
 /// Programs as data: what formulas of a scene become, since no compiler is there to unroll them.
 ///
-/// Instructions work on numbered slots: the inputs, the constants, then what is computed. They are ordered into runs of the same
-/// operation on operands that do not wait for each other, so that an operation is looked up once per run and fills the pipelines. Where
-/// there is no such run, an operation on the last result follows: it finds it in registers, and does not wait for memory.
+/// Instructions work on numbered slots: the inputs, the constants, then what is computed. They are ordered into runs of
+/// the same operation on operands that do not wait for each other, so that an operation is looked up once per run and
+/// fills the pipelines. Where there is no such run, an operation on the last result follows: it finds it in registers,
+/// and does not wait for memory.
 #pragma once
 
 #include "kernels/equations/system.h"
@@ -11,7 +12,8 @@
 
 namespace kagero::formula {
 
-/// Operands are places: slots times `unit`, so that a processor's addresses scale them to packets without further arithmetic.
+/// Operands are places: slots times `unit`, so that a processor's addresses scale them to packets without further
+/// arithmetic.
 struct Instruction {
     static constexpr std::size_t unit = 16;
     std::uint16_t result, a, b, c;
@@ -31,8 +33,8 @@ enum class OnLast : std::uint8_t {
 constexpr std::uint8_t kind_of(Op op) { return static_cast<std::uint8_t>(op); }
 constexpr std::uint8_t kind_of(OnLast op) { return static_cast<std::uint8_t>(op); }
 
-/// Instructions [first, first + count) of one kind. Of a run on the last result only the final one reaches its slot, and of any run
-/// that one only where something else than the next instruction wants it.
+/// Instructions [first, first + count) of one kind. Of a run on the last result only the final one reaches its slot,
+/// and of any run that one only where something else than the next instruction wants it.
 struct Run {
     std::uint8_t kind;
     bool keep;
@@ -171,7 +173,8 @@ private:
             to = {0, place_of(swap_[i] ? n.b : n.a), place_of(swap_[i] ? n.a : n.b), place_of(n.c)};
             const int operands[3] = {n.a, n.b != n.a ? n.b : -1, n.c != n.a && n.c != n.b ? n.c : -1};
             for (const int operand : operands)
-                if (operand >= 0 && !detail::is_leaf(p_.nodes[operand].op) && last_use_[operand] == i) free[free_count++] = slot_[operand];
+                if (operand >= 0 && !detail::is_leaf(p_.nodes[operand].op) && last_use_[operand] == i)
+                    free[free_count++] = slot_[operand];
             if (free_count == 0 && code_.slots == Code::greatest_slots) return false;
             slot_[k] = free_count ? free[--free_count] : code_.slots++;
             to.result = place_of(k);

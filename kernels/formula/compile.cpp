@@ -31,7 +31,8 @@ struct Replay {
         if (written) return written->ends(tape, formula.parameters, gradient, event_functions);
         if (formula.domain >= 0) event_functions[index_domain] = expression(formula.domain, value_alone);
         if (formula.capture >= 0) event_functions[index_captured] = expression(formula.capture, value_alone);
-        if (formula.length_scale >= 0) event_functions[index_max_step_length] = expression(formula.length_scale, value_alone);
+        if (formula.length_scale >= 0)
+            event_functions[index_max_step_length] = expression(formula.length_scale, value_alone);
     }
     enum Use { differentiated, value_alone };
     /// The tape's node of an expression. Only what it needs is recorded.
@@ -103,7 +104,9 @@ bool small_as_tree(const Tape& t, int root) {
     return size[root] < 5000;
 }
 
-int squares_together(Tape& t, int sum) { return !t.full && small_as_tree(t, sum) ? take_squares_together(t, sum) : sum; }
+int squares_together(Tape& t, int sum) {
+    return !t.full && small_as_tree(t, sum) ? take_squares_together(t, sum) : sum;
+}
 
 bool write_motion(const Formula& f, const RerecordedHamiltonian* written, Programs& p) {
     Replay r(f, written);
@@ -116,15 +119,18 @@ bool write_motion(const Formula& f, const RerecordedHamiltonian* written, Progra
     }
     if (t.full) return false;
     const std::array<int, phase_size> g = record_derivatives(t, k, r.input);
-    std::array<int, event_function_count> event_functions = record_event_functions(t, r.input, k, rescaling, f.level, g);
+    std::array<int, event_function_count> event_functions =
+        record_event_functions(t, r.input, k, rescaling, f.level, g);
     r.ends(g, event_functions);
     if (t.full || !write(t, std::array{excess}, everything, p.value)) return false;
     p.derivative_nodes = listed(t, g);
     std::array<int, formula_function_count> with_rescaling{};
     std::copy(event_functions.begin(), event_functions.end(), with_rescaling.begin());
     with_rescaling[index_time_rescaling] = rescaling;
-    if (!write(t, g, everything, p.derivatives) || !write(t, with_rescaling, everything, p.event_functions)) return false;
-    return write(t, std::array{rescaling}, everything, p.time_rescaling_factor) && write_sides(t, g, p.force, p.velocity, p.separable);
+    if (!write(t, g, everything, p.derivatives) || !write(t, with_rescaling, everything, p.event_functions))
+        return false;
+    return write(t, std::array{rescaling}, everything, p.time_rescaling_factor) &&
+           write_sides(t, g, p.force, p.velocity, p.separable);
 }
 
 bool write_part(const Formula& f, int which, Programs& p) {

@@ -6,7 +6,8 @@
 
 namespace kagero::formula {
 
-/// Stands for the Hamiltonian. Separable ones have steps of their own; all may have parts, which `Programs::parted` knows.
+/// Stands for the Hamiltonian. Separable ones have steps of their own; all may have parts, which `Programs::parted`
+/// knows.
 template <bool separable>
 struct AnyFormula {
     template <class V>
@@ -41,13 +42,16 @@ private:
     Slots<V> slots_;
 };
 
-/// All derivatives at the stages of a step, several stages at a time, again and again: the constants are put in place once. Neither copied
-/// nor kept.
+/// All derivatives at the stages of a step, several stages at a time, again and again: the constants are put in place
+/// once. Neither copied nor kept.
 template <class V>
 class Stages {
 public:
-    Stages(const Code& code, int count) : code_(code), groups_(count % 4 == 0 ? count / 4 : count % 3 == 0 ? count / 3 : count),
-                                          together_(count / groups_) {
+    Stages(const Code& code, int count)
+        : code_(code), groups_(count % 4 == 0   ? count / 4
+                               : count % 3 == 0 ? count / 3
+                                                : count),
+          together_(count / groups_) {
         for (int g = 0; g < groups_; ++g)
             for (int i = 0; i < code.constants; ++i)
                 for (int n = 0; n < together_; ++n) place(g, Code::inputs + i)[n] = V(code.constant[i]);
@@ -86,7 +90,8 @@ void along(const State<V>& s, int from, Dual<V, count> (&in)[state_size]) {
 class PartSystem {
 public:
     static constexpr bool force_needs_p = true, velocity_needs_q = true;
-    PartSystem(const Programs& programs, int which) : force_(programs.part_force[which]), velocity_(programs.part_velocity[which]) {}
+    PartSystem(const Programs& programs, int which)
+        : force_(programs.part_force[which]), velocity_(programs.part_velocity[which]) {}
     template <class V>
     Vec3<V> dq(const State<V>& s) const { return side(force_, s); }
     template <class V>
@@ -130,7 +135,8 @@ public:
     bool rescaled;
 
     explicit FormulaSystem(const double* parameters)
-        : rescaled(formula::programs_in(parameters).rescaled), p_(formula::programs_in(parameters)), a_(p_, 0), b_(p_, 1) {}
+        : rescaled(formula::programs_in(parameters).rescaled), p_(formula::programs_in(parameters)), a_(p_, 0),
+          b_(p_, 1) {}
     const Parts& part_a() const { return a_; }
     const Parts& part_b() const { return b_; }
     S level() const { return S(p_.level); }
@@ -188,14 +194,15 @@ public:
         V out[formula::formula_function_count];
         formula::evaluate(p_.event_functions, s.y, out);
         if (!p_.bounds_steps) out[index_max_step_length] = V(std::numeric_limits<S>::max());
-        // There is no ray within the medium where formulas do not tell whether it ends or goes on, nor by steps of no length, nor where it is
-        // rescaled by Ω ≤ 0: backward, or nowhere.
+        // There is no ray within the medium where formulas do not tell whether it ends or goes on, nor by steps of no
+        // length, nor where it is rescaled by Ω ≤ 0: backward, or nowhere.
         const V zero(S(0)), &domain = out[index_domain], &captured = out[index_captured];
         const MaskOf<V> ends = (domain <= zero) | (captured <= zero);
         MaskOf<V> goes_on = (domain > zero) & (captured > zero) & (out[index_max_step_length] > zero);
         if (rescaled) goes_on = goes_on & (out[formula::index_time_rescaling] > zero);
         const MaskOf<V> stated = ends | goes_on;
-        for (int k = index_velocity; k < index_excess; ++k) out[k] = select(stated, out[k], V(std::numeric_limits<S>::quiet_NaN()));
+        for (int k = index_velocity; k < index_excess; ++k)
+            out[k] = select(stated, out[k], V(std::numeric_limits<S>::quiet_NaN()));
         return event_functions_of(out);
     }
 
@@ -212,7 +219,8 @@ struct SeparableFormula : FormulaSystem<S> {
 };
 
 template <bool is_separable, bool Rescaled, class S>
-struct System<formula::AnyFormula<is_separable>, Rescaled, S> : std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>> {
+struct System<formula::AnyFormula<is_separable>, Rescaled, S>
+    : std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>> {
     using OneSided = std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>>;
     using Whole = FormulaSystem<S>;
     using OneSided::OneSided;

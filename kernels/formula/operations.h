@@ -1,4 +1,5 @@
-/// How many floating-point operations a formula's program costs: kernels/integrators/costs.h, for programs that are data.
+/// How many floating-point operations a formula's program costs: kernels/integrators/costs.h, for programs that are
+/// data.
 #pragma once
 
 #include "kernels/formula/code.h"

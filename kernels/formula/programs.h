@@ -43,13 +43,15 @@ inline constexpr RerecordedHamiltonian rerecorded{
     },
     BoundsSteps<H>};
 
-/// Differentiates a formula; null, or why that cannot be done. `written` is the compiled Hamiltonian that it but rescales, or null.
+/// Differentiates a formula; null, or why that cannot be done. `written` is the compiled Hamiltonian that it but
+/// rescales, or null.
 const char* compile(const Formula& formula, const RerecordedHamiltonian* written, Programs& programs);
 
 /// p with ∂H/∂p along d in the same sense, and H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out);
 
-/// ∂²H/∂p_a∂p_b, the inverse metric at q, where H is light in a spacetime: ½ G^{ab} p_a p_b with H0 = 0 and p_t > 0. False for any other H.
+/// ∂²H/∂p_a∂p_b, the inverse metric at q, where H is light in a spacetime: ½ G^{ab} p_a p_b with H0 = 0 and p_t > 0.
+/// False for any other H.
 bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>& inverse_metric);
 
 /// Every kind of step on these programs. Defined in one translation unit per strategy.

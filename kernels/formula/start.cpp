@@ -12,7 +12,9 @@ using Vector = std::array<double, 3>;
 
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double size(const Vector& a) { return std::sqrt(dot(a, a)); }
-Vector moved(const Vector& a, double by, const Vector& along) { return {a[0] + by * along[0], a[1] + by * along[1], a[2] + by * along[2]}; }
+Vector moved(const Vector& a, double by, const Vector& along) {
+    return {a[0] + by * along[0], a[1] + by * along[1], a[2] + by * along[2]};
+}
 double distance(const Vector& a, const Vector& b) { return size(moved(a, -1, b)); }
 
 /// H − H0 at (q, p), with its first and second derivatives by p: by three, or with p_t by four.
@@ -56,7 +58,8 @@ double slope(const Programs& programs, const double (&q)[3], const Vector& p, Ve
     return out[0].value;
 }
 
-/// H's expansion to second order taken for H itself: p + G⁻¹(μ d − g), where H = H0 gives μ. Exact, from anywhere, for H quadratic in p.
+/// H's expansion to second order taken for H itself: p + G⁻¹(μ d − g), where H = H0 gives μ. Exact, from anywhere, for
+/// H quadratic in p.
 bool quadratic_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<Vector, 3> a = e.hessian, b = e.hessian;
     Vector along = d, against = e.gradient;
@@ -68,8 +71,8 @@ bool quadratic_step(const Expansion<3>& e, const Vector& d, Vector& p, double& m
     return std::isfinite(dot(p, p));
 }
 
-/// Newton's method for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0). What G says nothing of, and needs no change,
-/// stays.
+/// Newton's method for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0). What G says nothing of, and
+/// needs no change, stays.
 void newton_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<std::array<double, 4>, 4> a{};
     std::array<double, 4> b{};
@@ -116,8 +119,8 @@ bool converge(const Programs& programs, const double (&q)[3], const Vector& d, V
     return last < enough;
 }
 
-/// Where on the line from `c` along d, ahead (side 1) or behind (−1), H − H0 changes its sign, upward along d: how far, on the innermost of
-/// such places; 0 where there are none.
+/// Where on the line from `c` along d, ahead (side 1) or behind (−1), H − H0 changes its sign, upward along d: how far,
+/// on the innermost of such places; 0 where there are none.
 double crossing(const Programs& programs, const double (&q)[3], const Vector& c, const Vector& d, double side) {
     constexpr double nearest = 1e-12, farthest = 1e12;
     const auto value = [&](double at) {
@@ -128,12 +131,13 @@ double crossing(const Programs& programs, const double (&q)[3], const Vector& c,
     for (; above < farthest; below = above, above *= 2)
         if (value(below) < 0 && value(above) >= 0) break;
     if (!(above < farthest)) return 0;
-    for (double middle; middle = 0.5 * (below + above), below < middle && middle < above;) (value(middle) < 0 ? below : above) = middle;
+    for (double middle; middle = 0.5 * (below + above), below < middle && middle < above;)
+        (value(middle) < 0 ? below : above) = middle;
     return side * above;
 }
 
-/// A place within the level set of H0, from where it is crossed in every direction if it is convex: on the way from p = 0 to where H is least,
-/// or greatest (side −1), by Newton's method. p = 0 where there is none.
+/// A place within the level set of H0, from where it is crossed in every direction if it is convex: on the way from p =
+/// 0 to where H is least, or greatest (side −1), by Newton's method. p = 0 where there is none.
 Vector place_within(const Programs& programs, const double (&q)[3], double side) {
     constexpr int most = 100;
     Vector p{};
@@ -150,8 +154,8 @@ Vector place_within(const Programs& programs, const double (&q)[3], double side)
     return {};
 }
 
-/// Newton's method until its steps get no shorter, which along flat directions of H is long after the equations hold. False when it does not
-/// come to rest nearby.
+/// Newton's method until its steps get no shorter, which along flat directions of H is long after the equations hold.
+/// False when it does not come to rest nearby.
 bool settle(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double& mu) {
     constexpr int most = 16;
     constexpr double enough = 1e-8, rounding = 1e-13, farthest = 0.5, hardly_shorter = 0.5;
@@ -172,9 +176,11 @@ bool settle(const Programs& programs, const double (&q)[3], const Vector& d, Vec
     return false;
 }
 
-/// Turns p, for which ∂H/∂p points along `from`, until it points along d: by small turns, each settled from the one before. It comes where no
-/// guess along d is near, as with powers higher than squares. False where the turn comes to an end before.
-bool turn_to(const Programs& programs, const double (&q)[3], const Vector& from, const Vector& d, Vector& p, double& mu) {
+/// Turns p, for which ∂H/∂p points along `from`, until it points along d: by small turns, each settled from the one
+/// before. It comes where no guess along d is near, as with powers higher than squares. False where the turn comes to
+/// an end before.
+bool turn_to(const Programs& programs, const double (&q)[3], const Vector& from, const Vector& d, Vector& p,
+             double& mu) {
     constexpr int most_turns = 100;  // each four times the one before, from the smallest that there is
     double done = 0, turn = 1;
     for (int n = 0; n < most_turns && done < 1 && done + turn > done; ++n) {
@@ -219,9 +225,9 @@ bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>
            is_form(expand<4>(programs, q, moving), inverse_metric, moving);
 }
 
-/// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians have; then both
-/// methods from guesses along d, from |p| = 1 outward to both sides; at last from where H = H0 on lines along d, by turning. The first
-/// solution is taken.
+/// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians
+/// have; then both methods from guesses along d, from |p| = 1 outward to both sides; at last from where H = H0 on lines
+/// along d, by turning. The first solution is taken.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out) {
     out = {{q[0], q[1], q[2]}, {0, 0, 0}, programs.pt, Failure::none, false, false};
     const double length = std::hypot(d[0], d[1], d[2]);

@@ -4,13 +4,15 @@
 
 namespace kagero::hamiltonians {
 
-/// A duct of cool air between warm layers: the paper's mirage made symmetric in height, so that rays stay in it for ever.
+/// A duct of cool air between warm layers: the paper's mirage made symmetric in height, so that rays stay in it for
+/// ever.
 ///
 ///     H = ½ n |p|²                                          Satoh (2003), eq. (17)
 ///     n = n0 + n3 |z|³ + ripple · cos(wavenumber · x)       as eq. (18), with |z|³ for −z³
 ///
-/// Cartesian coordinates, z up, z = 0 on the duct's axis; H0 = ½. The index N ∝ n^(−1/2) is greatest on the axis and rays swing about
-/// it: the place to watch an integrator for a long time. Conserved: H and p_y; with ripple = 0 also p_x.
+/// Cartesian coordinates, z up, z = 0 on the duct's axis; H0 = ½. The index N ∝ n^(−1/2) is greatest on the axis and
+/// rays swing about it: the place to watch an integrator for a long time. Conserved: H and p_y; with ripple = 0 also
+/// p_x.
 ///
 /// Domain: all of space (n > 0 wherever n0 > |ripple|).
 struct Duct {
@@ -23,7 +25,8 @@ struct Duct {
         ParameterInfo{"n0", 0.85, 0, unlimited, true, Unit::number, "n on the axis, without the ripple"},
         ParameterInfo{"n3", 0.3, 0, unlimited, false, Unit::per_length_cubed, "how n changes with height"},
         ParameterInfo{"ripple", 0.03, -unlimited, unlimited, false, Unit::number, "amplitude of the ripple along x"},
-        ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, Unit::per_length, "of the ripple; 3 pi in the paper"},
+        ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, Unit::per_length,
+                      "of the ripple; 3 pi in the paper"},
     };
     static constexpr bool spacetime = false;
     static constexpr double level = 0.5;

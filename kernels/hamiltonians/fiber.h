@@ -8,8 +8,8 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − N²),  N² = n0² (1 − α² (x² + y²))     Snyder & Love (1983), §1-8
 ///
-/// Cartesian coordinates, axis z, H0 = 0. x and y are harmonic with angular frequency n0 α in τ. Conserved: p_z, x p_y − y p_x.
-/// Domain: N² > 0; beyond it no ray can go.
+/// Cartesian coordinates, axis z, H0 = 0. x and y are harmonic with angular frequency n0 α in τ. Conserved: p_z, x p_y
+/// − y p_x. Domain: N² > 0; beyond it no ray can go.
 struct Fiber : IndexMedium<Fiber> {
     static constexpr const char* name = "fiber";
     static constexpr const char* what = "graded-index fibre along z";

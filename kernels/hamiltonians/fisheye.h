@@ -8,8 +8,8 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − N²),  N = n0 / (1 + r²/R²)           Maxwell (1854); Born & Wolf, §4.2.2
 ///
-/// Cartesian coordinates from the centre, H0 = 0. Each ray is a circle that meets the sphere r = R at two opposite points. Conserved:
-/// x × p. Domain: all of space.
+/// Cartesian coordinates from the centre, H0 = 0. Each ray is a circle that meets the sphere r = R at two opposite
+/// points. Conserved: x × p. Domain: all of space.
 struct Fisheye : IndexMedium<Fisheye> {
     static constexpr const char* name = "fisheye";
     static constexpr const char* what = "Maxwell's fisheye: every ray is a circle";

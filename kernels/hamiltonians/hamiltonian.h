@@ -1,5 +1,6 @@
-/// What every Hamiltonian header is made of. One file in this directory, `some_name.h`, defines `struct SomeName`: the physics as
-/// in the paper, generic in the number type V, with no derivative and no word of SIMD. The build finds it; nothing else changes.
+/// What every Hamiltonian header is made of. One file in this directory, `some_name.h`, defines `struct SomeName`: the
+/// physics as in the paper, generic in the number type V, with no derivative and no word of SIMD. The build finds it;
+/// nothing else changes.
 ///
 /// A Hamiltonian provides
 ///   name, what, formula, source, conserved   texts for `kagero list`
@@ -47,7 +48,8 @@ namespace kagero::hamiltonians {
 
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// H = ½(|p|² − N²(q)) on H = 0, where dq/dτ = p and τ has ds = N dτ (Born & Wolf, §3.2; Satoh 2003, eq. 5 in arc length).
+/// H = ½(|p|² − N²(q)) on H = 0, where dq/dτ = p and τ has ds = N dτ (Born & Wolf, §3.2; Satoh 2003, eq. 5 in arc
+/// length).
 template <class Medium>
 struct IndexMedium {
     static constexpr bool spacetime = false;

@@ -8,12 +8,13 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − N²),  N² = (n_b² + n_a²)/2 + (n_a² − n_b²)/2 · tanh(z/thickness)     Epstein (1930)
 ///
-/// Cartesian coordinates, z up, H0 = 0. Conserved: p_x, p_y, hence Snell's law between z → −∞ and z → +∞.
-/// Domain: all of space. However thin the layer is, steps shrink on the way to it: their number grows with log(1/thickness) alone.
+/// Cartesian coordinates, z up, H0 = 0. Conserved: p_x, p_y, hence Snell's law between z → −∞ and z → +∞. Domain: all
+/// of space. However thin the layer is, steps shrink on the way to it: their number grows with log(1/thickness) alone.
 struct Layer : IndexMedium<Layer> {
     static constexpr const char* name = "layer";
     static constexpr const char* what = "smooth transition between two indices: refraction and total reflection";
-    static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = (nb^2 + na^2)/2 + (na^2 - nb^2)/2 tanh(z/thickness)";
+    static constexpr const char* formula =
+        "H = (|p|^2 - N^2)/2, N^2 = (nb^2 + na^2)/2 + (na^2 - nb^2)/2 tanh(z/thickness)";
     static constexpr const char* source = "Epstein (1930), the transition layer";
     static constexpr const char* conserved = "px, py";
     static constexpr std::array parameters{

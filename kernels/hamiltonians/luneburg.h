@@ -8,8 +8,9 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − N²),  N² = 2 − r²/R² inside, 1 outside      Luneburg (1944); Born & Wolf, §4.2
 ///
-/// Cartesian coordinates from the centre, H0 = 0. Inside, rays are arcs of ellipses about the centre; outside they are straight.
-/// Conserved: x × p. N is continuous on the surface, its slope is not, so steps end there. Domain: all of space.
+/// Cartesian coordinates from the centre, H0 = 0. Inside, rays are arcs of ellipses about the centre; outside they are
+/// straight. Conserved: x × p. N is continuous on the surface, its slope is not, so steps end there. Domain: all of
+/// space.
 struct Luneburg : IndexMedium<Luneburg> {
     static constexpr const char* name = "luneburg";
     static constexpr const char* what = "Luneburg lens: parallel light meets in a point of its surface";

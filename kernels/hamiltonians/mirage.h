@@ -13,7 +13,8 @@ namespace kagero::hamiltonians {
 /// the index N ∝ n^(−1/2), so N falls towards the hot ground and rays bend up. Conserved: H and p_y; with
 /// ripple = 0 also p_x.
 ///
-/// Domain: n > n_min. n falls to zero some way up (near z = 1.4 with the paper's numbers); a ray that gets there is escaped.
+/// Domain: n > n_min. n falls to zero some way up (near z = 1.4 with the paper's numbers); a ray that gets there is
+/// escaped.
 struct Mirage {
     static constexpr const char* name = "mirage";
     static constexpr const char* what = "hot air above the ground";
@@ -24,7 +25,8 @@ struct Mirage {
         ParameterInfo{"n0", 0.85, 0, unlimited, true, Unit::number, "n at the camera's height, without the ripple"},
         ParameterInfo{"n3", 0.3, -unlimited, unlimited, false, Unit::per_length_cubed, "how n changes with height"},
         ParameterInfo{"ripple", 0.03, -unlimited, unlimited, false, Unit::number, "amplitude of the ripple along x"},
-        ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, Unit::per_length, "of the ripple; 3 pi in the paper"},
+        ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, Unit::per_length,
+                      "of the ripple; 3 pi in the paper"},
         ParameterInfo{"n_min", 0.05, 0, unlimited, true, Unit::number, "where the medium ends"},
     };
     static constexpr bool spacetime = false;
@@ -60,8 +62,8 @@ struct Mirage {
         return n(k, q) - k.n_min;
     }
 
-    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step. Where n does not change at all
-    /// what is least keeps that finite.
+    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step. Where n does
+    /// not change at all what is least keeps that finite.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V along = k.ripple * k.wavenumber, upward = 3.0 * k.n3 * (q.z * q.z);

@@ -8,12 +8,12 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − p_t²) − ½ (r_g/r) (p_t + x·p/r)²     Satoh (2003), eq. (16), as the perfect square it is
 ///
-/// x in scene lengths from the hole's centre, r = |x|; r_g = 2GM/c². Light rays have H = 0. Time does not occur, so p_t is constant
-/// along a ray. Conserved: H, p_t, x × p.
+/// x in scene lengths from the hole's centre, r = |x|; r_g = 2GM/c². Light rays have H = 0. Time does not occur, so p_t
+/// is constant along a ray. Conserved: H, p_t, x × p.
 ///
-/// Domain: r > 0. With p_t > 0 a ray followed from the eye falls through r = r_g smoothly; run on to r → 0 it would be thrown out
-/// again, so it ends `captured` at r ≤ r_g, or in pictures, where no surface lies further in, once it moves inward inside the photon sphere
-/// r = 3/2 r_g, from where no light ray returns (Chandrasekhar 1983, §20).
+/// Domain: r > 0. With p_t > 0 a ray followed from the eye falls through r = r_g smoothly; run on to r → 0 it would be
+/// thrown out again, so it ends `captured` at r ≤ r_g, or in pictures, where no surface lies further in, once it moves
+/// inward inside the photon sphere r = 3/2 r_g, from where no light ray returns (Chandrasekhar 1983, §20).
 struct Schwarzschild {
     static constexpr const char* name = "schwarzschild";
     static constexpr const char* what = "spherical black hole, Kerr-Schild coordinates";
@@ -79,15 +79,16 @@ struct Schwarzschild {
 
     /// The horizon counts for rays with p_t > 0 alone: with p_t < 0 (a falling observer's) they come out through it.
     template <class V>
-    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const Vec3<V>& v, const V& pt) {
+    static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const Vec3<V>& v,
+                                const V& pt) {
         const V r = norm(q);
         const V inside_photon_sphere_and_inward = max(r - 1.5 * k.rg, dot(q, v));
         return min(max(r - k.rg, -pt), inside_photon_sphere_and_inward);
     }
 
-    /// Light that leaves the horizon's neighbourhood has p ∝ 1/(r − r_g): steps are a quarter of that distance there. From r = 5/4 r_g on
-    /// the bound is out of a sensible step's way, and keeps others from leaping over the hole; at the horizon itself enough is left for
-    /// rays with p_t < 0 to come through.
+    /// Light that leaves the horizon's neighbourhood has p ∝ 1/(r − r_g): steps are a quarter of that distance there.
+    /// From r = 5/4 r_g on the bound is out of a sensible step's way, and keeps others from leaping over the hole; at
+    /// the horizon itself enough is left for rays with p_t < 0 to come through.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = norm(q), away = r - k.rg, d = max(max(away, -away), 1e-7 * k.rg), share = d / k.rg;
@@ -99,7 +100,8 @@ struct Schwarzschild {
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V&) {
         return 0.5 * u * u - 0.5 * k.rg * u * u * u;
     }
-    /// With U = p_t + p·x/r, f = r_g u: (1 − f) U = p_t + v and (p_t − v) U = L² u². Either is 0/0 somewhere; weighed like this they are not.
+    /// With U = p_t + p·x/r, f = r_g u: (1 − f) U = p_t + v and (p_t − v) U = L² u². Either is 0/0 somewhere; weighed
+    /// like this they are not.
     template <class V>
     static constexpr V radial_momentum(const Parameters<V>& k, const V& u, const V& v, const V& l, const V& pt) {
         const V a = max(pt * v, V(0)), b = pt, lu = l * u;
@@ -108,8 +110,8 @@ struct Schwarzschild {
     static constexpr const char* orbit_method = "orbit-srkn11";
     static constexpr double orbit_step = 0.3;
 
-    /// For observers: the areal radius; dt_S = dt + lag dr leads to Schwarzschild's time; and in the ingoing form (t → −t) rain that
-    /// falls from rest at infinity has u_t = −1, u_r = −infall (Martel & Poisson 2001).
+    /// For observers: the areal radius; dt_S = dt + lag dr leads to Schwarzschild's time; and in the ingoing form (t →
+    /// −t) rain that falls from rest at infinity has u_t = −1, u_r = −infall (Martel & Poisson 2001).
     template <class V>
     static constexpr V radius(const Parameters<V>&, const Vec3<V>& q) {
         return norm(q);

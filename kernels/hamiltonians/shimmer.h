@@ -8,9 +8,10 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − N²),  N = n0 (1 + amplitude · g),  g = √(2/M) Σ_j cos(k_j·x + φ_j)     after Satoh (2003), §4.1
 ///
-/// Cartesian coordinates, H0 = 0. g is a sum of M = 12 plane waves whose wave vectors are drawn from a normal distribution of width
-/// 1/correlation_length, so that <g(x) g(y)> ≈ exp(−|x − y|²/2L²) (Kraichnan 1970, eq. 2.10); `seed` turns them and shifts their phases.
-/// The paper wants random air; only a function of position has a Hamiltonian. Domain: all of space.
+/// Cartesian coordinates, H0 = 0. g is a sum of M = 12 plane waves whose wave vectors are drawn from a normal
+/// distribution of width 1/correlation_length, so that <g(x) g(y)> ≈ exp(−|x − y|²/2L²) (Kraichnan 1970, eq. 2.10);
+/// `seed` turns them and shifts their phases. The paper wants random air; only a function of position has a
+/// Hamiltonian. Domain: all of space.
 struct Shimmer : IndexMedium<Shimmer> {
     static constexpr const char* name = "shimmer";
     static constexpr const char* what = "air that wavers at random: heat shimmer";

@@ -8,9 +8,10 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² / (1 + a²/4ρ²)² − p_t²),  ρ = |x|       Ellis (1973); Müller (2004)
 ///
-/// x in scene lengths, a the radius of the throat. The proper distance from the throat is l = ρ − a²/4ρ: ρ > a/2 is this universe, and
-/// the sphere ρ < a/2 is the other one, whole, turned inside out by ρ → a²/4ρ. The areal radius is √(l² + a²) = ρ + a²/4ρ. Light rays
-/// have H = 0. Conserved: H, p_t, x × p. A ray with the impact parameter b passes through where b < a, comes back where b > a.
+/// x in scene lengths, a the radius of the throat. The proper distance from the throat is l = ρ − a²/4ρ: ρ > a/2 is
+/// this universe, and the sphere ρ < a/2 is the other one, whole, turned inside out by ρ → a²/4ρ. The areal radius is
+/// √(l² + a²) = ρ + a²/4ρ. Light rays have H = 0. Conserved: H, p_t, x × p. A ray with the impact parameter b passes
+/// through where b < a, comes back where b > a.
 ///
 /// Domain: ρ > 0. `escape_radius` is |l|, on both sides.
 struct Wormhole {
@@ -60,7 +61,8 @@ struct Wormhole {
         return 0.5 * norm(q);
     }
 
-    /// The plane of an orbit: with p along the ray, u² + (du/dφ)² = |p|²/L², and H = 0 tells |p|. L dλ = R² dφ, R the areal radius.
+    /// The plane of an orbit: with p along the ray, u² + (du/dφ)² = |p|²/L², and H = 0 tells |p|. L dλ = R² dφ, R the
+    /// areal radius.
     template <class V>
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V& g) {
         const V s = 0.25 * k.throat * k.throat * u * u;

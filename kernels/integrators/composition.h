@@ -3,9 +3,9 @@
 ///     χ_τ :  p' = p − τ ∂H/∂q(q, p'),   q' = q + τ ∂H/∂p(q, p')
 ///     χ*_τ:  q' = q + τ ∂H/∂p(q', p),   p' = p − τ ∂H/∂q(q', p)
 ///
-/// χ alone is of order 1; χ*_{τ/2} χ_{τ/2} is self-adjoint and of order 2, the generalised Störmer–Verlet method (Hairer, Lubich &
-/// Wanner 2006, §VI.3), and higher orders are compositions of it with the fractions of `fractions.h`. The printed recipe, eqs. (11)–(15)
-/// with χ for every part, stays at order 1.
+/// χ alone is of order 1; χ*_{τ/2} χ_{τ/2} is self-adjoint and of order 2, the generalised Störmer–Verlet method
+/// (Hairer, Lubich & Wanner 2006, §VI.3), and higher orders are compositions of it with the fractions of `fractions.h`.
+/// The printed recipe, eqs. (11)–(15) with χ for every part, stays at order 1.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -20,8 +20,12 @@ struct Composition {
     static constexpr bool takes_sides = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
-    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
-    static constexpr RoundingCounts roundings(const Coefficients& c) { return {double(c.fractions.size()), 1, weight_of(c.fractions)}; }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) {
+        return operations_in_turn(program);
+    }
+    static constexpr RoundingCounts roundings(const Coefficients& c) {
+        return {double(c.fractions.size()), 1, weight_of(c.fractions)};
+    }
     /// Explicit, it is little more than the programs it calls.
     template <class System>
     static constexpr bool shareable() { return System::force_needs_p || System::velocity_needs_q; }
@@ -67,7 +71,9 @@ private:
     KAGERO_INLINE static Vec3<V> kick(const System& system, StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
                                       const V& tau, const Vec3<V>& force) {
         auto force_here = force_at(system, f, q, p);
-        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return retreat(p, tau, force_here(guess)); };
+        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) {
+            return retreat(p, tau, force_here(guess));
+        };
         if constexpr (!System::force_needs_p) return evaluated(f, next(p));
         else return solve<Side::kick>(system, f, q, p, tau, retreat(p, tau, force), next);
     }
@@ -76,21 +82,29 @@ private:
     KAGERO_INLINE static Vec3<V> drift(const System& system, StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p,
                                        const V& tau, const Vec3<V>& velocity) {
         auto velocity_here = velocity_at(system, f, q, p);
-        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) { return advance(q, tau, velocity_here(guess)); };
+        const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) {
+            return advance(q, tau, velocity_here(guess));
+        };
         if constexpr (!System::velocity_needs_q) return evaluated(f, next(q));
         else return solve<Side::drift>(system, f, q, p, tau, advance(q, tau, velocity), next);
     }
-    /// ∂K/∂q at q as a function of p, and ∂K/∂p with p as one of q. A system that is interpreted prepares what does not change.
+    /// ∂K/∂q at q as a function of p, and ∂K/∂p with p as one of q. A system that is interpreted prepares what does not
+    /// change.
     template <class System, class V, int N>
-    KAGERO_INLINE static auto force_at(const System& system, const StepperState<V, N>& f, const Vec3<V>& q, const Vec3<V>& p) {
+    KAGERO_INLINE static auto force_at(const System& system, const StepperState<V, N>& f, const Vec3<V>& q,
+                                       const Vec3<V>& p) {
         if constexpr (requires { system.prepared_force(f.start); }) return system.prepared_force(joined(f, q, p));
-        else return [&system, &f, &q](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dq(joined(f, q, guess)); };
+        else return [&system, &f, &q ](const Vec3<V>& guess) __attribute__((always_inline)) {
+                return system.dq(joined(f, q, guess));
+            };
     }
     template <class System, class V, int N>
     KAGERO_INLINE static auto velocity_at(const System& system, const StepperState<V, N>& f, const Vec3<V>& q,
                                           const Vec3<V>& p) {
         if constexpr (requires { system.prepared_velocity(f.start); }) return system.prepared_velocity(joined(f, q, p));
-        else return [&system, &f, &p](const Vec3<V>& guess) __attribute__((always_inline)) { return system.dp(joined(f, guess, p)); };
+        else return [&system, &f, &p ](const Vec3<V>& guess) __attribute__((always_inline)) {
+                return system.dp(joined(f, guess, p));
+            };
     }
     template <class V, int N>
     KAGERO_INLINE static Vec3<V> evaluated(StepperState<V, N>& f, const Vec3<V>& x) {
@@ -104,8 +118,8 @@ private:
                                        const V& tau, const Vec3<V>& guess, const Next& next) {
         using S = ScalarOf<V>;
         Convergence<V> convergence(f);
-        // Converged lanes iterate on, unheard: the next iterations need not wait for the test of these. Only every second one is
-        // tested, as a test is no small part of an iteration.
+        // Converged lanes iterate on, unheard: the next iterations need not wait for the test of these. Only every
+        // second one is tested, as a test is no small part of an iteration.
         Vec3<V> x = guess, iterate = guess;
         V evaluations(S(0));
         int i = 0;
@@ -116,10 +130,12 @@ private:
             iterate = next(last);
             x = select<V>(convergence.open(), iterate, x);
             const V change = greatest_difference(iterate, last);
-            convergence.update_second(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
+            convergence.update_second(side == Side::kick ? convergence.relative_p(change)
+                                                         : convergence.relative_q(change));
         }
         if constexpr (side == Side::kick) {
-            // A solution as far away as p is large may be a second root: Newton's method, which looks at the Jacobian, decides.
+            // A solution as far away as p is large may be a second root: Newton's method, which looks at the Jacobian,
+            // decides.
             convergence.reopen(convergence.relative_p(greatest_difference(x, p)) > V(S(0.5)));
         }
         f.gradients += evaluations;
@@ -134,7 +150,8 @@ private:
                                                        side == Side::kick ? p_now : q_now);
             x = select<V>(open, other, x);
             f.solved = solved & (f.solved | !open);
-            f.gradients = select(open, f.gradients, gradients), f.open_iterations = select(open, f.open_iterations, iterations);
+            f.gradients = select(open, f.gradients, gradients),
+            f.open_iterations = select(open, f.open_iterations, iterations);
         }
         return x;
     }

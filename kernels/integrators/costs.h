@@ -23,7 +23,9 @@ constexpr double weight_of(const Fractions& fractions) {
 }
 
 /// The same per step, whether or not rays meet anything.
-inline Operations operations_in_space(double per_gradient, double per_step) { return {per_gradient, per_step, per_step}; }
+inline Operations operations_in_space(double per_gradient, double per_step) {
+    return {per_gradient, per_step, per_step};
+}
 
 /// Steps move q and p in turn, each by its own side of the gradient, with a product and a sum per component.
 inline Operations operations_in_turn(const ProgramOperations& program) {

@@ -1,5 +1,5 @@
-/// Dense output of one step: a Bézier curve. The cubic Hermite curve through both ends with both velocities, or, where a method has
-/// one of higher order, its own.
+/// Dense output of one step: a Bézier curve. The cubic Hermite curve through both ends with both velocities, or, where
+/// a method has one of higher order, its own.
 #pragma once
 
 #include "kernels/integrators/gauss_table.h"
@@ -48,8 +48,8 @@ public:
         c.point[2] = retreat(f.end.q(), third, f.end.velocity), c.point[3] = f.end.q();
         return c;
     }
-    /// The polynomial of degree s that collocation with s stages is, with an error O(h^{s+1}) (Hairer, Lubich & Wanner 2006,
-    /// §II.1.2); `velocity(j)` is dq/dτ at stage j.
+    /// The polynomial of degree s that collocation with s stages is, with an error O(h^{s+1}) (Hairer, Lubich & Wanner
+    /// 2006, §II.1.2); `velocity(j)` is dq/dτ at stage j.
     template <int N, class Velocity>
     static Curve collocation(const Step<V, N>& f, const GaussNumbers<S>& w, int s, const Velocity& velocity) {
         Curve c;
@@ -77,10 +77,11 @@ public:
         const auto ways = [this](int i) __attribute__((always_inline)) { return point[i + 1] - point[i]; };
         return V(S(degree)) * (degree == 3 ? evaluate(2, s, ways) : evaluate(degree - 1, s, ways));
     }
-    /// An upper bound of the distance between the curve and its chord, of which halves have at most a quarter: max |C″|/8 (Filip, Magedson &
-    /// Markot 1986), by the second differences of the control points. It is one of the distance between places at the same s, and so holds
-    /// beyond the ends of the chord as well, where a ray turns back. A curve that goes forward along its chord, however unevenly, is off
-    /// by what it does across, and by its slope there times what it does along.
+    /// An upper bound of the distance between the curve and its chord, of which halves have at most a quarter: max
+    /// |C″|/8 (Filip, Magedson & Markot 1986), by the second differences of the control points. It is one of the
+    /// distance between places at the same s, and so holds beyond the ends of the chord as well, where a ray turns
+    /// back. A curve that goes forward along its chord, however unevenly, is off by what it does across, and by its
+    /// slope there times what it does along.
     V sagitta() const {
         constexpr S least = std::numeric_limits<float>::min();
         const Vec3<V> chord = point[degree] - point[0];

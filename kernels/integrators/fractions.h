@@ -33,7 +33,8 @@ constexpr std::array<double, 2 * n> halves(const std::array<double, n>& weights)
 template <std::size_t n>
 constexpr std::array<double, 2 * n + 1> strang(const std::array<double, n>& weights) {
     std::array<double, 2 * n + 1> all{};
-    for (std::size_t i = 0; i < n; ++i) all[2 * i] += weights[i] / 2, all[2 * i + 1] = weights[i], all[2 * i + 2] = weights[i] / 2;
+    for (std::size_t i = 0; i < n; ++i)
+        all[2 * i] += weights[i] / 2, all[2 * i + 1] = weights[i], all[2 * i + 2] = weights[i] / 2;
     return all;
 }
 /// Two lists taken in turn, the longer one first.
@@ -69,26 +70,28 @@ inline constexpr auto kahan_li6_weights = palindrome<9>(
     std::array{.39216144400731413928, .33259913678935943860, -.70624617255763935981, .082213596293550800230});
 /// Kahan & Li (1997), order 8.
 inline constexpr auto kahan_li8_weights = palindrome<17>(
-    std::array{.13020248308889008088, .56116298177510838456, -.38947496264484728641, .15884190655515560090, -.39590389413323757734,
-               .18453964097831570709, .25837438768632204729, .29501172360931029887});
+    std::array{.13020248308889008088, .56116298177510838456, -.38947496264484728641, .15884190655515560090,
+               -.39590389413323757734, .18453964097831570709, .25837438768632204729, .29501172360931029887});
 
 // ---- splittings: Blanes & Moan (2002) ----------------------------------------------------------------------------------------
 inline constexpr auto s6_a = palindrome<7>(std::array{.0792036964311957, .353172906049774, -.0420650803577195});
 inline constexpr auto s6_b = palindrome<6>(std::array{.209515106613362, -.143851773179818});
-inline constexpr auto s10_a =
-    palindrome<11>(std::array{.0502627644003922, .413514300428344, .0450798897943977, -.188054853819569, .541960678450780});
-inline constexpr auto s10_b = palindrome<10>(std::array{.148816447901042, -.132385865767784, .067307604692185, .432666402578175});
+inline constexpr auto s10_a = palindrome<11>(
+    std::array{.0502627644003922, .413514300428344, .0450798897943977, -.188054853819569, .541960678450780});
+inline constexpr auto s10_b =
+    palindrome<10>(std::array{.148816447901042, -.132385865767784, .067307604692185, .432666402578175});
 /// Nyström, order 4, kick first.
 inline constexpr auto srkn6_b = palindrome<7>(std::array{.0829844064174052, .396309801498368, -.0390563049223486});
 inline constexpr auto srkn6_a = palindrome<6>(std::array{.245298957184271, .604872665711080});
 /// Nyström, order 6, kick first.
-inline constexpr auto srkn11_b =
-    palindrome<12>(std::array{.0414649985182624, .198128671918067, -.0400061921041533, .0752539843015807, -.0115113874206879});
-inline constexpr auto srkn11_a =
-    palindrome<11>(std::array{.123229775946271, .290553797799558, -.127049212625417, -.246331761062075, .357208872795928});
+inline constexpr auto srkn11_b = palindrome<12>(
+    std::array{.0414649985182624, .198128671918067, -.0400061921041533, .0752539843015807, -.0115113874206879});
+inline constexpr auto srkn11_a = palindrome<11>(
+    std::array{.123229775946271, .290553797799558, -.127049212625417, -.246331761062075, .357208872795928});
 /// Nyström, order 6, drift first.
-inline constexpr auto srkn14_a = palindrome<15>(std::array{.0378593198406116, .102635633102435, -.0258678882665587, .314241403071447,
-                                                           -.130144459517415, .106417700369543, -.00879424312851058});
+inline constexpr auto srkn14_a =
+    palindrome<15>(std::array{.0378593198406116, .102635633102435, -.0258678882665587, .314241403071447,
+                              -.130144459517415, .106417700369543, -.00879424312851058});
 inline constexpr auto srkn14_b = palindrome<14>(std::array{.09171915262446165, .183983170005006, -.05653436583288827,
                                                            .004914688774712854, .143761127168358, .328567693746804});
 

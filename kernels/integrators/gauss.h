@@ -1,5 +1,6 @@
-/// Gauss–Legendre collocation: implicit, symplectic, symmetric, order 2s. Fixed-point iteration from the last step's extrapolated
-/// stages; the stages are independent of each other, which keeps several operations in flight. Newton's method takes what that leaves.
+/// Gauss–Legendre collocation: implicit, symplectic, symmetric, order 2s. Fixed-point iteration from the last step's
+/// extrapolated stages; the stages are independent of each other, which keeps several operations in flight. Newton's
+/// method takes what that leaves.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -26,7 +27,8 @@ struct Gauss {
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
         const double s = c.gauss->stages, sum = phase_size * (2 * s - 1);
         const double placed = 2 * phase_size, compared = 2 * phase_size;
-        return operations_in_space(program.derivatives + sum + placed + compared, program.event_functions + (s + 1) * sum + 30);
+        return operations_in_space(program.derivatives + sum + placed + compared,
+                                   program.event_functions + (s + 1) * sum + 30);
     }
     /// What the state cuts off is carried on.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
@@ -96,7 +98,8 @@ private:
         move(f, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
     }
 
-    /// A system that is interpreted has a way of its own to take all stages at once, which it prepares once for all iterations.
+    /// A system that is interpreted has a way of its own to take all stages at once, which it prepares once for all
+    /// iterations.
     template <class System>
     static constexpr bool at_once = requires(const System& system) { system.template derivatives_at<double>(1); };
     template <class V, class System>
@@ -105,7 +108,8 @@ private:
         else return system;
     }
 
-    /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this makes.
+    /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this
+    /// makes.
     template <class Prepared, class V, int N, class S>
     KAGERO_INLINE static V iterate(Prepared& prepared, const StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
                                    const Convergence<V>& convergence, PhaseGradient<V> (&g)[room]) {
@@ -116,7 +120,9 @@ private:
             for (int k = 0; k < phase_size; ++k) g[i][k] = select(convergence.open(), fresh[k], g[i][k]);
         };
         if constexpr (requires { prepared.run(); }) {
-            for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, [&](int k) __attribute__((always_inline)) -> V& { return prepared.input(i, k); });
+            for (int i = 0; i < s; ++i)
+                move(
+                    f, g, w.a[i], s, [&](int k) __attribute__((always_inline))->V & { return prepared.input(i, k); });
             prepared.run();
             for (int i = 0; i < s; ++i) {
                 PhaseGradient<V> fresh;
@@ -145,10 +151,11 @@ private:
         std::copy(&now[0][0], &now[0][0] + phase_size * s, &g[0][0]);
     }
 
-    /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long ones.
+    /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long
+    /// ones.
     template <class V, int N, class S>
-    KAGERO_INLINE static void finish_state(StepperState<V, N>& f, const PhaseGradient<V> (&g)[room], const GaussNumbers<S>& w,
-                                           int s) {
+    KAGERO_INLINE static void finish_state(StepperState<V, N>& f, const PhaseGradient<V> (&g)[room],
+                                           const GaussNumbers<S>& w, int s) {
         PhaseGradient<V> total;
         sum(g, w.b, s, total);
         f.end.pt() = f.start.pt();

@@ -1,5 +1,5 @@
-/// Coefficients of Gauss–Legendre collocation with s stages, order 2s (Hairer, Lubich & Wanner 2006, §II.1.3), computed by the
-/// compiler in quadruple precision.
+/// Coefficients of Gauss–Legendre collocation with s stages, order 2s (Hairer, Lubich & Wanner 2006, §II.1.3), computed
+/// by the compiler in quadruple precision.
 #pragma once
 
 #include <type_traits>
@@ -135,7 +135,8 @@ constexpr GaussNumbers<S> rounded_gauss_numbers(const GaussTable<s>& t) {
     GaussNumbers<S> n{};
     for (int i = 0; i < s; ++i) {
         n.b[i] = S(t.b[i]);
-        for (int j = 0; j < s; ++j) n.a[i][j] = S(t.a[i][j]), n.ahead[i][j] = S(t.ahead[i][j]), n.control[i][j] = S(t.control[i][j]);
+        for (int j = 0; j < s; ++j)
+            n.a[i][j] = S(t.a[i][j]), n.ahead[i][j] = S(t.ahead[i][j]), n.control[i][j] = S(t.control[i][j]);
     }
     return n;
 }

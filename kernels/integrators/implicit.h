@@ -1,5 +1,5 @@
-/// Convergence of fixed-point iterations, lane by lane. A lane that has converged is frozen while others go on, so that no ray's
-/// result depends on its neighbours.
+/// Convergence of fixed-point iterations, lane by lane. A lane that has converged is frozen while others go on, so that
+/// no ray's result depends on its neighbours.
 #pragma once
 
 #include "kernels/integrators/stepper_state.h"
@@ -31,14 +31,15 @@ public:
     KAGERO_INLINE V relative_q(const V& dq) const { return dq * inverse_q_; }
     KAGERO_INLINE V relative_p(const V& dp) const { return dp * inverse_p_; }
 
-    /// Takes the relative change of this iteration. Iterations contract linearly, by about change/previous: the change that would
-    /// come next is change²/previous. At the level of rounding a change that shrinks no more is accepted as well.
+    /// Takes the relative change of this iteration. Iterations contract linearly, by about change/previous: the change
+    /// that would come next is change²/previous. At the level of rounding a change that shrinks no more is accepted as
+    /// well.
     KAGERO_INLINE void update(const V& change) {
         // change² ≤ tolerance · max(change, previous): small enough now, or next time.
         close(change * change <= V(tolerance_) * max(change, previous_), change);
     }
-    /// The same where only every second iteration is looked at, by which changes shrink as change/previous = contraction²: the next
-    /// change is √(change³/previous).
+    /// The same where only every second iteration is looked at, by which changes shrink as change/previous =
+    /// contraction²: the next change is √(change³/previous).
     KAGERO_INLINE void update_second(const V& change) {
         close(change * change * change <= V(tolerance_ * tolerance_) * max(change, previous_), change);
     }

@@ -1,4 +1,5 @@
-/// Newton's method for the implicit halves of eq. (9), three unknowns per ray, with the Jacobian from the tape (Satoh 2003, §3.2).
+/// Newton's method for the implicit halves of eq. (9), three unknowns per ray, with the Jacobian from the tape (Satoh
+/// 2003, §3.2).
 #pragma once
 
 #include "kernels/integrators/implicit.h"
@@ -18,7 +19,8 @@ KAGERO_INLINE Vec3<V> solve3(const V (&j)[9], const Vec3<V>& r, V& determinant) 
     return {inverse * x, inverse * y, inverse * z};
 }
 
-/// Whether all eigenvalues of J have positive real parts (Routh–Hurwitz): trace > 0, determinant > 0, trace · minors > determinant.
+/// Whether all eigenvalues of J have positive real parts (Routh–Hurwitz): trace > 0, determinant > 0, trace · minors >
+/// determinant.
 template <class V>
 KAGERO_INLINE MaskOf<V> is_positive(const V (&j)[9], const V& determinant) {
     const V zero(ScalarOf<V>(0)), trace = j[0] + j[4] + j[8];
@@ -26,9 +28,9 @@ KAGERO_INLINE MaskOf<V> is_positive(const V (&j)[9], const V& determinant) {
     return (trace > zero) & (determinant > zero) & (trace * minors > determinant);
 }
 
-/// x with x = next(x), where next is one of the two sides, from the guess x. The Jacobian is I + τ M for a kick and I − τ Mᵀ for a
-/// drift, M = ∂²K/∂q∂p. Along the solution that grows out of the start as τ grows from zero its eigenvalues stay positive; they must
-/// be so at the start and at every iterate, or a second root, beyond a fold, might be taken.
+/// x with x = next(x), where next is one of the two sides, from the guess x. The Jacobian is I + τ M for a kick and I −
+/// τ Mᵀ for a drift, M = ∂²K/∂q∂p. Along the solution that grows out of the start as τ grows from zero its eigenvalues
+/// stay positive; they must be so at the start and at every iterate, or a second root, beyond a fold, might be taken.
 template <class V, int N>
 Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, StepperState<V, N>& f, const Vec3<V>& q,
                              const Vec3<V>& p, const V& tau, Vec3<V> x) {
@@ -51,7 +53,8 @@ Vec3<V> Shared<V, N>::newton(Side side, const CalledSystem<V, N>& system, Steppe
         const V change = greatest_difference(fresh, x);
         right_branch = right_branch & (is_positive(j, determinant) | !convergence.open());
         x = select<V>(convergence.open(), fresh, x);
-        convergence.update_quadratic(side == Side::kick ? convergence.relative_p(change) : convergence.relative_q(change));
+        convergence.update_quadratic(side == Side::kick ? convergence.relative_p(change)
+                                                        : convergence.relative_q(change));
     }
     f.solved = f.solved & !convergence.open() & right_branch;
     return x;

@@ -1,5 +1,5 @@
-/// Newton's method for the stages of a collocation step, for rays that fixed-point iteration leaves unsolved. Few do, and each is
-/// solved by itself, in scalar numbers, so that a ray needs the same iterations in every packet.
+/// Newton's method for the stages of a collocation step, for rays that fixed-point iteration leaves unsolved. Few do,
+/// and each is solved by itself, in scalar numbers, so that a ray needs the same iterations in every packet.
 #pragma once
 
 #include "kernels/numeric/linear_solve.h"
@@ -10,9 +10,9 @@
 
 namespace kagero {
 
-/// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The Jacobian
-/// is the identity where h = 0; along the solution that grows out of the start its determinant stays positive. That, and
-/// corrections that at least halve each time (Deuflhard 2004, §2.1), keep a second root away.
+/// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The
+/// Jacobian is the identity where h = 0; along the solution that grows out of the start its determinant stays positive.
+/// That, and corrections that at least halve each time (Deuflhard 2004, §2.1), keep a second root away.
 template <class V, int N, class S = ScalarOf<V>>
 class StageNewton {
 public:
@@ -94,8 +94,8 @@ private:
 
 /// Solves the stages of all rays that are not `f.solved`.
 template <class V, int N>
-void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
-                                 V* stages, int per_stage, int per_component) {
+void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& f, const GaussNumbers<S>& w,
+                                 int s, V* stages, int per_stage, int per_component) {
     std::uint64_t solved = 0;
     int most = 0;
     for (const int lane : lanes_in(to_bits(!f.solved))) {

@@ -1,5 +1,5 @@
-/// Explicit Runge–Kutta methods, with fixed step or with step control lane by lane: not symplectic, for comparison and where a ray
-/// passes only once.
+/// Explicit Runge–Kutta methods, with fixed step or with step control lane by lane: not symplectic, for comparison and
+/// where a ray passes only once.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -85,8 +85,9 @@ private:
         return n == 8 ? recip(sqrt(sqrt(sqrt(x)))) : exp(log(x) * V(ScalarOf<V>(-1.0 / n)));
     }
 
-    /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated local error exceeds
-    /// the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a safety factor.
+    /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated
+    /// local error exceeds the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a
+    /// safety factor.
     template <class V, int N>
     KAGERO_INLINE static void control(StepperState<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
                                       const ButcherTable& table) {

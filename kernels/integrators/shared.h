@@ -18,7 +18,8 @@ struct Shared {
     /// Newton's method for half a step (newton.h).
     static Vec3<V> newton(Side side, const CalledSystem<V, N>& system, StepperState<V, N>& f, const Vec3<V>& q,
                           const Vec3<V>& p, const V& tau, Vec3<V> x);
-    /// … and for the stages of a Gauss step (newton_stages.h); component k of stage i is stages[i · per_stage + k · per_component].
+    /// … and for the stages of a Gauss step (newton_stages.h); component k of stage i is stages[i · per_stage + k ·
+    /// per_component].
     static void newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
                               V* stages, int per_stage, int per_component);
     /// Dense output of a Gauss step.

@@ -17,11 +17,13 @@
 namespace kagero {
 
 template <class Stepper, class V, int N>
-void SharedStepper<Stepper, V, N>::begin(const CalledSystem<V, N>& system, StepperState<V, N>& f, const Coefficients& coefficients) {
+void SharedStepper<Stepper, V, N>::begin(const CalledSystem<V, N>& system, StepperState<V, N>& f,
+                                         const Coefficients& coefficients) {
     Stepper::begin(system, f, coefficients);
 }
 template <class Stepper, class V, int N>
-void SharedStepper<Stepper, V, N>::step(const CalledSystem<V, N>& system, StepperState<V, N>& f, const Coefficients& coefficients) {
+void SharedStepper<Stepper, V, N>::step(const CalledSystem<V, N>& system, StepperState<V, N>& f,
+                                        const Coefficients& coefficients) {
     Stepper::step(system, f, coefficients);
 }
 

@@ -1,12 +1,13 @@
-/// Splitting H into two parts whose flows are known exactly, taken in turn: explicit and symplectic, of any order the fractions give.
+/// Splitting H into two parts whose flows are known exactly, taken in turn: explicit and symplectic, of any order the
+/// fractions give.
 #pragma once
 
 #include "kernels/integrators/composition.h"
 
 namespace kagero {
 
-/// K = ½|p|² + V(q), as it is or after rescaling: drift q += t p, kick p −= t ∂V/∂q. With the Runge–Kutta–Nyström fractions of Blanes
-/// & Moan (2002).
+/// K = ½|p|² + V(q), as it is or after rescaling: drift q += t p, kick p −= t ∂V/∂q. With the Runge–Kutta–Nyström
+/// fractions of Blanes & Moan (2002).
 struct Nystroem {
     static constexpr Family family = Family::nystroem;
     template <class System>
@@ -15,8 +16,12 @@ struct Nystroem {
             return "it integrates carried quantities by position alone, and here a rate depends on p";
         return System::separable ? nullptr : "its Hamiltonian is not of the form |p|^2/2 + V(q)";
     }
-    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
-    static constexpr RoundingCounts roundings(const Coefficients& c) { return {0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) {
+        return operations_in_turn(program);
+    }
+    static constexpr RoundingCounts roundings(const Coefficients& c) {
+        return {0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)};
+    }
     static constexpr bool resumes = true;
     template <class System, class V, int N>
     static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
@@ -37,7 +42,8 @@ private:
     }
     /// Along cyclic coordinates, whose momenta stay, rays move evenly: they are left to the end.
     template <Axes cyclic, class System, class V, int N>
-    KAGERO_INLINE static void step_along(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
+    KAGERO_INLINE static void step_along(const System& system, StepperState<V, N>& f,
+                                         const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = f.start.q(), p = f.start.p();
         auto carried = CarriedSums<V, N>::of_lengths(f);
@@ -77,9 +83,13 @@ struct ExactSplit {
         if (refusal_to_carry<System>()) return refusal_to_carry<System>();
         return ExactlySplit<typename System::Hamiltonian> ? nullptr : "its Hamiltonian has no exact Kerr-Schild split";
     }
-    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) {
+        return operations_in_turn(program);
+    }
     /// A kick turns and stretches both q and p.
-    static constexpr RoundingCounts roundings(const Coefficients& c) { return {2.0 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)}; }
+    static constexpr RoundingCounts roundings(const Coefficients& c) {
+        return {2.0 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)};
+    }
     static constexpr bool resumes = true;
     template <class System, class V, int N>
     static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}

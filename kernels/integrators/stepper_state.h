@@ -18,7 +18,8 @@ struct FurtherCarried {
 template <class V>
 struct FurtherCarried<V, 0> {};
 
-/// The state of a ray between two steps, and all that the next step needs. The ray carries N quantities beside its state.
+/// The state of a ray between two steps, and all that the next step needs. The ray carries N quantities beside its
+/// state.
 template <class V, int N = default_carried>
 struct RayState : State<V> {
     Vec3<V> velocity;    ///< dq/dτ
@@ -39,7 +40,8 @@ struct RayState : State<V> {
     }
     KAGERO_INLINE V& carried(int k) { return const_cast<V&>(static_cast<const RayState&>(*this).carried(k)); }
 
-    /// Calls a function with every number of two states; `each_of_motion` with those of position, direction and carried quantities.
+    /// Calls a function with every number of two states; `each_of_motion` with those of position, direction and carried
+    /// quantities.
     template <class Function>
     KAGERO_INLINE static void each(RayState& a, const RayState& b, const Function& function) {
         each_of_motion(a, b, function);
@@ -50,7 +52,8 @@ struct RayState : State<V> {
     template <class Function>
     KAGERO_INLINE static void each_of_motion(RayState& a, const RayState& b, const Function& function) {
         for (int k = 0; k < state_size; ++k) function(a.y[k], b.y[k]);
-        function(a.velocity.x, b.velocity.x), function(a.velocity.y, b.velocity.y), function(a.velocity.z, b.velocity.z);
+        function(a.velocity.x, b.velocity.x), function(a.velocity.y, b.velocity.y),
+            function(a.velocity.z, b.velocity.z);
         for (int k = 0; k < N; ++k) function(a.carried(k), b.carried(k));
     }
 };
@@ -97,14 +100,14 @@ template <class V, int N = default_carried>
 struct Step : StepEnd<V, N> {
     // Set by the tracing loop.
     RayState<V, N> start;
-    V h;                       ///< step length in the integration parameter τ; 0 in inactive lanes: their steps change nothing
+    V h;  ///< step length in the integration parameter τ; 0 in inactive lanes: their steps change nothing
     StepOptions<V> options;
 
     // Set by the stepper, beside the end.
     MaskOf<V> energy_holds;    ///< the step has not lost H
     MaskOf<V> solved;          ///< the implicit equations were solved
     MaskOf<V> accepted;        ///< adaptive methods: the local error is within the tolerance
-    V suggested;               ///< adaptive methods: the length of the next step, or of this one if it is to be taken again
+    V suggested;  ///< adaptive methods: the length of the next step, or of this one if it is to be taken again
 
     // Iterations of implicit solves, accumulated: those that each ray needed, and those that the packet ran.
     V open_iterations;
@@ -114,7 +117,8 @@ struct Step : StepEnd<V, N> {
     void take(const Step& from, const MaskOf<V>& lanes) {
         const CopyLanes<V> copy{lanes};
         RayState<V, N>::each(this->end, from.end, copy), RayState<V, N>::each(start, from.start, copy);
-        copy(h, from.h), copy(this->energy_error, from.energy_error), copy(this->energy, from.energy), copy(this->gradients, from.gradients);
+        copy(h, from.h), copy(this->energy_error, from.energy_error), copy(this->energy, from.energy),
+            copy(this->gradients, from.gradients);
     }
 };
 

@@ -20,7 +20,8 @@ struct ClearBox {
     /// How far at least a curve goes on from q, in its parameter, before it leaves the box; below 0 where q is outside.
     KAGERO_INLINE V way_out(const Vec3<V>& q, const Extent<V>& times) const {
         const Vec3<V> down = q - lower, up = upper - q;
-        return min(min(min(down.x * times.lower.x, up.x * times.upper.x), min(down.y * times.lower.y, up.y * times.upper.y)),
+        return min(min(min(down.x * times.lower.x, up.x * times.upper.x),
+                       min(down.y * times.lower.y, up.y * times.upper.y)),
                    min(down.z * times.lower.z, up.z * times.upper.z));
     }
     /// The grid's boxes around q become those of `lanes`; returns the lanes where they are others than before.

@@ -1,5 +1,5 @@
-/// Straight segments against the scene: the only file that names Embree's packets, and with cmake/dependencies.cmake the only one
-/// that knows whether it is Embree 3 or 4.
+/// Straight segments against the scene: the only file that names Embree's packets, and with cmake/dependencies.cmake
+/// the only one that knows whether it is Embree 3 or 4.
 #pragma once
 
 #include "kernels/assertion.h"
@@ -49,7 +49,8 @@ struct Companion : RTCIntersectContext {
 };
 
 /// `filter`, unless null, may refuse hits.
-inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter = nullptr, const void* user = nullptr) {
+inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter = nullptr,
+                       const void* user = nullptr) {
     Companion context;
     context.user = user;
 #if RTC_VERSION_MAJOR >= 4
@@ -115,14 +116,15 @@ std::uint64_t query_singly(Segments<W>& s, std::uint64_t active, const Ask& ask)
     return hits;
 }
 
-/// Lanes [first, first + embree_width) as one packet. Inactive lanes get an empty, finite ray, because Embree ignores the mask on
-/// widths that are not native.
+/// Lanes [first, first + embree_width) as one packet. Inactive lanes get an empty, finite ray, because Embree ignores
+/// the mask on widths that are not native.
 template <int W>
 std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first) {
     alignas(64) EmbreePacket r;
     alignas(64) int valid[embree_width];
     for (int k = 0; k < embree_width; ++k) set_ray(r.ray, [k](auto& field) -> auto& { return field[k]; }, s, first + k);
-    std::fill_n(r.hit.geomID, embree_width, RTC_INVALID_GEOMETRY_ID), std::fill_n(r.hit.instID[0], embree_width, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(r.hit.geomID, embree_width, RTC_INVALID_GEOMETRY_ID),
+        std::fill_n(r.hit.instID[0], embree_width, RTC_INVALID_GEOMETRY_ID);
     std::fill_n(valid, embree_width, -1);
     for (const int k : lanes_in(~(active >> first) & all_in_packet)) {
         valid[k] = 0;
@@ -132,9 +134,11 @@ std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active,
     }
     intersect(valid, scene, &r);
     std::copy_n(r.ray.tfar, embree_width, s.t + first);
-    std::copy_n(r.hit.geomID, embree_width, s.surface + first), std::copy_n(r.hit.primID, embree_width, s.primitive + first);
+    std::copy_n(r.hit.geomID, embree_width, s.surface + first),
+        std::copy_n(r.hit.primID, embree_width, s.primitive + first);
     std::uint64_t hits = 0;
-    for (int k = 0; k < embree_width; ++k) hits |= std::uint64_t(r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) << (first + k);
+    for (int k = 0; k < embree_width; ++k)
+        hits |= std::uint64_t(r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) << (first + k);
     hits &= active;
     return hits;
 }
@@ -149,7 +153,8 @@ template <int W>
 bool is_legal_segment(const Segments<W>& s, int lane) {
     constexpr float largest = 1.8e18f;
     bool legal = s.near[lane] >= 0;
-    for (int k = 0; k < 3; ++k) legal = legal && std::abs(s.org[k][lane]) < largest && std::abs(s.dir[k][lane]) < largest;
+    for (int k = 0; k < 3; ++k)
+        legal = legal && std::abs(s.org[k][lane]) < largest && std::abs(s.dir[k][lane]) < largest;
     return legal;
 }
 
@@ -182,7 +187,8 @@ std::uint64_t query_carefully(void* embree_scene, Segments<W>& s, std::uint64_t 
     };
     const RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments* a) {
         const auto& candidate = *static_cast<const Candidate*>(static_cast<const detail::Companion*>(a->context)->user);
-        if (a->valid[0] != 0 && !candidate.meets(candidate.lane, RTCHitN_geomID(a->hit, 1, 0), RTCHitN_primID(a->hit, 1, 0), RTCRayN_tfar(a->ray, 1, 0)))
+        if (a->valid[0] != 0 && !candidate.meets(candidate.lane, RTCHitN_geomID(a->hit, 1, 0),
+                                                 RTCHitN_primID(a->hit, 1, 0), RTCRayN_tfar(a->ray, 1, 0)))
             a->valid[0] = 0;
     };
     return detail::query_singly(s, active, [&](int i, RTCRayHit* ray) {

@@ -8,7 +8,8 @@ namespace kagero {
 /// Adds the ticks of the processor's clock that pass while it lives to `sum`. Not wanted, it is one branch.
 class Stopwatch {
 public:
-    Stopwatch(bool wanted, std::uint64_t& sum) : sum_(wanted ? &sum : nullptr), begin_(wanted ? __builtin_ia32_rdtsc() : 0) {}
+    Stopwatch(bool wanted, std::uint64_t& sum)
+        : sum_(wanted ? &sum : nullptr), begin_(wanted ? __builtin_ia32_rdtsc() : 0) {}
     ~Stopwatch() {
         if (sum_) *sum_ += __builtin_ia32_rdtsc() - begin_;
     }

@@ -7,7 +7,8 @@
 
 namespace kagero {
 
-/// g(q) = a (|q − c|² − R²) + n·q − d: a plane (a = 0, |n| = 1) or a sphere (a = 1/2R, n = 0), so that |∇g| = 1 on the surface.
+/// g(q) = a (|q − c|² − R²) + n·q − d: a plane (a = 0, |n| = 1) or a sphere (a = 1/2R, n = 0), so that |∇g| = 1 on the
+/// surface.
 template <class V>
 struct Level {
     V a, radius2;
@@ -32,8 +33,9 @@ struct Level {
         return curved ? (a + a) * dot(q - center, v) + along : along;
     }
 
-    /// The distance along v, in lengths of v, from q to the zero of g. On a sphere `falling` chooses the side: where g falls or where it rises.
-    /// If the line misses the sphere, `misses` is set, and `length` leads to the point of the line that is nearest to it.
+    /// The distance along v, in lengths of v, from q to the zero of g. On a sphere `falling` chooses the side: where g
+    /// falls or where it rises. If the line misses the sphere, `misses` is set, and `length` leads to the point of the
+    /// line that is nearest to it.
     struct Way {
         V length;
         MaskOf<V> misses;
@@ -81,7 +83,8 @@ inline Level<double> level_of(const Surface& surface, std::uint32_t primitive) {
 
 /// What the lanes of `lanes` met, each its own surface, where they are not all on the same. Other lanes have any.
 template <class V, int W = lane_count<V>>
-Level<V> levels_of(const Surface* surfaces, const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W], std::uint64_t lanes) {
+Level<V> levels_of(const Surface* surfaces, const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W],
+                   std::uint64_t lanes) {
     using S = ScalarOf<V>;
     const int first = __builtin_ctzll(lanes);
     std::uint32_t others = 0;
@@ -99,8 +102,8 @@ Level<V> levels_of(const Surface* surfaces, const std::uint32_t (&surface)[W], c
     return levels;
 }
 
-/// Where the straight segment a → b meets the surface, as a fraction; the root nearest to `near`, which Embree found in float. Refinement
-/// starts here, so that no result depends on how Embree was asked.
+/// Where the straight segment a → b meets the surface, as a fraction; the root nearest to `near`, which Embree found in
+/// float. Refinement starts here, so that no result depends on how Embree was asked.
 template <class V>
 V chord_fraction(const Level<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V& near) {
     const V zero(ScalarOf<V>(0));

@@ -1,5 +1,5 @@
-/// The table of integrators. A composition is one row, with its fractions in `fractions.h`; a new kind of stepper is one
-/// more struct and one more row of KAGERO_STEPPERS.
+/// The table of integrators. A composition is one row, with its fractions in `fractions.h`; a new kind of stepper is
+/// one more struct and one more row of KAGERO_STEPPERS.
 ///
 /// A stepper is a struct of static functions and constants,
 ///   family                                what it has in common with others

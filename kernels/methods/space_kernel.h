@@ -1,5 +1,5 @@
-/// Everything the tracing loop asks of a Hamiltonian, behind function pointers: the loop is compiled once per value type, each
-/// Hamiltonian once per value type, and neither knows the other.
+/// Everything the tracing loop asks of a Hamiltonian, behind function pointers: the loop is compiled once per value
+/// type, each Hamiltonian once per value type, and neither knows the other.
 #pragma once
 
 #include "kernels/autodiff/listing.h"
@@ -46,13 +46,15 @@ struct SpaceKernel {
     /// Dense output of that step; null where cubic Hermite is all there is.
     Curve<V> (*curve[kind_count])(const StepperState<V>&, const Coefficients&);
     /// Steps to the escape sphere, or to the last one of a captured ray; null for a stepper that cannot do this.
-    void (*integrate_to_escape[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&, EscapeIntegration<V>&);
+    void (*integrate_to_escape[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&,
+                                            EscapeIntegration<V>&);
     /// The first two for rays known to be straight.
     void (*begin_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
     /// The switching function at a state; null where H is smooth.
     V (*switching_function)(const SystemStorage&, const State<V>&);
-    /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone have them.
+    /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone
+    /// have them.
     Listed<double> (*derivatives)(const SystemStorage&);
     V (*time_rescaling_factor)(const SystemStorage&, const State<V>&);
 };

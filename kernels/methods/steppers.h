@@ -21,24 +21,29 @@ struct Straight {
 
 namespace detail {
 
-/// The share of H's terms that a ray may have lost at the end of a step; a ray that has lost more has become another ray.
+/// The share of H's terms that a ray may have lost at the end of a step; a ray that has lost more has become another
+/// ray.
 template <class S>
 inline constexpr S greatest_loss = S(0.03);
 
-/// Evaluates what the tracing loop needs at a state: velocity, event functions and H. Not inlined, so that all kinds of stepper share it.
+/// Evaluates what the tracing loop needs at a state: velocity, event functions and H. Not inlined, so that all kinds of
+/// stepper share it.
 template <class System, class V>
-__attribute__((noinline)) void evaluate_event_functions(const System& system, StepperState<V>& f, RayState<V>& at, const V& terms_before) {
+__attribute__((noinline)) void evaluate_event_functions(const System& system, StepperState<V>& f, RayState<V>& at,
+                                                        const V& terms_before) {
     using S = ScalarOf<V>;
     const EventFunctions<V> here = system.event_functions(at);
     at.velocity = here.velocity, at.energy_terms = here.terms;
-    at.domain = here.domain, at.captured = here.captured, at.switching = here.switching, at.max_step_length = here.max_step_length;
+    at.domain = here.domain, at.captured = here.captured, at.switching = here.switching,
+    at.max_step_length = here.max_step_length;
     if (f.options.capture_within < std::numeric_limits<S>::infinity()) {
         const Vec3<V> q = at.q(), stretched{q.x, q.y, V(f.options.capture_stretch) * q.z};
         at.captured = max(at.captured, norm(stretched) - V(f.options.capture_within));
     }
     // Relative to the greater of both ends: where a ray turns back, p may vanish.
     const V terms = max(here.terms, terms_before);
-    f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) & (terms - terms <= V(S(0)));  // and these are finite
+    f.energy_holds = (here.excess * here.excess <= V(greatest_loss<S> * greatest_loss<S>) * terms) &
+                     (terms - terms <= V(S(0)));  // and these are finite
     if (f.options.want_energy) f.energy_error = abs(here.excess) / here.size;
     if (f.options.want_path) f.energy = system.energy(at) + V(S(system.level()));
 }
@@ -59,7 +64,8 @@ KAGERO_INLINE void evaluate_start(const System& system, StepperState<V>& f) {
 /// Whether this step is compiled for all called systems together.
 template <class System, class Stepper>
 constexpr bool is_shared() {
-    if constexpr (is_called<System>() && requires { Stepper::template shareable<System>(); }) return Stepper::template shareable<System>();
+    if constexpr (is_called<System>() && requires { Stepper::template shareable<System>(); })
+        return Stepper::template shareable<System>();
     else return false;
 }
 
@@ -90,7 +96,8 @@ void step(const SystemStorage& storage, StepperState<V>& f, const Coefficients& 
 }
 
 template <class System, class Stepper, class V>
-void integrate_to_escape(const SystemStorage& storage, StepperState<V>& f, const Coefficients& coefficients, EscapeIntegration<V>& way) {
+void integrate_to_escape(const SystemStorage& storage, StepperState<V>& f, const Coefficients& coefficients,
+                         EscapeIntegration<V>& way) {
     const System& system = system_in<System>(storage);
     Stepper::integrate_to_escape(system, f, coefficients, way);
     const V worst = f.energy_error;
@@ -99,7 +106,8 @@ void integrate_to_escape(const SystemStorage& storage, StepperState<V>& f, const
     if (f.options.want_energy) f.energy_error = max(f.energy_error, worst);
 }
 
-/// Where the slope of H jumps steps end; a derivative taken there, or in a stage that reaches across, is that of the wrong side.
+/// Where the slope of H jumps steps end; a derivative taken there, or in a stage that reaches across, is that of the
+/// wrong side.
 template <class System, class Stepper>
 constexpr const char* refusal() {
     if constexpr (System::discontinuous && !requires { Stepper::stages_inside; })
@@ -113,7 +121,8 @@ constexpr void add_step(SpaceKernel<V>& kernel, int kind) {
     kernel.begin[kind] = begin<System, Stepper, V>;
     kernel.step[kind] = step<System, Stepper, V>;
     if constexpr (requires { Stepper::template curve<V>; }) kernel.curve[kind] = Stepper::template curve<V>;
-    if constexpr (requires { Stepper::template integrate_to_escape<System, V>; }) kernel.integrate_to_escape[kind] = integrate_to_escape<System, Stepper, V>;
+    if constexpr (requires { Stepper::template integrate_to_escape<System, V>; })
+        kernel.integrate_to_escape[kind] = integrate_to_escape<System, Stepper, V>;
 }
 
 /// All but the kinds of step.
@@ -141,10 +150,14 @@ constexpr SpaceKernel<V> make_space_kernel() {
     }
     if constexpr (std::is_same_v<ScalarOf<V>, double> && lane_count<V> > 1) {
         kernel.derivatives = [](const SystemStorage& storage) { return system_in<System>(storage).listed(); };
-        kernel.time_rescaling_factor = [](const SystemStorage& storage, const State<V>& s) { return system_in<System>(storage).time_rescaling_factor(s); };
+        kernel.time_rescaling_factor = [](const SystemStorage& storage, const State<V>& s) {
+            return system_in<System>(storage).time_rescaling_factor(s);
+        };
     }
     if constexpr (System::discontinuous)
-        kernel.switching_function = [](const SystemStorage& storage, const State<V>& s) { return system_in<System>(storage).event_functions(s).switching; };
+        kernel.switching_function = [](const SystemStorage& storage, const State<V>& s) {
+            return system_in<System>(storage).event_functions(s).switching;
+        };
     return kernel;
 }
 

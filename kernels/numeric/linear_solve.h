@@ -8,8 +8,8 @@ namespace kagero {
 
 using std::abs;
 
-/// Solves A x = b of n rows by elimination with partial pivoting. A is overwritten, b becomes x, which is not finite where A is singular.
-/// Returns whether det A > 0.
+/// Solves A x = b of n rows by elimination with partial pivoting. A is overwritten, b becomes x, which is not finite
+/// where A is singular. Returns whether det A > 0.
 template <class Row, class S>
 bool solve_linear(int n, Row* a, S* b) {
     bool regular = true, positive = true;

@@ -1,5 +1,5 @@
-/// Quadruple precision as a value type, for measuring convergence orders that double cannot show. Correct to some tens of roundings
-/// (sin, cos, tan absolutely, for moderate arguments); slow, and without care for overflow.
+/// Quadruple precision as a value type, for measuring convergence orders that double cannot show. Correct to some tens
+/// of roundings (sin, cos, tan absolutely, for moderate arguments); slow, and without care for overflow.
 #pragma once
 
 #include "kernels/simd/circular.h"
@@ -45,7 +45,8 @@ inline Quad circular(Quad x, int first) {
 }
 inline Quad quadrant(Quad a, int shift) {
     Quad rest;
-    const int k = (whole_units(a, 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33, rest) + shift) & 3;
+    const int k =
+        (whole_units(a, 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33, rest) + shift) & 3;
     const Quad value = circular(rest, k % 2 == 0);
     return k >= 2 ? -value : value;
 }

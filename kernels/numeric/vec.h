@@ -17,7 +17,9 @@ constexpr Vec3<V> operator*(const S& s, const Vec3<V>& a) { return {V(s) * a.x, 
 template <class V>
 constexpr V dot(const Vec3<V>& a, const Vec3<V>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 template <class V>
-constexpr Vec3<V> cross(const Vec3<V>& a, const Vec3<V>& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+constexpr Vec3<V> cross(const Vec3<V>& a, const Vec3<V>& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 /// Euclidean length.
 template <class V>
 constexpr V norm(const Vec3<V>& a) { return sqrt(dot(a, a)); }

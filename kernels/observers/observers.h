@@ -1,7 +1,7 @@
 /// The momentum a ray starts with: from a direction in coordinates, or from one in an observer's rest frame.
 ///
-/// Everything follows from H by automatic differentiation: G^{ab} = ∂²H/∂p_a∂p_b is the inverse metric of a spacetime, and the
-/// inverse "mass" of an index medium. H is quadratic in p for every Hamiltonian served here.
+/// Everything follows from H by automatic differentiation: G^{ab} = ∂²H/∂p_a∂p_b is the inverse metric of a spacetime,
+/// and the inverse "mass" of an index medium. H is quadratic in p for every Hamiltonian served here.
 #pragma once
 
 #include "kernels/abi.h"
@@ -21,7 +21,8 @@ struct MomentumExpansion {
     Matrix<4> hessian;
 };
 
-/// At (0, 0, 0, p_t). The gradient is linear in p, so the second derivatives are what it grows by from there along each axis.
+/// At (0, 0, 0, p_t). The gradient is linear in p, so the second derivatives are what it grows by from there along each
+/// axis.
 template <class H>
 MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)[3], double pt) {
     using First = Dual<double, 4>;
@@ -43,7 +44,8 @@ MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)
     return e;
 }
 
-/// p with ∂H/∂p along d in the same sense, and H = H0. With H quadratic in p, ∂H/∂p = μ d gives p = G⁻¹(μ d − v0), and H = H0 fixes μ.
+/// p with ∂H/∂p along d in the same sense, and H = H0. With H quadratic in p, ∂H/∂p = μ d gives p = G⁻¹(μ d − v0), and
+/// H = H0 fixes μ.
 template <class H>
 Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
     const double pt = H::spacetime ? 1.0 : 0.0;
@@ -95,19 +97,23 @@ template <Infalling H>
 bool within_horizon(const double* parameters, const double (&q)[3]) {
     const auto k = make_parameters<H>(parameters);
     const Hole hole = H::hole(k);
-    return H::radius(k, Vec3<double>{q[0], q[1], q[2]}) <= hole.mass + std::sqrt(std::max(hole.mass * hole.mass - hole.spin * hole.spin, 0.0));
+    return H::radius(k, Vec3<double>{q[0], q[1], q[2]}) <=
+           hole.mass + std::sqrt(std::max(hole.mass * hole.mass - hole.spin * hole.spin, 0.0));
 }
 
-/// A covector along the observer's lowered 4-velocity, (u_x, u_y, u_z, u_t) of any length: −dt of the coordinates, −dt of Boyer and
-/// Lindquist, or that of rain. The static observer's has u^a along ∂_t.
+/// A covector along the observer's lowered 4-velocity, (u_x, u_y, u_z, u_t) of any length: −dt of the coordinates, −dt
+/// of Boyer and Lindquist, or that of rain. The static observer's has u^a along ∂_t.
 template <class H>
-std::array<double, 4> lowered_velocity(ObserverKind kind, const double* parameters, const double (&q)[3], const Matrix<4>& metric) {
+std::array<double, 4> lowered_velocity(ObserverKind kind, const double* parameters, const double (&q)[3],
+                                       const Matrix<4>& metric) {
     if (kind == ObserverKind::static_) return {metric[0][3], metric[1][3], metric[2][3], metric[3][3]};
     if constexpr (Infalling<H>) {
         double r;
         const std::array<double, 3> slope = radius_gradient<H>(parameters, q, r);
         const auto k = make_parameters<H>(parameters);
-        const double s = kind == ObserverKind::zamo ? H::time_offset_gradient(k, r) : kind == ObserverKind::falling ? H::infall(k, r) : 0.0;
+        const double s = kind == ObserverKind::zamo      ? H::time_offset_gradient(k, r)
+                         : kind == ObserverKind::falling ? H::infall(k, r)
+                                                         : 0.0;
         return {-s * slope[0], -s * slope[1], -s * slope[2], -1};
     } else {
         return {0, 0, 0, -1};
@@ -124,8 +130,8 @@ Failure observe_medium(const double* parameters, const double (&q)[3], StartMap&
     return Failure::none;
 }
 
-/// Directions of an observer's rest frame to momenta. A falling observer lives in the ingoing form of the metric, the outgoing one with
-/// t → −t: there a hole of the parameters given spins the other way.
+/// Directions of an observer's rest frame to momenta. A falling observer lives in the ingoing form of the metric, the
+/// outgoing one with t → −t: there a hole of the parameters given spins the other way.
 template <class H>
 Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
     map = {};
@@ -134,7 +140,8 @@ Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3
     if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
     // Within an inner horizon r is a length again, and rest is timelike: but nothing comes out of there.
     if constexpr (Infalling<H>)
-        if ((kind == ObserverKind::static_ || kind == ObserverKind::zamo) && within_horizon<H>(parameters, q)) return Failure::no_observer;
+        if ((kind == ObserverKind::static_ || kind == ObserverKind::zamo) && within_horizon<H>(parameters, q))
+            return Failure::no_observer;
     Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian, g;
     const double time = kind == ObserverKind::falling ? -1 : 1;
     for (int i = 0; i < 3; ++i) inverse_metric[i][3] *= time, inverse_metric[3][i] *= time;
@@ -145,7 +152,8 @@ Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3
 
 /// p · u for matter that moves with the velocity v = dx/dt (rest_frame.h).
 template <class H>
-double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt, const double (&v)[3], double time) {
+double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt,
+                    const double (&v)[3], double time) {
     if constexpr (!H::spacetime) return 1;
     return frequency_in(expand_in_momentum<H>(parameters, q, 0).hessian, p, pt, v, time);
 }

@@ -46,17 +46,20 @@ inline Matrix<3> inverse_square_root(const Matrix<3>& h) {
     return z;
 }
 
-/// Directions of the rest frame of an observer with the lowered 4-velocity u_a, of any length, to momenta. The frame's axes are the
-/// coordinate axes projected orthogonally to u and orthonormalised symmetrically, E = h^(−1/2) e; the ray, followed backward from the eye,
-/// is p = −u + d·E. With `time` −1 the observer lives in the metric with t → −t, which is the one given: its time is −t, and so is its p_t.
-inline Failure rest_frame(const Matrix<4>& inverse_metric, const Matrix<4>& g, std::array<double, 4> u, double time, StartMap& map) {
+/// Directions of the rest frame of an observer with the lowered 4-velocity u_a, of any length, to momenta. The frame's
+/// axes are the coordinate axes projected orthogonally to u and orthonormalised symmetrically, E = h^(−1/2) e; the ray,
+/// followed backward from the eye, is p = −u + d·E. With `time` −1 the observer lives in the metric with t → −t, which
+/// is the one given: its time is −t, and so is its p_t.
+inline Failure rest_frame(const Matrix<4>& inverse_metric, const Matrix<4>& g, std::array<double, 4> u, double time,
+                          StartMap& map) {
     std::array<double, 4> up{};
     double square = 0, terms = 0;
     for (int a = 0; a < 4; ++a)
         for (int b = 0; b < 4; ++b) up[a] += inverse_metric[a][b] * u[b];
     for (int a = 0; a < 4; ++a) square += u[a] * up[a], terms += std::abs(u[a] * up[a]);
     // On a horizon nothing is left of u² but rounding.
-    if (!(square < -64 * std::numeric_limits<double>::epsilon() * terms) || !std::isfinite(square)) return Failure::no_observer;
+    if (!(square < -64 * std::numeric_limits<double>::epsilon() * terms) || !std::isfinite(square))
+        return Failure::no_observer;
     // u^t > 0: into the future.
     const double scale = (up[3] > 0 ? 1 : -1) / std::sqrt(-square);
     for (int a = 0; a < 4; ++a) u[a] *= scale, up[a] *= scale;
@@ -82,10 +85,11 @@ inline bool metric_of(const Matrix<4>& inverse_metric, Matrix<4>& g) {
     return true;
 }
 
-/// p · u for matter with u = u^t (v, 1). The ray is followed from the eye, so p belongs to light that runs backward in time, and the
-/// frequency is p · u = −k · u with the momentum k = −p of the light itself. With `time` −1 the metric is the one with t → −t, where the
-/// matter's velocity is −v. Not a number where v is no velocity of matter.
-inline double frequency_in(const Matrix<4>& inverse_metric, const double (&p)[3], double pt, const double (&v)[3], double time) {
+/// p · u for matter with u = u^t (v, 1). The ray is followed from the eye, so p belongs to light that runs backward in
+/// time, and the frequency is p · u = −k · u with the momentum k = −p of the light itself. With `time` −1 the metric is
+/// the one with t → −t, where the matter's velocity is −v. Not a number where v is no velocity of matter.
+inline double frequency_in(const Matrix<4>& inverse_metric, const double (&p)[3], double pt, const double (&v)[3],
+                           double time) {
     const Matrix<4> g = inverse<4>(inverse_metric);
     const double w[4] = {time * v[0], time * v[1], time * v[2], 1};
     double square = 0;

@@ -5,15 +5,16 @@
 
 namespace kagero {
 
-/// Where RayState::carry has what the orbit knows better than the state: L; 1/r and du/dφ with what rounding cuts off them; and the unit
-/// vector across the radius (3).
+/// Where RayState::carry has what the orbit knows better than the state: L; 1/r and du/dφ with what rounding cuts off
+/// them; and the unit vector across the radius (3).
 enum OrbitCarry { orbit_momentum, orbit_u, orbit_u_rest, orbit_w, orbit_w_rest, orbit_around, orbit_carried = orbit_around + 3 };
 static_assert(orbit_carried <= stepper_memory);
 
 /// L dλ/dφ − 1/u².
 template <class System, class V>
 KAGERO_INLINE V orbit_delay(const System& system, const V& u) {
-    if constexpr (Delaying<typename System::Hamiltonian>) return System::Hamiltonian::orbit_delay(system.template parameters<V>(), u);
+    if constexpr (Delaying<typename System::Hamiltonian>)
+        return System::Hamiltonian::orbit_delay(system.template parameters<V>(), u);
     else return V(ScalarOf<V>(0));
 }
 
@@ -66,9 +67,9 @@ struct OrbitMotion {
 
     template <class System>
     KAGERO_INLINE OrbitMotion(const System& system, const StepperState<V>& f)
-        : u(f.start.carry[orbit_u]), w(f.start.carry[orbit_w]), u_rest(f.start.carry[orbit_u_rest]), w_rest(f.start.carry[orbit_w_rest]),
-          momentum(f.start.carry[orbit_momentum]), pt(f.start.pt()), parameter(f.start.parameter), far(never<V>()),
-          want_parameter(f.options.want_carried) {
+        : u(f.start.carry[orbit_u]), w(f.start.carry[orbit_w]), u_rest(f.start.carry[orbit_u_rest]),
+          w_rest(f.start.carry[orbit_w_rest]), momentum(f.start.carry[orbit_momentum]), pt(f.start.pt()),
+          parameter(f.start.parameter), far(never<V>()), want_parameter(f.options.want_carried) {
         g = recip(momentum * momentum);
         if constexpr (System::Hamiltonian::spacetime) g = g * (pt * pt);
         change_sides(system);
@@ -80,7 +81,8 @@ struct OrbitMotion {
     /// From now on as `next`, in these lanes.
     KAGERO_INLINE void take(const OrbitMotion& next, const MaskOf<V>& lanes) {
         u = select(lanes, next.u, u), w = select(lanes, next.w, w);
-        if constexpr (compensated) u_rest = select(lanes, next.u_rest, u_rest), w_rest = select(lanes, next.w_rest, w_rest);
+        if constexpr (compensated)
+            u_rest = select(lanes, next.u_rest, u_rest), w_rest = select(lanes, next.w_rest, w_rest);
         if (want_parameter) parameter = select(lanes, next.parameter, parameter);
     }
     /// Adds to a number, and keeps what rounding cuts off the sum, which is less than it.
@@ -120,7 +122,8 @@ private:
     KAGERO_INLINE void invert(const System& system, const MaskOf<V>& lanes) {
         const V r = recip(u), other = throat(system) * r;
         u = select(lanes, other, u), w = select(lanes, -(w * r * other), w);
-        if constexpr (compensated) u_rest = select(lanes, V(ScalarOf<V>(0)), u_rest), w_rest = select(lanes, V(ScalarOf<V>(0)), w_rest);
+        if constexpr (compensated)
+            u_rest = select(lanes, V(ScalarOf<V>(0)), u_rest), w_rest = select(lanes, V(ScalarOf<V>(0)), w_rest);
     }
 };
 

@@ -1,6 +1,6 @@
-/// Rays into the plane of their orbit, once, where they start: in double whatever the packet's numbers are. A packet of float that starts far
-/// out would else not know how far from the centre its rays pass: their direction alone tells, and rounding it costs as many digits as the
-/// distance is greater.
+/// Rays into the plane of their orbit, once, where they start: in double whatever the packet's numbers are. A packet of
+/// float that starts far out would else not know how far from the centre its rays pass: their direction alone tells,
+/// and rounding it costs as many digits as the distance is greater.
 #pragma once
 
 #include "kernels/orbits/orbit_frame.h"
@@ -19,8 +19,8 @@ struct WideLanes<V> {
 
 /// Fills `start.carry` as OrbitCarry says, from the state and what rounding has cut off q and p.
 ///
-/// L = |q × p|, and du/dφ = −u² dr/dλ dλ/dφ with dr/dλ = ∂H/∂p_r. A ray along the radius is kept from being just that, by some roundings of
-/// double, or in float by a fraction of one: r²/L has to fit the packet's numbers.
+/// L = |q × p|, and du/dφ = −u² dr/dλ dλ/dφ with dr/dλ = ∂H/∂p_r. A ray along the radius is kept from being just that,
+/// by some roundings of double, or in float by a fraction of one: r²/L has to fit the packet's numbers.
 template <class System, class V>
 __attribute__((noinline)) void enter_orbit(const System& system, RayState<V>& start) {
     using D = typename WideLanes<V>::type;
@@ -35,7 +35,8 @@ __attribute__((noinline)) void enter_orbit(const System& system, RayState<V>& st
         const Vec3<D> p{number(component_px), number(component_py), number(component_pz)};
         const D u = rsqrt(dot(q, q)), r = recip(u), zero(0.0), square = dot(p, p);
         const Vec3<D> out = u * q, spin = cross(q, p);
-        const double share = std::max(16 * machine_epsilon<double>, double(machine_epsilon<ScalarOf<V>>) / 64), least = std::numeric_limits<float>::min();
+        const double share = std::max(16 * machine_epsilon<double>, double(machine_epsilon<ScalarOf<V>>) / 64),
+                     least = std::numeric_limits<float>::min();
         const D momentum = sqrt(max(dot(spin, spin), square * max(share * share * (r * r), D(least))));
         const Vec3<D> around = recip(momentum) * cross(spin, out);
         const D pt = lanes_of<D>(state[component_pt] + i);

@@ -1,8 +1,8 @@
-/// The printed recipe of Satoh (2003), eqs. (9)–(15), as a labelled baseline: semi-implicit Euler for each of two parts of H,
-/// S2(τ) = S_A(τ/2) S_B(τ) S_A(τ/2), and S4 made of S2, all solved by Newton's method.
+/// The printed recipe of Satoh (2003), eqs. (9)–(15), as a labelled baseline: semi-implicit Euler for each of two parts
+/// of H, S2(τ) = S_A(τ/2) S_B(τ) S_A(τ/2), and S4 made of S2, all solved by Newton's method.
 ///
-/// S2 would be of order 2 if S_A and S_B were exact or self-adjoint; eq. (9) is neither, so everything built on it stays at order 1.
-/// `composition.h` is the cure.
+/// S2 would be of order 2 if S_A and S_B were exact or self-adjoint; eq. (9) is neither, so everything built on it
+/// stays at order 1. `composition.h` is the cure.
 #pragma once
 
 #include "kernels/integrators/composition.h"
@@ -17,8 +17,12 @@ struct Recipe {
         if (refusal_to_carry<System>()) return refusal_to_carry<System>();
         return Parted<typename System::Hamiltonian> ? nullptr : "its Hamiltonian declares no parts H_A and H_B";
     }
-    static Operations operations(const Coefficients&, const ProgramOperations& program) { return operations_in_turn(program); }
-    static constexpr RoundingCounts roundings(const Coefficients& c) { return {3.0 * double(c.fractions.size()), 1, weight_of(c.fractions)}; }
+    static Operations operations(const Coefficients&, const ProgramOperations& program) {
+        return operations_in_turn(program);
+    }
+    static constexpr RoundingCounts roundings(const Coefficients& c) {
+        return {3.0 * double(c.fractions.size()), 1, weight_of(c.fractions)};
+    }
     static constexpr bool resumes = true;
     template <class System, class V>
     static void begin(const System&, StepperState<V>&, const Coefficients&) {}
@@ -44,7 +48,8 @@ private:
     KAGERO_INLINE static void euler(const Part& part, StepperState<V>& f, Vec3<V>& q, Vec3<V>& p, const V& tau) {
         const Vec3<V> force = part.dq(joined(f, q, p));
         f.gradients += V(ScalarOf<V>(2));
-        if constexpr (Part::force_needs_p) p = Shared<V>::newton(Side::kick, as_called<V>(part), f, q, p, tau, retreat(p, tau, force));
+        if constexpr (Part::force_needs_p)
+            p = Shared<V>::newton(Side::kick, as_called<V>(part), f, q, p, tau, retreat(p, tau, force));
         else p = retreat(p, tau, force);
         q = advance(q, tau, part.dp(joined(f, q, p)));
     }

@@ -1,7 +1,9 @@
-/// sin, cos and tan of rays in packets and alone, to the same bits, each lane by itself whatever its neighbours ask for.
+/// sin, cos and tan of rays in packets and alone, to the same bits, each lane by itself whatever its neighbours ask
+/// for.
 ///
-/// x = k π/2 + r with |r| ≤ π/4, the multiple taken off in three parts (Cody & Waite 1980); then Taylor's series of both, of which the
-/// quadrant picks one. Within 2 ulp of 1; arguments too large for this, and what is not finite, go to the standard library one by one.
+/// x = k π/2 + r with |r| ≤ π/4, the multiple taken off in three parts (Cody & Waite 1980); then Taylor's series of
+/// both, of which the quadrant picks one. Within 2 ulp of 1; arguments too large for this, and what is not finite, go
+/// to the standard library one by one.
 #pragma once
 
 #include "kernels/simd/lane_memory.h"
@@ -50,7 +52,8 @@ KAGERO_INLINE V taylor(const V& square) {
 /// The lanes of `far` one by one, the others as they are. Out of line: it is hardly ever needed.
 template <int quarters, class V>
 [[gnu::noinline, gnu::cold]] V far_circular(const V& x, V value, std::uint64_t far) {
-    for (const int i : lanes_in(far)) set_lane(value, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
+    for (const int i : lanes_in(far))
+        set_lane(value, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
     return value;
 }
 

@@ -1,9 +1,10 @@
 /// Many rays in one value: the only place that names xsimd.
 ///
-/// Kernel code is written once over a value type V. V is `Lanes<T, R>` (R registers of T, one ray per lane), or plain `double`,
-/// `float` for the scalar strategy; masks are `LaneMask<T, R>` or `bool`. Scalars obey the same functions with the same rounding, so
-/// scalar and packet runs agree bit for bit, but for exp, log, tanh and atan2: scalars have those of the standard library.
-/// At 0 and ∞ 1/x and 1/√x are not a number on AVX-512, but for those that are called total.
+/// Kernel code is written once over a value type V. V is `Lanes<T, R>` (R registers of T, one ray per lane), or plain
+/// `double`, `float` for the scalar strategy; masks are `LaneMask<T, R>` or `bool`. Scalars obey the same functions
+/// with the same rounding, so scalar and packet runs agree bit for bit, but for exp, log, tanh and atan2: scalars have
+/// those of the standard library. At 0 and ∞ 1/x and 1/√x are not a number on AVX-512, but for those that are called
+/// total.
 #pragma once
 
 #include "kernels/simd/bits.h"
@@ -18,8 +19,8 @@
 
 namespace kagero {
 
-/// A statement for every register i of R. Written out, not looped: g++ scalarizes structures before it unrolls loops, and what it
-/// did not scalarize by then stays in memory.
+/// A statement for every register i of R. Written out, not looped: g++ scalarizes structures before it unrolls loops,
+/// and what it did not scalarize by then stays in memory.
 #define KAGERO_EACH_REGISTER(...)                                                                                     \
     static_assert(R == 1 || R == 2 || R == 4);                                                                        \
     { constexpr int i = 0; __VA_ARGS__; }                                                                             \
@@ -32,7 +33,8 @@ struct LaneMask {
     typename Batch::register_type v[R];
 };
 
-/// R registers of T, held as the compiler's own vectors: arithmetic on them needs no function, which is half of the time to compile.
+/// R registers of T, held as the compiler's own vectors: arithmetic on them needs no function, which is half of the
+/// time to compile.
 template <class T, int R>
 struct Lanes {
     using Batch = xsimd::batch<T>;
@@ -187,7 +189,8 @@ KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> select(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
     Lanes<T, R> c;
-    KAGERO_EACH_REGISTER(c.v[i] = xsimd::select(xsimd::batch_bool<T>(m.v[i]), xsimd::batch<T>(a.v[i]), xsimd::batch<T>(b.v[i])))
+    KAGERO_EACH_REGISTER(
+        c.v[i] = xsimd::select(xsimd::batch_bool<T>(m.v[i]), xsimd::batch<T>(a.v[i]), xsimd::batch<T>(b.v[i])))
     return c;
 }
 /// Bit i is lane i.
@@ -238,8 +241,8 @@ using std::tanh;
 // ---- 1/x and 1/√x: a 14-bit estimate and one polishing step of fourth order (double), second order (float) -------------------
 
 #if defined(__AVX512F__)
-/// y += y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y²: about 2 ulp. Of 0 and ∞ e is no number; a `total` function keeps the estimate there,
-/// as min takes the other of its operands.
+/// y += y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y²: about 2 ulp. Of 0 and ∞ e is no number; a `total` function
+/// keeps the estimate there, as min takes the other of its operands.
 template <bool total, class V>
 KAGERO_INLINE V polished_rsqrt(const V& x, const V& y) {
     using S = ScalarOf<V>;

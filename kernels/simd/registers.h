@@ -1,5 +1,5 @@
-/// Single registers: fused operations, estimates of reciprocals, masks and numbers to and from memory, by instruction set. What xsimd has
-/// not, or not as quickly; `lanes.h` builds on it.
+/// Single registers: fused operations, estimates of reciprocals, masks and numbers to and from memory, by instruction
+/// set. What xsimd has not, or not as quickly; `lanes.h` builds on it.
 #pragma once
 
 #include "kernels/inline.h"
@@ -62,25 +62,35 @@ KAGERO_INLINE void set_bits(M& m, std::uint64_t all) { m = static_cast<M>(all); 
 KAGERO_INLINE __m256i own_bit(std::uint64_t all, __m256i own) {
     return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(all)), own), own);
 }
-KAGERO_INLINE void set_bits(__m256d& m, std::uint64_t all) { m = _mm256_castsi256_pd(own_bit(all, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8))); }
-KAGERO_INLINE void set_bits(__m256& m, std::uint64_t all) { m = _mm256_castsi256_ps(own_bit(all, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128))); }
+KAGERO_INLINE void set_bits(__m256d& m, std::uint64_t all) {
+    m = _mm256_castsi256_pd(own_bit(all, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8)));
+}
+KAGERO_INLINE void set_bits(__m256& m, std::uint64_t all) {
+    m = _mm256_castsi256_ps(own_bit(all, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)));
+}
 #else
 KAGERO_INLINE __m128i own_bit(std::uint64_t all, __m128i own) {
     return _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(all)), own), own);
 }
-KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t all) { m = _mm_castsi128_pd(own_bit(all, _mm_setr_epi32(1, 1, 2, 2))); }
-KAGERO_INLINE void set_bits(__m128& m, std::uint64_t all) { m = _mm_castsi128_ps(own_bit(all, _mm_setr_epi32(1, 2, 4, 8))); }
+KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t all) {
+    m = _mm_castsi128_pd(own_bit(all, _mm_setr_epi32(1, 1, 2, 2)));
+}
+KAGERO_INLINE void set_bits(__m128& m, std::uint64_t all) {
+    m = _mm_castsi128_ps(own_bit(all, _mm_setr_epi32(1, 2, 4, 8)));
+}
 #endif
 
 /// One register from doubles in memory, and one register to doubles or floats there.
 #if defined(__AVX512F__)
 KAGERO_INLINE void from_doubles(__m512d& v, const double* from) { v = _mm512_loadu_pd(from); }
 KAGERO_INLINE void from_doubles(__m512& v, const double* from) {
-    v = _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(_mm512_loadu_pd(from))), _mm512_cvtpd_ps(_mm512_loadu_pd(from + 8)), 1);
+    v = _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(_mm512_loadu_pd(from))),
+                           _mm512_cvtpd_ps(_mm512_loadu_pd(from + 8)), 1);
 }
 KAGERO_INLINE void to_doubles(__m512d v, double* to) { _mm512_storeu_pd(to, v); }
 KAGERO_INLINE void to_doubles(__m512 v, double* to) {
-    _mm512_storeu_pd(to, _mm512_cvtps_pd(_mm512_castps512_ps256(v))), _mm512_storeu_pd(to + 8, _mm512_cvtps_pd(_mm512_extractf32x8_ps(v, 1)));
+    _mm512_storeu_pd(to, _mm512_cvtps_pd(_mm512_castps512_ps256(v))),
+        _mm512_storeu_pd(to + 8, _mm512_cvtps_pd(_mm512_extractf32x8_ps(v, 1)));
 }
 KAGERO_INLINE void to_floats(__m512d v, float* to) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m512 v, float* to) { _mm512_storeu_ps(to, v); }
@@ -91,7 +101,8 @@ KAGERO_INLINE void from_doubles(__m256& v, const double* from) {
 }
 KAGERO_INLINE void to_doubles(__m256d v, double* to) { _mm256_storeu_pd(to, v); }
 KAGERO_INLINE void to_doubles(__m256 v, double* to) {
-    _mm256_storeu_pd(to, _mm256_cvtps_pd(_mm256_castps256_ps128(v))), _mm256_storeu_pd(to + 4, _mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
+    _mm256_storeu_pd(to, _mm256_cvtps_pd(_mm256_castps256_ps128(v))),
+        _mm256_storeu_pd(to + 4, _mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
 }
 KAGERO_INLINE void to_floats(__m256d v, float* to) { _mm_storeu_ps(to, _mm256_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m256 v, float* to) { _mm256_storeu_ps(to, v); }
@@ -101,31 +112,41 @@ KAGERO_INLINE void from_doubles(__m128& v, const double* from) {
     v = _mm_movelh_ps(_mm_cvtpd_ps(_mm_loadu_pd(from)), _mm_cvtpd_ps(_mm_loadu_pd(from + 2)));
 }
 KAGERO_INLINE void to_doubles(__m128d v, double* to) { _mm_storeu_pd(to, v); }
-KAGERO_INLINE void to_doubles(__m128 v, double* to) { _mm_storeu_pd(to, _mm_cvtps_pd(v)), _mm_storeu_pd(to + 2, _mm_cvtps_pd(_mm_movehl_ps(v, v))); }
+KAGERO_INLINE void to_doubles(__m128 v, double* to) {
+    _mm_storeu_pd(to, _mm_cvtps_pd(v)), _mm_storeu_pd(to + 2, _mm_cvtps_pd(_mm_movehl_ps(v, v)));
+}
 KAGERO_INLINE void to_floats(__m128d v, float* to) { _mm_storel_pi(reinterpret_cast<__m64*>(to), _mm_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m128 v, float* to) { _mm_storeu_ps(to, v); }
 #endif
 
 /// Four columns into four rows: to[j][i] = column i [j].
 #if defined(__AVX__)
-KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d, double* const (&to)[4]) {
+KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d,
+                             double* const (&to)[4]) {
     const __m256d x = _mm256_loadu_pd(a), y = _mm256_loadu_pd(b), z = _mm256_loadu_pd(c), w = _mm256_loadu_pd(d);
     const __m256d xy_even = _mm256_unpacklo_pd(x, y), xy_odd = _mm256_unpackhi_pd(x, y);
     const __m256d zw_even = _mm256_unpacklo_pd(z, w), zw_odd = _mm256_unpackhi_pd(z, w);
-    _mm256_storeu_pd(to[0], _mm256_permute2f128_pd(xy_even, zw_even, 0x20)), _mm256_storeu_pd(to[1], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x20));
-    _mm256_storeu_pd(to[2], _mm256_permute2f128_pd(xy_even, zw_even, 0x31)), _mm256_storeu_pd(to[3], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x31));
+    _mm256_storeu_pd(to[0], _mm256_permute2f128_pd(xy_even, zw_even, 0x20)),
+        _mm256_storeu_pd(to[1], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x20));
+    _mm256_storeu_pd(to[2], _mm256_permute2f128_pd(xy_even, zw_even, 0x31)),
+        _mm256_storeu_pd(to[3], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x31));
 }
 #else
-KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d, double* const (&to)[4]) {
+KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d,
+                             double* const (&to)[4]) {
     for (int i = 0; i < 4; i += 2) {
-        const __m128d x = _mm_loadu_pd(a + i), y = _mm_loadu_pd(b + i), z = _mm_loadu_pd(c + i), w = _mm_loadu_pd(d + i);
+        const __m128d x = _mm_loadu_pd(a + i), y = _mm_loadu_pd(b + i), z = _mm_loadu_pd(c + i),
+                      w = _mm_loadu_pd(d + i);
         _mm_storeu_pd(to[i], _mm_unpacklo_pd(x, y)), _mm_storeu_pd(to[i] + 2, _mm_unpacklo_pd(z, w));
         _mm_storeu_pd(to[i + 1], _mm_unpackhi_pd(x, y)), _mm_storeu_pd(to[i + 1] + 2, _mm_unpackhi_pd(z, w));
     }
 }
 #endif
-KAGERO_INLINE void transpose(const std::uint32_t* a, const std::uint32_t* b, const std::uint32_t* c, const std::uint32_t* d, std::uint32_t* const (&to)[4]) {
-    const auto load = [](const std::uint32_t* from) { return _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from))); };
+KAGERO_INLINE void transpose(const std::uint32_t* a, const std::uint32_t* b, const std::uint32_t* c,
+                             const std::uint32_t* d, std::uint32_t* const (&to)[4]) {
+    const auto load = [](const std::uint32_t* from) {
+        return _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+    };
     __m128 rows[4] = {load(a), load(b), load(c), load(d)};
     _MM_TRANSPOSE4_PS(rows[0], rows[1], rows[2], rows[3]);
     for (int i = 0; i < 4; ++i) _mm_storeu_si128(reinterpret_cast<__m128i*>(to[i]), _mm_castps_si128(rows[i]));
@@ -134,28 +155,34 @@ KAGERO_INLINE void transpose(const std::uint32_t* a, const std::uint32_t* b, con
 /// table[(z·ny + y)·nx + x], of whole numbers ≥ 0.
 #if defined(__AVX512F__)
 KAGERO_INLINE __m512d look_up(const float* table, __m512d x, __m512d y, __m512d z, int nx, int ny) {
-    const __m256i row = _mm256_add_epi32(_mm256_mullo_epi32(_mm512_cvttpd_epi32(z), _mm256_set1_epi32(ny)), _mm512_cvttpd_epi32(y));
+    const __m256i row =
+        _mm256_add_epi32(_mm256_mullo_epi32(_mm512_cvttpd_epi32(z), _mm256_set1_epi32(ny)), _mm512_cvttpd_epi32(y));
     const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm512_cvttpd_epi32(x));
     return _mm512_cvtps_pd(_mm256_i32gather_ps(table, place, 4));
 }
 KAGERO_INLINE __m512 look_up(const float* table, __m512 x, __m512 y, __m512 z, int nx, int ny) {
-    const __m512i row = _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(z), _mm512_set1_epi32(ny)), _mm512_cvttps_epi32(y));
+    const __m512i row =
+        _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(z), _mm512_set1_epi32(ny)), _mm512_cvttps_epi32(y));
     const __m512i place = _mm512_add_epi32(_mm512_mullo_epi32(row, _mm512_set1_epi32(nx)), _mm512_cvttps_epi32(x));
     return _mm512_i32gather_ps(place, table, 4);
 }
 #elif defined(__AVX2__)
 KAGERO_INLINE __m256d look_up(const float* table, __m256d x, __m256d y, __m256d z, int nx, int ny) {
-    const __m128i row = _mm_add_epi32(_mm_mullo_epi32(_mm256_cvttpd_epi32(z), _mm_set1_epi32(ny)), _mm256_cvttpd_epi32(y));
+    const __m128i row =
+        _mm_add_epi32(_mm_mullo_epi32(_mm256_cvttpd_epi32(z), _mm_set1_epi32(ny)), _mm256_cvttpd_epi32(y));
     const __m128i place = _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(nx)), _mm256_cvttpd_epi32(x));
     return _mm256_cvtps_pd(_mm_i32gather_ps(table, place, 4));
 }
 KAGERO_INLINE __m256 look_up(const float* table, __m256 x, __m256 y, __m256 z, int nx, int ny) {
-    const __m256i row = _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(z), _mm256_set1_epi32(ny)), _mm256_cvttps_epi32(y));
+    const __m256i row =
+        _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(z), _mm256_set1_epi32(ny)), _mm256_cvttps_epi32(y));
     const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm256_cvttps_epi32(x));
     return _mm256_i32gather_ps(table, place, 4);
 }
 #else
-KAGERO_INLINE float look_up(const float* table, int x, int y, int z, int nx, int ny) { return table[(z * ny + y) * nx + x]; }
+KAGERO_INLINE float look_up(const float* table, int x, int y, int z, int nx, int ny) {
+    return table[(z * ny + y) * nx + x];
+}
 KAGERO_INLINE __m128d look_up(const float* table, __m128d x, __m128d y, __m128d z, int nx, int ny) {
     alignas(16) int at[3][4];
     _mm_store_si128(reinterpret_cast<__m128i*>(at[0]), _mm_cvttpd_epi32(x));

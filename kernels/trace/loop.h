@@ -242,7 +242,8 @@ void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
     DeferredEvents<V, Events>& deferred = refiner.deferred;
     refiner.refine();
     const LanesOfEvents<Events> earlier = look_for_earlier ? refiner.earlier_events() : LanesOfEvents<Events>{};
-    const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.unreached, undone = lost ? undo(lost) : 0;
+    const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.unreached,
+                        undone = lost ? undo(lost) : 0;
     const std::uint64_t resumed = deferred.lanes & ~(lost | again) & deferred.template lanes_with<Effect::resume>();
     const std::uint64_t ended = deferred.lanes & ~(undone | again | resumed);
     if (packet_.state.options.want_energy)

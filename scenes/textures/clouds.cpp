@@ -1,5 +1,5 @@
-// A summer sky for a plane overhead: deep blue at the left edge, the haze of the horizon at the right. Repeats from top to
-// bottom.
+// A summer sky for a plane overhead: deep blue at the left edge, the haze of the horizon at the right. Repeats from top
+// to bottom.
 #include "textures.h"
 
 #include <algorithm>
@@ -17,8 +17,8 @@ Vec on_cylinder(double u, double v, double fineness) {
 }
 
 Color sky_color(double u, double v) {
-    const Color blue =
-        mixed(mixed({0.055, 0.17, 0.50}, {0.22, 0.44, 0.80}, smooth(0, 0.45, u)), {0.70, 0.80, 0.90}, smooth(0.3, 0.95, u));
+    const Color blue = mixed(mixed({0.055, 0.17, 0.50}, {0.22, 0.44, 0.80}, smooth(0, 0.45, u)), {0.70, 0.80, 0.90},
+                             smooth(0.3, 0.95, u));
     const Vec p = on_cylinder(u, v, 9);
     const Vec bent = p + 0.5 * Vec{fractal(seed + 1, p, 3), fractal(seed + 2, p, 3), fractal(seed + 3, p, 3)};
     const double cloud = smooth(0.08, 0.50, fractal(seed + 10, bent, 7, 0.55));

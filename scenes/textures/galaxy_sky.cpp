@@ -64,7 +64,8 @@ Color galaxy_light(double x, double y, double flat_y) {
     const Color old_disc = 0.85 * std::exp(-p.radius / 0.23) * Color{1.0, 0.78, 0.54};
     const Color young_arms = 3.2 * std::exp(-p.radius / 0.40) * arms * Color{0.50, 0.70, 1.0};
     const double bulge_radius = std::hypot(x, flat_y / 0.72);
-    const Color bulge = (3.4 * std::exp(-bulge_radius / 0.035) + 0.8 * std::exp(-bulge_radius / 0.10)) * Color{1.0, 0.80, 0.55};
+    const Color bulge =
+        (3.4 * std::exp(-bulge_radius / 0.035) + 0.8 * std::exp(-bulge_radius / 0.10)) * Color{1.0, 0.80, 0.55};
     return through_dust(dust_depth(p)) * (end * (old_disc + young_arms)) + through_dust(0.35 * dust_depth(p)) * bulge;
 }
 

@@ -1,5 +1,5 @@
-// A sky like the one seen from the Earth, in galactic coordinates: the Milky Way along the equator, its middle in the direction
-// +x.
+// A sky like the one seen from the Earth, in galactic coordinates: the Milky Way along the equator, its middle in the
+// direction +x.
 #include "textures.h"
 
 #include <algorithm>
@@ -46,7 +46,8 @@ double dust_depth(const Vec& d) {
 Color light(const Vec& d) {
     const double bulge = bulge_light(d), clouds = star_clouds(d);
     const double grain = 1 + 0.35 * fractal(seed + 40, 90.0 * d, 2, 0.7);
-    const Color disc = mixed({0.66, 0.78, 1.0}, {1.0, 0.82, 0.60}, std::min(1.0, 0.25 * towards_middle(d) + 1.3 * bulge));
+    const Color disc =
+        mixed({0.66, 0.78, 1.0}, {1.0, 0.82, 0.60}, std::min(1.0, 0.25 * towards_middle(d) + 1.3 * bulge));
     const Color stars = 0.46 * grain * clouds * disc + 1.1 * grain * bulge * Color{1.0, 0.80, 0.55};
     return through_dust(dust_depth(d)) * stars + Color{0.0012, 0.0014, 0.0024};
 }
@@ -59,7 +60,8 @@ void add_nebulae(Picture& sky) {
         for (int i = 0; i < 7; ++i) {
             const Place place{middle.longitude + 0.8 * degree * random.normal(),
                               middle.latitude + 0.5 * degree * random.normal()};
-            add_spot(sky, place, random.between(0.15, 0.45) * degree, random.between(0.01, 0.12) * Color{1.0, 0.20, 0.32});
+            add_spot(sky, place, random.between(0.15, 0.45) * degree,
+                     random.between(0.01, 0.12) * Color{1.0, 0.20, 0.32});
         }
     }
 }
@@ -70,13 +72,15 @@ void add_companions(Picture& sky) {
     const struct {
         Place place;
         double width, light;
-    } companions[] = {{{-80 * degree, -33 * degree}, 2.6 * degree, 0.10}, {{-58 * degree, -44 * degree}, 1.5 * degree, 0.07}};
+    } companions[] = {{{-80 * degree, -33 * degree}, 2.6 * degree, 0.10},
+                      {{-58 * degree, -44 * degree}, 1.5 * degree, 0.07}};
     for (const auto& one : companions) {
         add_spot(sky, one.place, one.width, one.light * Color{0.80, 0.86, 1.0});
         for (int i = 0; i < 140; ++i) {
             const Place place{one.place.longitude + 1.2 * one.width * random.normal(),
                               one.place.latitude + 0.7 * one.width * random.normal()};
-            add_spot(sky, place, random.between(0.12, 0.5) * degree, random.between(0.005, 0.05) * Color{0.75, 0.84, 1.0});
+            add_spot(sky, place, random.between(0.12, 0.5) * degree,
+                     random.between(0.005, 0.05) * Color{0.75, 0.84, 1.0});
         }
     }
 }

@@ -80,7 +80,8 @@ inline double noise(std::uint64_t seed, const Vec& p, std::int64_t period = 0) {
         const int step[] = {corner & 1, (corner >> 1) & 1, corner >> 2};
         double share = 1;
         for (int a = 0; a < 3; ++a) share *= step[a] ? weight[a] : 1 - weight[a];
-        sum += share * random_at(seed, repeated(cell[0] + step[0]), repeated(cell[1] + step[1]), repeated(cell[2] + step[2]));
+        sum += share *
+               random_at(seed, repeated(cell[0] + step[0]), repeated(cell[1] + step[1]), repeated(cell[2] + step[2]));
     }
     return 2 * sum - 1;
 }

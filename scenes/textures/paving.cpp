@@ -25,7 +25,8 @@ struct Point {
 
 Point stone_middle(std::int64_t column, std::int64_t row) {
     const std::int64_t c = ((column % columns) + columns) % columns, r = ((row % rows) + rows) % rows;
-    return {static_cast<double>(column) + 0.5 + 0.5 * static_cast<double>(r % 2) + jitter * (random_at(seed, c, r, 1) - 0.5),
+    return {static_cast<double>(column) + 0.5 + 0.5 * static_cast<double>(r % 2) +
+                jitter * (random_at(seed, c, r, 1) - 0.5),
             static_cast<double>(row) + 0.5 + jitter * (random_at(seed, c, r, 2) - 0.5)};
 }
 
@@ -71,7 +72,8 @@ Ground ground_at(double u, double v) {
     const double rounded = std::sqrt(smooth(0.0, 0.30, g.stone.edge));
     const double tilt_u = random_at(seed, g.stone.column, g.stone.row, 3) - 0.5,
                  tilt_v = random_at(seed, g.stone.column, g.stone.row, 4) - 0.5;
-    const double tilt = 2.5 * (tilt_u * std::sin(2 * std::numbers::pi * u) + tilt_v * std::sin(2 * std::numbers::pi * v));
+    const double tilt =
+        2.5 * (tilt_u * std::sin(2 * std::numbers::pi * u) + tilt_v * std::sin(2 * std::numbers::pi * v));
     g.height = g.stoneness * (0.55 + 0.40 * rounded + 0.05 * tilt) + 0.07 * repeating(30, u, v, 40, 5, 0.62);
     return g;
 }

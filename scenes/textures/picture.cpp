@@ -56,7 +56,8 @@ Color star_color(double kelvin) {
     const auto* upper =
         std::find_if(std::begin(table) + 1, std::end(table) - 1, [=](const auto& row) { return row.kelvin > kelvin; });
     const auto* lower = upper - 1;
-    return mixed(lower->color, upper->color, std::clamp((kelvin - lower->kelvin) / (upper->kelvin - lower->kelvin), 0.0, 1.0));
+    return mixed(lower->color, upper->color,
+                 std::clamp((kelvin - lower->kelvin) / (upper->kelvin - lower->kelvin), 0.0, 1.0));
 }
 
 void add_star(Picture& sky, Random& random, const Place& place, double faintest, double slope) {
@@ -77,7 +78,8 @@ namespace {
 
 unsigned char encoded(double linear) {
     const double x = std::clamp(linear, 0.0, 1.0);
-    return static_cast<unsigned char>(std::lround(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055)));
+    return static_cast<unsigned char>(
+        std::lround(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055)));
 }
 
 }  // namespace

@@ -52,8 +52,8 @@ Place place_of(const Vec& direction);
 /// What is left of light after dust of the given depth: blue goes first.
 Color through_dust(double depth);
 
-/// Adds a spot of light to an equirectangular sky: `peak` in its middle, falling to a quarter at `width` (radians) from there
-/// (Moffat 1969, beta = 2). Bright spots look larger, as on photographs.
+/// Adds a spot of light to an equirectangular sky: `peak` in its middle, falling to a quarter at `width` (radians) from
+/// there (Moffat 1969, beta = 2). Bright spots look larger, as on photographs.
 void add_spot(Picture& sky, const Place& place, double width, const Color& peak);
 
 /// Colour of a black body at `kelvin`, its greatest part 1, somewhat more vivid than the eye sees it.

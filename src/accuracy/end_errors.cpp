@@ -35,12 +35,15 @@ const KernelInfo& in_double(const Plan& plan) {
 
 }  // namespace
 
-EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(plan), position_(position), rounding_(rounding) {
+EndErrors::EndErrors(const Plan& plan, bool position, bool rounding)
+    : plan_(plan), position_(position), rounding_(rounding) {
     if (plan.scene->straight || !position) return;
     const IntegratorInfo& info = plan.method();
     const Variant own = own_variant(plan, in_double(plan));
-    const bool bounded = plan.scene->space.info().bounds_steps, close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
-    const auto partner = bounded && !close ? find_variant(plan, partner_method, *own.kernel, partner_tolerance) : std::nullopt;
+    const bool bounded = plan.scene->space.info().bounds_steps,
+               close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
+    const auto partner =
+        bounded && !close ? find_variant(plan, partner_method, *own.kernel, partner_tolerance) : std::nullopt;
     Variant finer = partner.value_or(own);
     finer.solver_tolerance = 0;
     // The longest step of adaptive methods may govern as well as their tolerance.
@@ -56,7 +59,8 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding) : plan_(pla
     }
     finer_ = plan_by(plan, finer);
     if (shorter) finer_->run.step *= 0.5;
-    if (partner) finer_->run.hit = HitModel::hermite;  // its long steps are farther from their chords than the picture's
+    if (partner)
+        finer_->run.hit = HitModel::hermite;  // its long steps are farther from their chords than the picture's
 }
 
 /// Numbers of this precision tell ends apart no better.

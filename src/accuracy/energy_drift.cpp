@@ -63,7 +63,8 @@ EnergyTrace energy_trace(const Plan& plan, const Variant& variant, const RayStar
     EnergyTrace trace{&info, stated_step(plan, variant), 0, {}};
     const Level level = level_of(plan, ray);
     for (const PathPoint& point : paths_of(plan, variant, {ray}))
-        if (std::isfinite(point.energy)) trace.points.push_back({point.parameter, (point.energy - level.value) / level.scale});
+        if (std::isfinite(point.energy))
+            trace.points.push_back({point.parameter, (point.energy - level.value) / level.scale});
     return trace;
 }
 

@@ -5,8 +5,8 @@
 
 namespace kagero {
 
-/// |H − H0| / (½|p|² + |H0|, both at the start of the ray): the greatest, and the mean over the first and the last tenth of the
-/// path. The worst of the rays.
+/// |H − H0| / (½|p|² + |H0|, both at the start of the ray): the greatest, and the mean over the first and the last
+/// tenth of the path. The worst of the rays.
 struct EnergyDrift {
     double max = 0, first_tenth = 0, last_tenth = 0;
 };

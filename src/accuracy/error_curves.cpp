@@ -15,18 +15,20 @@ namespace {
 constexpr double most_astray = 0.01;
 /// Points that do more work per ray than this many times the cheapest are not worth their wait.
 constexpr double absurd_work = 200, absurd_work_quick = 60;
-/// Gradients and steps of all rays beyond which a quick study takes no finer step: counted, as a clock would not choose the same
-/// points twice.
+/// Gradients and steps of all rays beyond which a quick study takes no finer step: counted, as a clock would not choose
+/// the same points twice.
 constexpr double most_work_quick = 2e7;
 /// The same before a method has shown as many steps as others, but enough for its order.
 constexpr double hopeless_work_quick = 4e8;
 constexpr std::size_t steps_for_order = 3;
-/// A finer step gains nothing where the error, below this share of the scene, falls to no less than so much of what it was.
+/// A finer step gains nothing where the error, below this share of the scene, falls to no less than so much of what it
+/// was.
 constexpr double resolved = 1e-5, hardly_less = 0.7;
-/// Work rises where a point does so many times that of the one before; the next will, of a tenth of the tolerance or half the step.
+/// Work rises where a point does so many times that of the one before; the next will, of a tenth of the tolerance or
+/// half the step.
 constexpr double rises_by = 1.2, next_tolerance = 1.5, next_halving = 2;
-/// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps than
-/// this.
+/// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps
+/// than this.
 constexpr double far_beyond = 30;
 constexpr std::uint32_t least_steps = 1000;
 
@@ -41,8 +43,8 @@ void CurveBuilder::prepare() {
         curves_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
 }
 
-/// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end far beyond
-/// what the middle one of those needs that end by themselves.
+/// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end
+/// far beyond what the middle one of those needs that end by themselves.
 void CurveBuilder::bound_steps() {
     std::vector<RayEnd> ends;
     trace(plan_, curves_.sample.starts, ends, watch());
@@ -63,14 +65,16 @@ void CurveBuilder::keep_decided() {
         reference_.ends[kept] = reference_.ends[i], reference_.conditioning[kept] = reference_.conditioning[i];
         ++kept;
     }
-    if (kept == 0) throw RunError("no ray of this scene ends in a way that two methods agree on: there is no error to measure");
+    if (kept == 0)
+        throw RunError("no ray of this scene ends in a way that two methods agree on: there is no error to measure");
     sample.starts.resize(kept), sample.pixels.resize(kept);
     reference_.ends.resize(kept), reference_.conditioning.resize(kept);
     reference_.decided.assign(kept, true);
 }
 
 void CurveBuilder::climb_all(const std::function<void(double)>& progress, const Measured& measured) {
-    const LadderChoice choice{options_.quick, options_.full, options_.strategy, options_.precision, options_.pixel_bound > 0};
+    const LadderChoice choice{options_.quick, options_.full, options_.strategy, options_.precision,
+                              options_.pixel_bound > 0};
     const auto ladders = choose_ladders(plan_, choice, curves_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
         if (options_.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
@@ -111,12 +115,13 @@ void CurveBuilder::climb(const Ladder& ladder, const Measured& hook) {
         work_before = work;
         const double next = (curve.info->adaptive ? next_tolerance : next_halving) * work;
         if (enough && rises && next > limit * least_work_) {
-            curve.stopped =
-                "a finer step would do more than " + std::to_string(std::lround(limit)) + " times the work of the cheapest point";
+            curve.stopped = "a finer step would do more than " + std::to_string(std::lround(limit)) +
+                            " times the work of the cheapest point";
             break;
         }
         const double most_work = enough ? most_work_quick : hopeless_work_quick;
-        if (rises && options_.quick && n + 1 >= steps_for_order && next * double(curves_.sample.starts.size()) > most_work) {
+        if (rises && options_.quick && n + 1 >= steps_for_order &&
+            next * double(curves_.sample.starts.size()) > most_work) {
             curve.stopped = "a finer step is too much work for a quick study";
             break;
         }
@@ -135,7 +140,9 @@ void CurveBuilder::close_in(StudyCurve& curve, Variant variant) {
         variant.step = step;
         return measure(variant, {});
     };
-    const auto within = [&](const StudyPoint& point) { return is_within(point, options_.pixel_bound, &RayErrors::pixels, curves_.reference); };
+    const auto within = [&](const StudyPoint& point) {
+        return is_within(point, options_.pixel_bound, &RayErrors::pixels, curves_.reference);
+    };
     auto longest = std::find_if(curve.points.begin(), curve.points.end(), within);
     if (longest == curve.points.end()) return;
     if (curve.loose) variant.solver_tolerance = longest->solver_tolerance;
@@ -152,8 +159,8 @@ void CurveBuilder::close_in(StudyCurve& curve, Variant variant) {
         if (!insert(std::sqrt(std::prev(longest)->step * longest->step))) return;
 }
 
-/// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False where
-/// that was not measured, rounding is all there is, or this space leaves no equations to solve.
+/// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False
+/// where that was not measured, rounding is all there is, or this space leaves no equations to solve.
 bool CurveBuilder::set_loose_tolerance(Variant& variant) const {
     for (const StudyCurve& curve : curves_.curves) {
         if (curve.info != &info_of(plan_, variant) || curve.loose || curve.precision != Precision::float64) continue;
@@ -197,19 +204,24 @@ bool is_known(const ReferenceStory& reference) {
 }
 
 std::string what_is_unknown(const ReferenceStory& reference) {
-    return "no two methods agree on how " + std::to_string(reference.undecided) + " of " + std::to_string(reference.decided + reference.undecided) + " rays end";
+    return "no two methods agree on how " + std::to_string(reference.undecided) + " of " +
+           std::to_string(reference.decided + reference.undecided) + " rays end";
 }
 
 bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
     const RayErrors& e = point.errors;
-    if (reference.decided == 0 || !is_known(reference) || double(e.flips) > most_astray * double(reference.decided)) return false;
+    if (reference.decided == 0 || !is_known(reference) || double(e.flips) > most_astray * double(reference.decided))
+        return false;
     if (e.compared + e.ill == 0) return true;  // rays that are all captured end nowhere in particular
     // Of what is closer to the reference than that is to the truth nobody knows how close it is to that.
-    const double unknown = spread == &RayErrors::pixels ? reference.pixels.p99 : spread == &RayErrors::position ? reference.uncertainty.p99 : reference.direction.p99;
+    const double unknown = spread == &RayErrors::pixels     ? reference.pixels.p99
+                           : spread == &RayErrors::position ? reference.uncertainty.p99
+                                                            : reference.direction.p99;
     return (e.*spread).p99 <= error && unknown <= error;
 }
 
-ErrorCurves measure_curves(const Plan& plan, const CurveOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
+ErrorCurves measure_curves(const Plan& plan, const CurveOptions& options, const Progress& progress,
+                           const std::atomic<bool>* stop) {
     const auto begin = std::chrono::steady_clock::now();
     CurveBuilder builder(plan, options, stop);
     builder.prepare();

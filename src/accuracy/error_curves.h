@@ -1,4 +1,5 @@
-/// The error of methods over their steps, for a sample of a scene's own rays, through the kernels and the loop that `render` uses.
+/// The error of methods over their steps, for a sample of a scene's own rays, through the kernels and the loop that
+/// `render` uses.
 #pragma once
 
 #include "accuracy/energy_drift.h"
@@ -16,10 +17,10 @@ struct CurveOptions {
     bool full = false;                      ///< every method one ray at a time too
     std::optional<Strategy> strategy;       ///< of the methods that are measured; empty: every one
     std::optional<Precision> precision;     ///< likewise
-    /// Where it is not 0, packets alone are measured, float included, and the longest steps are sought whose 99th percentile of the error, in
-    /// pixels, is within this bound.
+    /// Where it is not 0, packets alone are measured, float included, and the longest steps are sought whose 99th
+    /// percentile of the error, in pixels, is within this bound.
     double pixel_bound = 0;
-    Deadline deadline;                      ///< of the measurements: what was found by then is kept. RunError if that is nothing
+    Deadline deadline;  ///< of the measurements: what was found by then is kept. RunError if that is nothing
 };
 
 /// One method at one step.
@@ -28,7 +29,8 @@ struct StudyPoint {
     double stated_step = 0;       ///< the same as a scene states it
     double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
     Timing time;                  ///< ns per ray, with the scene's surfaces
-    Timing time_without;          ///< no surfaces, no intersection: rays run on until they leave the scene, or as long as 99 % of those with
+    Timing time_without;  ///< no surfaces, no intersection: rays run on until they leave the scene, or as long as 99 %
+                          ///< of those with
     double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
     double operations = 0;                                         ///< per ray, see render/operation_count.h
     double steps_without = 0;                                      ///< per ray, without surfaces
@@ -44,9 +46,11 @@ struct StudyCurve {
     Precision precision{};
     const IntegratorInfo* info = nullptr;
     bool rescaled = false;
-    bool loose = false;  ///< implicit equations solved to a hundredth of the error of the same step, not as the scene says
+    bool loose =
+        false;  ///< implicit equations solved to a hundredth of the error of the same step, not as the scene says
     bool own = false;    ///< the scene's own method
-    std::optional<double> order;  ///< slope of position error (p90) over step, above the floor; none for adaptive methods
+    std::optional<double>
+        order;  ///< slope of position error (p90) over step, above the floor; none for adaptive methods
     std::optional<double> floor;  ///< least position error (p90) reached
     std::string stopped;          ///< why there are no finer steps
     std::vector<StudyPoint> points;
@@ -71,11 +75,13 @@ bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread,
 /// Measures curves: `prepare` chooses the rays and traces their reference, `climb_all` measures method after method.
 class CurveBuilder {
 public:
-    /// Called for each point that was measured, with what its run reported and the ends of its rays. False where there was no time to
-    /// complete the point: it is dropped then.
-    using Measured = std::function<bool(const Variant&, std::size_t curve, StudyPoint& point, const RunReport&, const std::vector<RayEnd>&)>;
+    /// Called for each point that was measured, with what its run reported and the ends of its rays. False where there
+    /// was no time to complete the point: it is dropped then.
+    using Measured = std::function<bool(const Variant&, std::size_t curve, StudyPoint& point, const RunReport&,
+                                        const std::vector<RayEnd>&)>;
 
-    CurveBuilder(const Plan& plan, const CurveOptions& options, const std::atomic<bool>* stop) : plan_(plan), options_(options), stop_(stop) {}
+    CurveBuilder(const Plan& plan, const CurveOptions& options, const std::atomic<bool>* stop)
+        : plan_(plan), options_(options), stop_(stop) {}
 
     void prepare();
     /// `progress` is called with the finished share.
@@ -106,6 +112,7 @@ private:
 };
 
 /// Both in one call.
-ErrorCurves measure_curves(const Plan& plan, const CurveOptions& options, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+ErrorCurves measure_curves(const Plan& plan, const CurveOptions& options, const Progress& progress = {},
+                           const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

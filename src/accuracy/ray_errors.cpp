@@ -42,7 +42,8 @@ bool has_end(const RayEnd& end) {
 double pixel_at(const Plan& plan, const RayEnd& end) {
     const Double3 &eye = plan.description().camera.position, &center = plan.description().space.center;
     if (seen_by_direction(plan, end)) return pixel_size(plan.description(), 1);
-    return pixel_size(plan.description(), std::hypot(end.q[0] + center[0] - eye[0], end.q[1] + center[1] - eye[1], end.q[2] + center[2] - eye[2]));
+    return pixel_size(plan.description(), std::hypot(end.q[0] + center[0] - eye[0], end.q[1] + center[1] - eye[1],
+                                                     end.q[2] + center[2] - eye[2]));
 }
 
 double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is) {
@@ -77,7 +78,8 @@ RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
             continue;
         }
         if (!has_end(should)) continue;
-        const double displaced = pixels_apart(plan, in_space(plan, should), in_space(plan, is)), conditioning = reference.conditioning[i];
+        const double displaced = pixels_apart(plan, in_space(plan, should), in_space(plan, is)),
+                     conditioning = reference.conditioning[i];
         pixels.push_back(displaced / std::max(1.0, conditioning / ill_conditioned));
         if (conditioning > ill_conditioned) {
             ill.push_back(displaced / conditioning);
@@ -101,11 +103,16 @@ std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, 
     std::vector<double> all(ends.size());
     for (std::size_t i = 0; i < ends.size(); ++i)
         for (const RayEnd* aside : {&right[i], &below[i]}) {
-            // A neighbour that ends otherwise may be beside an edge only; that alone does not make a ray ill-conditioned.
+            // A neighbour that ends otherwise may be beside an edge only; that alone does not make a ray
+            // ill-conditioned.
             if (!has_end(ends[i]) || !same_class(ends[i], *aside)) continue;
-            const double seen = pixels_apart(plan, in_space(plan, ends[i]), in_space(plan, *aside)) * sample.pixel_angle;
+            const double seen =
+                pixels_apart(plan, in_space(plan, ends[i]), in_space(plan, *aside)) * sample.pixel_angle;
             // Parallel rays are set aside by a length, which says nothing of how an angle compares with it.
-            const double turned = plan.description().camera.type == CameraType::orthographic ? 0 : angle(ends[i].v, aside->v), apart = std::max(turned, seen);
+            const double turned = plan.description().camera.type == CameraType::orthographic
+                                      ? 0
+                                      : angle(ends[i].v, aside->v),
+                         apart = std::max(turned, seen);
             all[i] = std::max(all[i], apart / sample.turn);
         }
     return all;

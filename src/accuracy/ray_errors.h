@@ -6,14 +6,16 @@
 
 namespace kagero {
 
-/// A ray that turns its neighbours apart by more than this multiplies every error by as much. It is counted apart, and in pixels by the
-/// error over that excess: a pixel beside it spans thousands of its size, and by how many of those an end is off is not seen.
+/// A ray that turns its neighbours apart by more than this multiplies every error by as much. It is counted apart, and
+/// in pixels by the error over that excess: a pixel beside it spans thousands of its size, and by how many of those an
+/// end is off is not seen.
 inline constexpr double ill_conditioned = 1e3;
 
 /// The ends that rays should have.
 struct ReferenceRays {
     std::vector<RayEnd> ends;
-    std::vector<double> conditioning;  ///< greatest angle between a ray's end and its neighbours', over that between their starts
+    std::vector<double>
+        conditioning;  ///< greatest angle between a ray's end and its neighbours', over that between their starts
     std::vector<bool> decided;         ///< two methods agree on how the ray ends, and it does
 };
 
@@ -26,24 +28,25 @@ bool seen_by_direction(const Plan& plan, const RayEnd& end);
 /// How large a pixel of the film is where a ray ends: a length where it hits, else an angle.
 double pixel_at(const Plan& plan, const RayEnd& end);
 
-/// How far what is seen at the end of a ray is from where it should be, in pixels of the film: a point by its distance, the sky by its
-/// direction (by the end point where a camera's rays are parallel). Ends of one class, in the coordinates of the Hamiltonian, as kernels
-/// write them.
+/// How far what is seen at the end of a ray is from where it should be, in pixels of the film: a point by its distance,
+/// the sky by its direction (by the end point where a camera's rays are parallel). Ends of one class, in the
+/// coordinates of the Hamiltonian, as kernels write them.
 double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is);
 
-/// The same for any ends: zero where both are captured, not a number where they differ in class or there is nothing to see.
+/// The same for any ends: zero where both are captured, not a number where they differ in class or there is nothing to
+/// see.
 double pixel_error(const Plan& plan, const RayEnd& should, const RayEnd& is);
 
 /// From the scene's coordinates and unit, in which `trace` tells ends, to those of the Hamiltonian.
 RayEnd in_space(const Plan& plan, RayEnd end);
 
-/// Errors of one way of tracing the sample. Rays that end otherwise than they should are `flips` and enter nothing else; rays
-/// that are captured have no end to compare.
+/// Errors of one way of tracing the sample. Rays that end otherwise than they should are `flips` and enter nothing
+/// else; rays that are captured have no end to compare.
 struct RayErrors {
     std::uint64_t compared = 0, flips = 0, ill = 0;
     Spread position;                 ///< of the end point, scene units
     Spread direction;                ///< between the ends' directions, radians
-    Spread pixels;                   ///< where the end is seen, in pixels of the film; of ill-conditioned rays too, see below
+    Spread pixels;  ///< where the end is seen, in pixels of the film; of ill-conditioned rays too, see below
     double above_quarter_pixel = 0;  ///< share of those
     Spread ill_pixels;               ///< of ill-conditioned rays: pixels over conditioning
 };

@@ -16,9 +16,9 @@ struct Pair {
     Candidate best, other;
     bool alike = false;  ///< taken only where no unlike pair serves
 };
-// Unlike methods first: collocation at a fixed step against explicit stages at steps of their own. Where light runs against the
-// edge of a medium no fixed step suffices; there two adaptive methods of other orders and stages must do. Where the slope of H jumps
-// collocation alone serves: two of it, of other orders, stages and steps.
+// Unlike methods first: collocation at a fixed step against explicit stages at steps of their own. Where light runs
+// against the edge of a medium no fixed step suffices; there two adaptive methods of other orders and stages must do.
+// Where the slope of H jumps collocation alone serves: two of it, of other orders, stages and steps.
 constexpr Pair pairs[] = {
     {{"gauss16", 0.5}, {"dp85", 1e-12}},
     {{"gauss16", 0.125}, {"dp85", 1e-12}},
@@ -40,9 +40,11 @@ struct Limits {
     const std::atomic<bool>* stop;
 };
 
-std::vector<RayEnd> ends_by(const Plan& plan, const Variant& variant, const std::vector<RayStart>& starts, const Limits& limits) {
+std::vector<RayEnd> ends_by(const Plan& plan, const Variant& variant, const std::vector<RayStart>& starts,
+                            const Limits& limits) {
     std::vector<RayEnd> ends;
-    const RunReport report = trace(plan_by(plan, variant), starts, ends, {.stop = limits.stop, .time_limit = limits.deadline.left()});
+    const RunReport report =
+        trace(plan_by(plan, variant), starts, ends, {.stop = limits.stop, .time_limit = limits.deadline.left()});
     if (report.out_of_time) throw RunError("the time was up before two methods had shown how rays end");
     if (report.interrupted) throw Interrupted();
     return ends;
@@ -57,7 +59,8 @@ struct Attempt {
     ReferenceStory story;
 };
 
-Attempt attempt(const Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other, const Limits& limits) {
+Attempt attempt(const Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other,
+                const Limits& limits) {
     Attempt made;
     ReferenceStory& story = made.story;
     story.variant = best;
@@ -69,8 +72,8 @@ Attempt attempt(const Plan& plan, const SampleRays& sample, const Variant& best,
     ReferenceRays& rays = made.rays;
     rays.ends = ends_by(plan, best, sample.starts, limits);
     const std::vector<RayEnd> confirming = ends_by(plan, other, sample.starts, limits);
-    rays.conditioning =
-        conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, limits), ends_by(plan, best, sample.below, limits));
+    rays.conditioning = conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, limits),
+                                        ends_by(plan, best, sample.below, limits));
     for (std::size_t i = 0; i < rays.ends.size(); ++i) {
         const bool decided = ended(rays.ends[i]) && same_class(rays.ends[i], confirming[i]);
         rays.decided.push_back(decided);
@@ -84,10 +87,11 @@ Attempt attempt(const Plan& plan, const SampleRays& sample, const Variant& best,
 
 }  // namespace
 
-ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline,
-                              const std::atomic<bool>* stop) {
+ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story,
+                              const Deadline& deadline, const std::atomic<bool>* stop) {
     const double size = scene_size(*plan.scene);
-    // In sizes of the scene, or where all rays are ill-conditioned as an angle; not a number where no two rays ended alike.
+    // In sizes of the scene, or where all rays are ill-conditioned as an angle; not a number where no two rays ended
+    // alike.
     const auto doubt = [&](const ReferenceStory& s) {
         return std::isfinite(s.uncertainty.p99) ? s.uncertainty.p99 / size : s.pixels.p99 * sample.pixel_angle;
     };

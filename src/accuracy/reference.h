@@ -1,4 +1,5 @@
-/// Where rays really end: by one method at the edge of double precision, confirmed by another that shares no step with it.
+/// Where rays really end: by one method at the edge of double precision, confirmed by another that shares no step with
+/// it.
 #pragma once
 
 #include "render/deadline.h"
@@ -21,9 +22,9 @@ struct ReferenceStory {
     std::uint64_t status[status_count] = {};
 };
 
-/// Tries pairs of methods until two agree, and takes the closest. Throws RunError where the space has no two methods to compare, or there
-/// was no time to; Interrupted where `stop` was set.
-ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story, const Deadline& deadline = Deadline(),
-                              const std::atomic<bool>* stop = nullptr);
+/// Tries pairs of methods until two agree, and takes the closest. Throws RunError where the space has no two methods to
+/// compare, or there was no time to; Interrupted where `stop` was set.
+ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story,
+                              const Deadline& deadline = Deadline(), const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

@@ -36,13 +36,16 @@ Double3 normal_at(const Surface& surface, std::uint32_t primitive, const Double3
     return cross(subtract(vertex(1), vertex(0)), subtract(vertex(2), vertex(0)));
 }
 
-/// Of what a ray ends on: a surface, one of the escape spheres, or the edge of the medium, of which nothing more is known.
+/// Of what a ray ends on: a surface, one of the escape spheres, or the edge of the medium, of which nothing more is
+/// known.
 Double3 normal_at(const Plan& plan, const RayEnd& end) {
     const Double3 q = of(end.q);
-    if (end.status == Status::hit) return normal_at(plan.scene->geometry->kernel_view()->surfaces[end.surface], end.primitive, q);
+    if (end.status == Status::hit)
+        return normal_at(plan.scene->geometry->kernel_view()->surfaces[end.surface], end.primitive, q);
     constexpr double near = 1e-3;
     const auto on_sphere = [&](double radius) { return std::abs(length(q) - radius) <= near * radius; };
-    return on_sphere(plan.scene->limits.escape_radius) || on_sphere(plan.scene->limits.inner_escape_radius) ? q : of(end.v);
+    return on_sphere(plan.scene->limits.escape_radius) || on_sphere(plan.scene->limits.inner_escape_radius) ? q
+                                                                                                            : of(end.v);
 }
 
 /// How what is seen moves with the end of a ray: along two axes across it, in pixels.
@@ -96,20 +99,22 @@ std::vector<RayStart> starts_of(const Plan& plan, const Tile& tile, const RayLis
     return starts;
 }
 
-/// The roundings of a ray's start, its direction and its end, as if it were straight; where a surface is not met at right angles they move the
-/// end farther along that.
+/// The roundings of a ray's start, its direction and its end, as if it were straight; where a surface is not met at
+/// right angles they move the end farther along that.
 double bound_of_ends(const Plan& plan, const RayStart& start, const RayEnd& end) {
     constexpr double roundings_of_direction = 4, roundings_of_places = 2;
     const double half_place = half_place_of(plan), direction = roundings_of_direction * half_place;
     if (seen_by_direction(plan, end)) return direction / pixel_at(plan, end);
     const Double3 from = of(start.q), to = of(end.q), normal = normal_at(plan, end);
     const double slant = std::abs(dot(normal, of(end.v))) / (length(normal) * length(of(end.v)));
-    const double off = direction * length(subtract(to, from)) + roundings_of_places * half_place * (length(from) + length(to));
+    const double off =
+        direction * length(subtract(to, from)) + roundings_of_places * half_place * (length(from) + length(to));
     return off / (std::max(slant, half_place) * pixel_at(plan, end));
 }
 
 /// Of a few of the rays that `ends` and `bounds` are of, by their places there.
-void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::size_t>& places, const RayEnd* ends, double* bounds, const Halt& halt) {
+void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::size_t>& places, const RayEnd* ends,
+               double* bounds, const Halt& halt) {
     const Paths traced(plan, rays, halt);
     if (halt()) return;
     std::vector<RayPath> paths;
@@ -123,13 +128,16 @@ void bound_few(const Plan& plan, const RayList& rays, const std::vector<std::siz
     }
     std::vector<double> pixels(paths.size());
     const Job job = plan.job();
-    plan.module().bound_roundings(&job, paths.data(), static_cast<std::uint32_t>(paths.size()), half_place_of(plan), pixels.data());
-    for (std::size_t i = 0; i < wanted.size(); ++i) bounds[places[wanted[i]]] = pixels[i] + bound_of_ends(plan, rays.starts[wanted[i]], ends[places[wanted[i]]]);
+    plan.module().bound_roundings(&job, paths.data(), static_cast<std::uint32_t>(paths.size()), half_place_of(plan),
+                                  pixels.data());
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        bounds[places[wanted[i]]] = pixels[i] + bound_of_ends(plan, rays.starts[wanted[i]], ends[places[wanted[i]]]);
 }
 
 }  // namespace
 
-std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
+std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const RayEnd* ends, const RayList& list,
+                                    const Halt& halt) {
     const std::vector<RayStart> starts = starts_of(plan, tile, list);
     std::vector<double> bounds;
     RayList few;

@@ -21,15 +21,18 @@ std::uint64_t z_order(std::uint32_t x, std::uint32_t y) {
 
 }  // namespace
 
-std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width, std::uint32_t height) {
+std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width,
+                                                 std::uint32_t height) {
     const std::uint32_t columns = std::min(width, film.width), rows = std::min(height, film.height);
     std::vector<std::array<std::uint32_t, 2>> grid;
     for (std::uint32_t y = 0; y < rows; ++y)
         for (std::uint32_t x = 0; x < columns; ++x) grid.push_back({x, y});
-    std::sort(grid.begin(), grid.end(), [](const auto& a, const auto& b) { return z_order(a[0], a[1]) < z_order(b[0], b[1]); });
+    std::sort(grid.begin(), grid.end(),
+              [](const auto& a, const auto& b) { return z_order(a[0], a[1]) < z_order(b[0], b[1]); });
     std::vector<std::array<double, 2>> pixels;
     for (const auto& [column, row] : grid)
-        pixels.push_back({std::floor((column + 0.5) * film.width / columns) + 0.5, std::floor((row + 0.5) * film.height / rows) + 0.5});
+        pixels.push_back({std::floor((column + 0.5) * film.width / columns) + 0.5,
+                          std::floor((row + 0.5) * film.height / rows) + 0.5});
     return pixels;
 }
 

@@ -15,8 +15,10 @@ struct SampleRays {
     double pixel_angle = 0;  ///< of the film's pixels, in the middle of the picture; in the same
 };
 
-/// The middles of the film's pixels on a grid of at most width × height, in pixels; neighbours in the list are neighbours in the picture.
-std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width, std::uint32_t height);
+/// The middles of the film's pixels on a grid of at most width × height, in pixels; neighbours in the list are
+/// neighbours in the picture.
+std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width,
+                                                 std::uint32_t height);
 
 /// A grid of at most width × height pixels spread over the whole film.
 SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height);

@@ -9,14 +9,18 @@ namespace {
 /// Beyond this order a method buys nothing before float is exhausted.
 constexpr std::uint32_t highest_float_order = 4;
 
-constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}, float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
+constexpr double tolerances[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13},
+                 float_tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 constexpr std::size_t most_halvings = 9, quick_scalar_steps = 3, quick_loose_steps = 3;
 
-/// Higher orders take longer steps, and so do methods that cannot have the plan's rescaled H: far out their steps are many. A step that the
-/// scene states is no place to begin a search for another.
+/// Higher orders take longer steps, and so do methods that cannot have the plan's rescaled H: far out their steps are
+/// many. A step that the scene states is no place to begin a search for another.
 double coarsest_step(const Plan& plan, const Variant& variant, bool seeks_cheapest) {
     const std::uint32_t order = info_of(plan, variant).order;
-    const double doublings = (order >= 8 ? 2 : order >= 4 ? 1 : 0) + (plan.run.method.rescaled && !variant.method.rescaled ? 1 : 0);
+    const double doublings = (order >= 8   ? 2
+                              : order >= 4 ? 1
+                                           : 0) +
+                             (plan.run.method.rescaled && !variant.method.rescaled ? 1 : 0);
     return (seeks_cheapest ? default_step(plan, variant) : usual_step(plan, variant)) * std::exp2(doublings);
 }
 
@@ -27,7 +31,8 @@ std::vector<double> steps_of(const Plan& plan, const Variant& variant, bool seek
         return {std::begin(float_tolerances), std::end(float_tolerances)};
     if (info.adaptive) {
         std::vector<double> all(std::begin(tolerances), std::end(tolerances));
-        if (&info == &plan.method() && std::count(all.begin(), all.end(), plan.run.tolerance) == 0) all.push_back(plan.run.tolerance);
+        if (&info == &plan.method() && std::count(all.begin(), all.end(), plan.run.tolerance) == 0)
+            all.push_back(plan.run.tolerance);
         std::sort(all.begin(), all.end(), std::greater<>());
         return all;
     }
@@ -49,12 +54,14 @@ constexpr LadderKind ladder_kinds[] = {
     {Strategy::scalar, Precision::float32},
 };
 
-bool worth_it(const Plan& plan, const IntegratorInfo& info, const LadderKind& kind, const LadderChoice& choice, bool own) {
+bool worth_it(const Plan& plan, const IntegratorInfo& info, const LadderKind& kind, const LadderChoice& choice,
+              bool own) {
     if (choice.strategy && *choice.strategy != kind.strategy) return false;
     if (choice.precision && *choice.precision != kind.precision) return false;
     if (info.angular && !plan.run.use_symmetry) return false;
     if (kind.loose && (!info.implicit || plan.scene->straight || plan.run.solver_tolerance > 0)) return false;
-    if (kind.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own) return false;
+    if (kind.precision == Precision::float32 && info.order > highest_float_order && !info.adaptive && !own)
+        return false;
     if (kind.precision == Precision::float32 && choice.quick && !choice.seeks_cheapest && !own) return false;
     return kind.strategy == Strategy::packet || own || choice.full || choice.strategy;
 }
@@ -82,23 +89,27 @@ std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice,
             ladder.steps = steps_of(plan, *variant, choice.seeks_cheapest);
             if (choice.quick && kind.loose) ladder.least = quick_loose_steps;
             // One ray at a time nothing but the time is new, and there is much of it.
-            if (choice.quick && kind.strategy == Strategy::scalar && ladder.steps.size() > quick_scalar_steps) ladder.steps.resize(quick_scalar_steps);
+            if (choice.quick && kind.strategy == Strategy::scalar && ladder.steps.size() > quick_scalar_steps)
+                ladder.steps.resize(quick_scalar_steps);
         }
     return ladders;
 }
 
-Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order, double scene_size) {
+Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order,
+               double scene_size) {
     Slope slope;
     for (const double error : errors)
         if (!std::isnan(error) && !(slope.floor && *slope.floor <= error)) slope.floor = error;
-    // Errors near the size of the scene follow no power of the step, and below the last step that still gains what the order
-    // promises rounding shows. Of what lies between, the finest steps are the nearest to the limit that defines an order.
+    // Errors near the size of the scene follow no power of the step, and below the last step that still gains what the
+    // order promises rounding shows. Of what lies between, the finest steps are the nearest to the limit that defines
+    // an order.
     const double greatest = 0.1 * scene_size;
     std::vector<std::array<double, 2>> above;
     for (std::size_t i = 0; i < errors.size(); ++i) {
         if (!(errors[i] > 0) || errors[i] > greatest) continue;
         const std::array<double, 2> point{std::log(steps[i]), std::log(errors[i])};
-        const bool gains = above.empty() || (point[1] - above.back()[1]) / (point[0] - above.back()[0]) > 0.75 * stated_order;
+        const bool gains =
+            above.empty() || (point[1] - above.back()[1]) / (point[0] - above.back()[0]) > 0.75 * stated_order;
         if (!gains && above.size() >= 2) break;
         if (!gains) above.clear();
         above.push_back(point);

@@ -23,15 +23,17 @@ struct LadderChoice {
     bool seeks_cheapest = false;  ///< within a bound: float is tried by the handful too
 };
 
-/// Packets in double precision first, implicit methods loosely solved behind them, then float where that suffices, then one ray
-/// at a time. Methods that the space cannot serve go into `refused`.
+/// Packets in double precision first, implicit methods loosely solved behind them, then float where that suffices, then
+/// one ray at a time. Methods that the space cannot serve go into `refused`.
 std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused);
 
-/// What a finished ladder shows: errors in scene units, the coarsest step first; not a number where no ray could be compared.
+/// What a finished ladder shows: errors in scene units, the coarsest step first; not a number where no ray could be
+/// compared.
 struct Slope {
     std::optional<double> order;  ///< none where fewer than two errors lie between the floor and the size of the scene
     std::optional<double> floor;
 };
-Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order, double scene_size);
+Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order,
+               double scene_size);
 
 }  // namespace kagero

@@ -15,9 +15,11 @@ std::vector<TriangleChart> charts_of(const TriangleMesh& mesh) {
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
         const std::uint32_t* index = &mesh.triangles[i];
         const Double3 a = vertex(mesh, index[0]);
-        const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a), area = cross(ab, ac);
+        const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a),
+                      area = cross(ab, ac);
         // Gradients of the barycentric coordinates of the second and third corner.
-        const Double3 second = scaled(cross(ac, area), 1 / dot(area, area)), third = scaled(cross(area, ab), 1 / dot(area, area));
+        const Double3 second = scaled(cross(ac, area), 1 / dot(area, area)),
+                      third = scaled(cross(area, ab), 1 / dot(area, area));
         const auto uv = [&](int corner, std::size_t k) { return mesh.uv[2 * std::size_t{index[corner]} + k]; };
         const auto gradient = [&](std::size_t k) {
             return add(scaled(second, uv(1, k) - uv(0, k)), scaled(third, uv(2, k) - uv(0, k)));
@@ -35,8 +37,8 @@ ChartPoint on_sphere(const Double3& from_center) {
     // At a pole every longitude meets: there a point has a very long way in u.
     const double rho = std::max(std::hypot(x, y), std::sqrt(std::numeric_limits<double>::epsilon()));
     const double east = 1 / (2 * std::numbers::pi * r * rho * rho), north = 1 / (std::numbers::pi * r * rho);
-    return {0.5 + std::atan2(y, x) / (2 * std::numbers::pi), 0.5 + latitude / std::numbers::pi, scaled({-y, x, 0}, east),
-            scaled({-z * x, -z * y, rho * rho}, north)};
+    return {0.5 + std::atan2(y, x) / (2 * std::numbers::pi), 0.5 + latitude / std::numbers::pi,
+            scaled({-y, x, 0}, east), scaled({-z * x, -z * y, rho * rho}, north)};
 }
 
 ChartPoint on_disk(const Double3& normal, double inner, double outer, const Double3& from_center) {

@@ -1,5 +1,5 @@
-/// Coordinates u and v on surfaces, to first order: what paint is laid out by, and how much of it a small piece of the surface
-/// covers.
+/// Coordinates u and v on surfaces, to first order: what paint is laid out by, and how much of it a small piece of the
+/// surface covers.
 #pragma once
 
 #include "appearance/patch.h"
@@ -19,8 +19,8 @@ struct ChartPoint {
     Double3 u_gradient{}, v_gradient{};
 };
 
-/// u and v are linear on a triangle: those of a corner, and how they grow from there along x, y and z. Side by side, as most of a picture
-/// may be painted by them.
+/// u and v are linear on a triangle: those of a corner, and how they grow from there along x, y and z. Side by side, as
+/// most of a picture may be painted by them.
 struct TriangleChart {
     Double3 corner{};
     std::array<double, 2> at_corner{};
@@ -32,7 +32,8 @@ std::vector<TriangleChart> charts_of(const TriangleMesh& mesh);
 
 inline std::array<double, 2> along(const TriangleChart& chart, const Double3& way) {
     std::array<double, 2> uv;
-    for (std::size_t k = 0; k < 2; ++k) uv[k] = chart.growth[0][k] * way[0] + chart.growth[1][k] * way[1] + chart.growth[2][k] * way[2];
+    for (std::size_t k = 0; k < 2; ++k)
+        uv[k] = chart.growth[0][k] * way[0] + chart.growth[1][k] * way[1] + chart.growth[2][k] * way[2];
     return uv;
 }
 inline std::array<double, 2> on_triangle(const TriangleChart& chart, const Double3& point) {
@@ -41,7 +42,8 @@ inline std::array<double, 2> on_triangle(const TriangleChart& chart, const Doubl
     return uv;
 }
 
-/// u is longitude (+x in the middle, growing towards +y), v latitude about z. Of a point, of any length, from the centre.
+/// u is longitude (+x in the middle, growing towards +y), v latitude about z. Of a point, of any length, from the
+/// centre.
 ChartPoint on_sphere(const Double3& from_center);
 
 /// u once around from +x made orthogonal to the normal, v from the inner to the outer edge.

@@ -41,7 +41,8 @@ struct SpreadPerPixel {
         for (const auto& [x, y] : pairs) points.push_back({x, y, 0});
         const Patch m = slope_of(points, places);
         const auto mapped = [&](std::size_t i, std::size_t k) {
-            return p.xx * m.right[i] * m.right[k] + p.xy * (m.right[i] * m.below[k] + m.below[i] * m.right[k]) + p.yy * m.below[i] * m.below[k];
+            return p.xx * m.right[i] * m.right[k] + p.xy * (m.right[i] * m.below[k] + m.below[i] * m.right[k]) +
+                   p.yy * m.below[i] * m.below[k];
         };
         const auto per_pixel = [&](std::size_t i, std::size_t k, double whole) {
             return m.right[i] * m.right[k] + m.below[i] * m.below[k] + (whole - mapped(i, k)) / spread;
@@ -120,7 +121,8 @@ Patch slope_of(const std::vector<Double3>& points, const std::vector<std::array<
     // Times the inverse of the places' covariance, or where they lie on a line its pseudo-inverse.
     if (area <= 1e-6 * spread * spread) {
         const double s = 1 / (spread * spread);
-        return {add(scaled(with_x, p.xx * s), scaled(with_y, p.xy * s)), add(scaled(with_x, p.xy * s), scaled(with_y, p.yy * s))};
+        return {add(scaled(with_x, p.xx * s), scaled(with_y, p.xy * s)),
+                add(scaled(with_x, p.xy * s), scaled(with_y, p.yy * s))};
     }
     return {add(scaled(with_x, p.yy / area), scaled(with_y, -p.xy / area)),
             add(scaled(with_x, -p.xy / area), scaled(with_y, p.xx / area))};
@@ -130,9 +132,11 @@ bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::ui
     std::vector<PixelSample>& rays = block.rays;
     if (rays.size() != 4 || spp != 1) return false;
     const RayEnd& end = *rays[0].end;
-    if (end.status != Status::hit || !meet_same(geometry, end, *rays[1].end) || !meet_same(geometry, end, *rays[2].end) || !meet_same(geometry, end, *rays[3].end))
+    if (end.status != Status::hit || !meet_same(geometry, end, *rays[1].end) ||
+        !meet_same(geometry, end, *rays[2].end) || !meet_same(geometry, end, *rays[3].end))
         return false;
-    const Double3 down = subtract(point_of(rays[3]), point_of(rays[0])), up = subtract(point_of(rays[1]), point_of(rays[2]));
+    const Double3 down = subtract(point_of(rays[3]), point_of(rays[0])),
+                  up = subtract(point_of(rays[1]), point_of(rays[2]));
     const Patch patch{scaled(add(down, up), 0.5), scaled(subtract(down, up), 0.5)};
     for (PixelSample& ray : rays) ray.patch = patch;
     return true;
@@ -148,11 +152,14 @@ void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_
         block.group.clear(), block.group_points.clear(), block.group_places.clear();
         for (std::size_t i = 0; i < rays.size(); ++i)
             if (meet_same(geometry, end, *rays[i].end))
-                block.group.push_back(i), block.group_points.push_back(point_of(rays[i])), block.group_places.push_back(block.places[i]);
+                block.group.push_back(i), block.group_points.push_back(point_of(rays[i])),
+                    block.group_places.push_back(block.places[i]);
         const Patch slope = slope_of(block.group_points, block.group_places);
         const Patch patch{scaled(slope.right, share), scaled(slope.below, share)};
         for (const std::size_t i : block.group)
-            if (!block.has_patch[i]) rays[i].patch = patch, block.has_patch[i] = true;  // a mesh may have a ray between that meets both as one
+            if (!block.has_patch[i])
+                rays[i].patch = patch,
+                block.has_patch[i] = true;  // a mesh may have a ray between that meets both as one
     }
 }
 

@@ -59,8 +59,8 @@ Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, boo
         objects_.push_back(load(scene.objects[i], geometry.objects()[i], images));
 }
 
-Float3 Paints::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
-                             double redshift, const Patch& patch) const {
+Float3 Paints::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
+                             const Double3& toward, double redshift, const Patch& patch) const {
     return object_color(objects_[surface], primitive, point, toward, redshift, patch);
 }
 

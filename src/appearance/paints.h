@@ -14,12 +14,13 @@ struct LoadedSky {
 /// Owns the textures of a scene. Immutable after construction, so any number of threads may shade at once.
 class Paints {
 public:
-    /// Loads the images, or none without `textures` (for ray lists, which have no colours). Refers to the geometry, which must live as long.
-    /// Throws InputError for an image that cannot be read.
+    /// Loads the images, or none without `textures` (for ray lists, which have no colours). Refers to the geometry,
+    /// which must live as long. Throws InputError for an image that cannot be read.
     Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool textures);
 
-    /// Linear colour of a surface at a point relative to `space.center`; `toward` is the ray's unit direction there (away from the eye),
-    /// `redshift` the frequency seen over the frequency sent, which matters to disks. Images and checkers are averaged over the patch.
+    /// Linear colour of a surface at a point relative to `space.center`; `toward` is the ray's unit direction there
+    /// (away from the eye), `redshift` the frequency seen over the frequency sent, which matters to disks. Images and
+    /// checkers are averaged over the patch.
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
                          double redshift = 1, const Patch& patch = {}) const;
     /// Linear colour of the sky in a unit direction; `far`: of that of a wormhole's other universe.

@@ -12,7 +12,8 @@ struct Footprint {
     Double3 major{}, minor{};
 };
 
-/// The piece of a surface that a ray stands for: where its end moves to from one ray to the next on its right, and below it; scene lengths.
+/// The piece of a surface that a ray stands for: where its end moves to from one ray to the next on its right, and
+/// below it; scene lengths.
 struct Patch {
     Double3 right{}, below{};
 };

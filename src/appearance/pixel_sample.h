@@ -6,7 +6,8 @@
 
 namespace kagero {
 
-/// The start of a camera's ray, and the frequency of its light for the camera's observer: p · u for the momentum of `start`.
+/// The start of a camera's ray, and the frequency of its light for the camera's observer: p · u for the momentum of
+/// `start`.
 struct CameraRay {
     RayStart start;
     double frequency;

@@ -50,17 +50,18 @@ Image lower(const Image& image, int height, Mapping mapping) {
     };
     const double ratio = static_cast<double>(image.height) / height;
     for_overlaps(image.height, height, [&](int source, int target, double) {
-        const double top = std::max<double>(source, target * ratio), bottom = std::min<double>(source + 1, (target + 1) * ratio);
+        const double top = std::max<double>(source, target * ratio),
+                     bottom = std::min<double>(source + 1, (target + 1) * ratio);
         const double share = band(top, bottom, image.height) / band(target, target + 1, height);
-        accumulate(&result.rgb[static_cast<std::size_t>(target) * row], &image.rgb[static_cast<std::size_t>(source) * row], share,
-                   row);
+        accumulate(&result.rgb[static_cast<std::size_t>(target) * row],
+                   &image.rgb[static_cast<std::size_t>(source) * row], share, row);
     });
     return result;
 }
 
 /// Level 0 is the image itself.
-Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const std::array<double, 2>& place, double level,
-                 Edges edges) {
+Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const std::array<double, 2>& place,
+                 double level, Edges edges) {
     const auto [u, v] = place;
     const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, edges); };
     const double last = static_cast<double>(coarser.size());
@@ -78,12 +79,13 @@ Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const st
 struct Stripe {
     double along, across;
 
-    Stripe(double full_length, double width) : along(full_length), across(std::max({width, full_length / most_probes, 1.0})) {}
+    Stripe(double full_length, double width)
+        : along(full_length), across(std::max({width, full_length / most_probes, 1.0})) {}
     int probes() const { return std::max(1, static_cast<int>(std::ceil(along / across - 1e-9))); }
 };
 
-/// Of radians, in the shorter of a texel's sides on the equator. Towards the poles an image of a sphere holds nothing finer along its rows than
-/// across.
+/// Of radians, in the shorter of a texel's sides on the equator. Towards the poles an image of a sphere holds nothing
+/// finer along its rows than across.
 Stripe stripe_on_sphere(const Image& image, double along, double across) {
     const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
     return {along / texel, across / texel};
@@ -94,7 +96,8 @@ Stripe stripe_of(const Image& image, const Footprint& footprint) {
 
 /// place(t) is where the line is at t in −½…½.
 template <class Line>
-Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Stripe& stripe, Edges edges, const Line& place) {
+Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Stripe& stripe, Edges edges,
+                  const Line& place) {
     const double level = std::log2(stripe.across);
     const int probes = stripe.probes();
     if (probes == 1) return trilinear(image, coarser, place(0), level, edges);
@@ -117,18 +120,20 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
     return images;
 }
 
-Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction, const SkyAxes& axes,
-                         const Footprint& footprint) {
-    return mean_along(
-        image, coarser, stripe_of(image, footprint), around,
-        [&](double t) { return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes); });
+Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
+                         const SkyAxes& axes, const Footprint& footprint) {
+    return mean_along(image, coarser, stripe_of(image, footprint), around, [&](double t) {
+        return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes);
+    });
 }
 
-Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center, const Double3& right, const Double3& below) {
+Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center,
+                            const Double3& right, const Double3& below) {
     const double inverse = 1 / length(from_center);
     const Double3 out = scaled(from_center, inverse);
     const auto [e1, e2] = meridians(out);
-    const PrincipalAxes axes = principal_axes({{dot(right, e1) * inverse, dot(right, e2) * inverse}, {dot(below, e1) * inverse, dot(below, e2) * inverse}});
+    const PrincipalAxes axes = principal_axes(
+        {{dot(right, e1) * inverse, dot(right, e2) * inverse}, {dot(below, e1) * inverse, dot(below, e2) * inverse}});
     const Double3 major = add(scaled(e1, axes.major[0]), scaled(e2, axes.major[1]));
     return mean_along(image, coarser, stripe_on_sphere(image, axes.along, axes.across), around, [&](double t) {
         const ChartPoint at = on_sphere(t == 0 ? out : add(out, scaled(major, t)));
@@ -140,8 +145,8 @@ int sky_probes(const Image& image, const Footprint& footprint) {
     return stripe_of(image, footprint).probes();
 }
 
-Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v, const UvPatch& patch,
-                             Edges edges) {
+Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v,
+                             const UvPatch& patch, Edges edges) {
     const double columns = image.width, rows = image.height;
     const PrincipalAxes axes =
         principal_axes({{patch.a[0] * columns, patch.a[1] * rows}, {patch.b[0] * columns, patch.b[1] * rows}});

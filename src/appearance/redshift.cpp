@@ -27,7 +27,8 @@ Double3 orbit_velocity(const Space& space, const Double3& normal, const Double3&
     return scaled(cross(axis, q), root / (std::pow(radius2, 0.75) + spin * root));
 }
 
-double redshift_of(const Space& space, bool spacetime, const std::vector<ObjectDescription>& objects, const PixelSample& ray) {
+double redshift_of(const Space& space, bool spacetime, const std::vector<ObjectDescription>& objects,
+                   const PixelSample& ray) {
     const RayEnd& end = *ray.end;
     if (end.status == Status::hit) {
         const ObjectDescription& object = objects[end.surface];
@@ -45,12 +46,15 @@ void check_disks(const Space& space, const SceneDescription& scene, double lengt
         if (object.shape != Shape::disk) continue;
         const std::string name = "object." + object.name;
         if (const Double3& center = scene.space.center; object.center != center)
-            throw InputError(object.center_place, name + ".center = " + written(scaled(object.center, length_unit)) + ": expected space.center, " +
-                                                      written(scaled(center, length_unit)) + ", as a disk's matter orbits the hole");
+            throw InputError(object.center_place, name + ".center = " + written(scaled(object.center, length_unit)) +
+                                                      ": expected space.center, " +
+                                                      written(scaled(center, length_unit)) +
+                                                      ", as a disk's matter orbits the hole");
         const Double3 axis = unit(object.normal);
         if (hole.spin != 0 && (axis[0] != 0 || axis[1] != 0))
-            throw InputError(object.normal_place, name + ".normal = " + written(object.normal) +
-                                                      ": expected one along z, as a spinning hole has circular orbits in its equator alone");
+            throw InputError(object.normal_place,
+                             name + ".normal = " + written(object.normal) +
+                                 ": expected one along z, as a spinning hole has circular orbits in its equator alone");
     }
 }
 

@@ -20,8 +20,11 @@ PaintedPatch painted(const ChartPoint& at, const Patch& patch) {
 }
 
 PaintedPatch painted(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Patch& patch) {
-    if (object.geometry->shape == Shape::sphere) return painted(on_sphere(subtract(point, object.geometry->center)), patch);
-    if (object.geometry->shape == Shape::disk) return painted(on_disk(object.normal, object.inner, object.outer, subtract(point, object.geometry->center)), patch);
+    if (object.geometry->shape == Shape::sphere)
+        return painted(on_sphere(subtract(point, object.geometry->center)), patch);
+    if (object.geometry->shape == Shape::disk)
+        return painted(on_disk(object.normal, object.inner, object.outer, subtract(point, object.geometry->center)),
+                       patch);
     if (object.charts.empty()) return {};
     const TriangleChart& chart = object.charts[primitive];
     const auto [u, v] = on_triangle(chart, point);
@@ -32,8 +35,8 @@ Float3 plain_color(const Paint& paint) {
     return {static_cast<float>(paint.color[0]), static_cast<float>(paint.color[1]), static_cast<float>(paint.color[2])};
 }
 
-/// The longitudes of a sphere and the angles of a disk go around; a mesh may lay an image out as often as it likes; what lies on a rectangle,
-/// or a face, ends with it.
+/// The longitudes of a sphere and the angles of a disk go around; a mesh may lay an image out as often as it likes;
+/// what lies on a rectangle, or a face, ends with it.
 Edges edges_on(Shape shape) {
     if (shape == Shape::mesh) return tiled;
     return shape == Shape::sphere || shape == Shape::disk ? around : framed;
@@ -43,10 +46,12 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
                    const Patch& patch) {
     if (!has_pattern(loaded)) return plain_color(loaded.paint);
     if (loaded.image && object.geometry->shape == Shape::sphere)
-        return sphere_texture_color(*loaded.image, *loaded.coarser, subtract(point, object.geometry->center), patch.right, patch.below);
+        return sphere_texture_color(*loaded.image, *loaded.coarser, subtract(point, object.geometry->center),
+                                    patch.right, patch.below);
     const PaintedPatch at = painted(object, primitive, point, patch);
     if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides, edges_on(object.geometry->shape));
-    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides, edges_on(object.geometry->shape));
+    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides,
+                                 edges_on(object.geometry->shape));
 }
 
 /// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).
@@ -64,7 +69,8 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
 Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
     const std::uint32_t* index = &mesh.triangles[3 * std::size_t{primitive}];
     const Double3 a = vertex(mesh, index[0]);
-    const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a), ap = subtract(point, a);
+    const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a),
+                  ap = subtract(point, a);
     const Double3 area = cross(ab, ac);
     if (mesh.normals.empty()) return area;
     const double b = dot(cross(ap, ac), area) / dot(area, area);
@@ -104,7 +110,8 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
         color = paint_color(object, object.paints[face], primitive, point, patch);
         if (object.geometry->shape == Shape::disk) dim(color, redshift * redshift * (redshift * redshift));
     }
-    if (object.shading == Shading::lambert) dim(color, std::abs(dot(unit(normal_on(object, primitive, point)), toward)));
+    if (object.shading == Shading::lambert)
+        dim(color, std::abs(dot(unit(normal_on(object, primitive, point)), toward)));
     return color;
 }
 

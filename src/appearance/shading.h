@@ -27,10 +27,10 @@ struct ShadedObject {
 /// Whether a paint looks different from place to place.
 bool has_pattern(const LoadedPaint& paint);
 
-/// Linear colour; `redshift` is g, the frequency seen over the frequency sent. Light that a disk sends with intensity I(ν) is seen with
-/// g³ I(ν/g) (Liouville's theorem): a black body as one at g times its temperature, a colour g⁴ times as bright. `point` relative to
-/// `space.center`, `toward` the unit direction of the ray. A pattern is averaged over the patch. Head light: the colour times
-/// |normal · toward|.
+/// Linear colour; `redshift` is g, the frequency seen over the frequency sent. Light that a disk sends with intensity
+/// I(ν) is seen with g³ I(ν/g) (Liouville's theorem): a black body as one at g times its temperature, a colour g⁴ times
+/// as bright. `point` relative to `space.center`, `toward` the unit direction of the ray. A pattern is averaged over
+/// the patch. Head light: the colour times |normal · toward|.
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Double3& toward,
                     double redshift, const Patch& patch);
 

@@ -11,9 +11,9 @@ struct SkyView {
     Double3 direction;  ///< unit
 };
 
-/// In isotropic coordinates a wormhole's other universe lies within a sphere |q| < R, turned inside out by the inversion
-/// q → q R²/|q|². Its differential mirrors directions at the plane across n = q/|q|, so that there the direction d of a ray is
-/// d − 2 (d·n) n of the other universe.
+/// In isotropic coordinates a wormhole's other universe lies within a sphere |q| < R, turned inside out by the
+/// inversion q → q R²/|q|². Its differential mirrors directions at the plane across n = q/|q|, so that there the
+/// direction d of a ray is d − 2 (d·n) n of the other universe.
 SkyView sky_view(const Space& space, const RayEnd& end);
 
 /// The same with R, 0 where there is no other universe; q relative to `space.center`.

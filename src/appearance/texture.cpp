@@ -42,12 +42,13 @@ private:
     /// Of a place that is not between two texels of the image: few are.
     [[gnu::noinline]] void wrap(double place, int size, BeyondEdge edge) {
         const double below = floor_of(place);
-        first = wrapped(below, size, edge), second = wrapped(below + 1, size, edge), share = static_cast<float>(place - below);
+        first = wrapped(below, size, edge), second = wrapped(below + 1, size, edge),
+        share = static_cast<float>(place - below);
     }
 };
 
-/// The square that a place is in: whether all within reach of the place is in it, and whether the sum of its numbers is odd. Both axes side
-/// by side.
+/// The square that a place is in: whether all within reach of the place is in it, and whether the sum of its numbers is
+/// odd. Both axes side by side.
 struct Square {
     bool alone, odd = false;
 
@@ -59,21 +60,23 @@ struct Square {
         for (std::size_t k = 0; k < 2; ++k) from_edge[k] = place[k] - (sum[k] - to_whole), most[k] = 1 - reach[k];
         unsigned within = 1;  // as numbers, and not step by step: which it is no processor foresees
         for (std::size_t k = 0; k < 2; ++k) {
-            within &= unsigned(std::abs(place[k]) < 0x1p51) & unsigned(from_edge[k] >= reach[k]) & unsigned(from_edge[k] < most[k]);
+            within &= unsigned(std::abs(place[k]) < 0x1p51) & unsigned(from_edge[k] >= reach[k]) &
+                      unsigned(from_edge[k] < most[k]);
             odd ^= std::bit_cast<std::uint64_t>(sum[k]) & 1;
         }
         alone = within;
     }
 };
 
-/// The squares along one axis of a checker, and what follows the last of them: the first (around), nothing (framed), or more of them.
+/// The squares along one axis of a checker, and what follows the last of them: the first (around), nothing (framed), or
+/// more of them.
 struct Row {
     enum class Beyond { first, nothing, more } beyond;
     double count;
 };
 
-/// The mean over an interval of the wave that is 1 from even numbers on and −1 from odd ones on. Its integral is the distance to
-/// the nearest even number.
+/// The mean over an interval of the wave that is 1 from even numbers on and −1 from odd ones on. Its integral is the
+/// distance to the nearest even number.
 double mean_wave(double middle, double width, const Row& row) {
     const auto integral = [](double t) { return std::abs(t - 2 * floor_of(0.5 * t + 0.5)); };
     const auto over = [&](double from, double to) { return integral(to) - integral(from); };
@@ -88,8 +91,9 @@ double mean_wave(double middle, double width, const Row& row) {
     return over(lower, upper) / (upper - lower);
 }
 
-/// The mean over a parallelogram of a checker's sign, 1 and −1: over rectangles along the axes, the product of the means of two
-/// waves; as many of them in a row along the longer axis, up to 64, as it takes to lie askew. Few places need it.
+/// The mean over a parallelogram of a checker's sign, 1 and −1: over rectangles along the axes, the product of the
+/// means of two waves; as many of them in a row along the longer axis, up to 64, as it takes to lie askew. Few places
+/// need it.
 [[gnu::noinline]] double mean_sign(double x, double y, const UvPatch& sides, const Row& columns, const Row& rows) {
     constexpr double most_pieces = 64;
     const PrincipalAxes axes = principal_axes(sides);
@@ -116,7 +120,9 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges) {
     const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
     const Neighbours columns(x, image.width, edges.sides), rows(y, image.height, edges.ends);
     const float right = columns.share, down = rows.share;
-    const auto row = [&](int i) { return image.rgb.data() + 3 * static_cast<std::size_t>(i) * static_cast<std::size_t>(image.width); };
+    const auto row = [&](int i) {
+        return image.rgb.data() + 3 * static_cast<std::size_t>(i) * static_cast<std::size_t>(image.width);
+    };
     const float *upper = row(rows.first), *lower = row(rows.second);
     const std::ptrdiff_t left_at = 3 * columns.first, right_at = 3 * columns.second;
     const float lower_right = right * down, upper_right = right - lower_right, lower_left = down - lower_right,
@@ -132,19 +138,25 @@ Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patc
     // From here on in squares.
     const std::array<double, 2> place{u * paint.checker[0], v * paint.checker[1]};
     std::array<double, 2> reach;
-    for (std::size_t k = 0; k < 2; ++k) reach[k] = 0.5 * paint.checker[k] * (std::abs(patch.a[k]) + std::abs(patch.b[k]));
+    for (std::size_t k = 0; k < 2; ++k)
+        reach[k] = 0.5 * paint.checker[k] * (std::abs(patch.a[k]) + std::abs(patch.b[k]));
     const Square square(place, reach);
     double brightness;
     if (square.alone) {
         brightness = square.odd ? 0.25 : 1.0;
     } else {
         UvPatch sides;
-        for (std::size_t k = 0; k < 2; ++k) sides.a[k] = patch.a[k] * paint.checker[k], sides.b[k] = patch.b[k] * paint.checker[k];
+        for (std::size_t k = 0; k < 2; ++k)
+            sides.a[k] = patch.a[k] * paint.checker[k], sides.b[k] = patch.b[k] * paint.checker[k];
         // A mesh goes on with more squares where an image would begin again.
         const auto row = [&](BeyondEdge beyond, double count) {
-            return Row{beyond == BeyondEdge::clamp ? Row::Beyond::nothing : edges.ends == BeyondEdge::repeat ? Row::Beyond::more : Row::Beyond::first, count};
+            return Row{beyond == BeyondEdge::clamp        ? Row::Beyond::nothing
+                       : edges.ends == BeyondEdge::repeat ? Row::Beyond::more
+                                                          : Row::Beyond::first,
+                       count};
         };
-        brightness = 0.625 + 0.375 * mean_sign(place[0], place[1], sides, row(edges.sides, paint.checker[0]), row(edges.ends, paint.checker[1]));
+        brightness = 0.625 + 0.375 * mean_sign(place[0], place[1], sides, row(edges.sides, paint.checker[0]),
+                                               row(edges.ends, paint.checker[1]));
     }
     Float3 color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(brightness * paint.color[c]);

@@ -13,17 +13,19 @@ enum class BeyondEdge { repeat, clamp };
 struct Edges {
     BeyondEdge sides, ends;
 };
-inline constexpr Edges tiled{BeyondEdge::repeat, BeyondEdge::repeat}, around{BeyondEdge::repeat, BeyondEdge::clamp}, framed{BeyondEdge::clamp, BeyondEdge::clamp};
+inline constexpr Edges tiled{BeyondEdge::repeat, BeyondEdge::repeat}, around{BeyondEdge::repeat, BeyondEdge::clamp},
+    framed{BeyondEdge::clamp, BeyondEdge::clamp};
 
 /// Bilinear: (0,0) is the lower left corner of the image, (1,1) the upper right.
 Float3 texture_color(const Image& image, double u, double v, Edges edges);
 
-/// `paint.checker` squares along u and v in 0…1; the square at (0,0) has the paint's colour, its neighbours a quarter of it. The
-/// mean over the patch around (u, v), as far as there are squares: exact where its longer side lies along u or v, or it touches one square alone.
+/// `paint.checker` squares along u and v in 0…1; the square at (0,0) has the paint's colour, its neighbours a quarter
+/// of it. The mean over the patch around (u, v), as far as there are squares: exact where its longer side lies along u
+/// or v, or it touches one square alone.
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {}, Edges edges = tiled);
 
-/// The principal axes of the ellipse that has the variances of a parallelogram; the axes' full lengths are those of the sides of
-/// a rectangle with the same variances.
+/// The principal axes of the ellipse that has the variances of a parallelogram; the axes' full lengths are those of the
+/// sides of a rectangle with the same variances.
 struct PrincipalAxes {
     std::array<double, 2> major, minor;
     double along, across;  ///< their lengths

@@ -52,10 +52,14 @@ std::vector<Override> overrides_of(const Arguments& arguments) {
         if (!given.empty()) all.emplace_back(std::string(key) + "=" + value(given), std::string(option) + " " + given);
     };
     const auto word = [](const std::string& text) { return written(text); };
-    const auto count = [](const char* option) { return [option](const std::string& text) { return whole(option, text); }; };
+    const auto count = [](const char* option) {
+        return [option](const std::string& text) { return whole(option, text); };
+    };
     add("--integrator", arguments.integrator, "integrator.method", word);
-    add("--step", arguments.step, "integrator.step", [](const std::string& text) { return written(finite_number("--step", text)); });
-    add("--lanes", arguments.lanes, "integrator.lanes", [&](const std::string& text) { return text == "auto" ? word(text) : whole("--lanes", text); });
+    add("--step", arguments.step, "integrator.step",
+        [](const std::string& text) { return written(finite_number("--step", text)); });
+    add("--lanes", arguments.lanes, "integrator.lanes",
+        [&](const std::string& text) { return text == "auto" ? word(text) : whole("--lanes", text); });
     add("--size", arguments.size, "film.size", [](const std::string& text) {
         const auto size = split(text, 'x');
         if (size.size() != 2) throw InputError("--size: '" + text + "' is not a width and a height separated by 'x'");
@@ -82,11 +86,13 @@ CLI::Validator a_value() {
 
 }  // namespace
 
-void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what, const std::string& type) {
+void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what,
+                const std::string& type) {
     verb.add_option(names, value, what)->type_name(type)->check(a_value());
 }
 
-void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what, const std::string& type) {
+void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what,
+                const std::string& type) {
     verb.add_option(names, values, what)->type_name(type);
 }
 
@@ -97,7 +103,8 @@ void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::
 void add_messages(CLI::App& verb, Arguments& arguments) {
     add_flag(verb, "--quiet", arguments.quiet, "No progress and no remarks");
     add_flag(verb, "--verbose", arguments.verbose, "Say what runs and how long it takes");
-    add_option(verb, "--color", arguments.color, "Colours on the terminal: auto, always or never (NO_COLOR is honoured)", "WHEN");
+    add_option(verb, "--color", arguments.color,
+               "Colours on the terminal: auto, always or never (NO_COLOR is honoured)", "WHEN");
 }
 
 void add_json(CLI::App& verb, Arguments& arguments) {
@@ -108,8 +115,9 @@ void add_json(CLI::App& verb, Arguments& arguments) {
 }
 
 void add_isa(CLI::App& verb, Arguments& arguments, bool several) {
-    const char* what = several ? "Instruction sets, or all that this processor has; see `kagero list isas`; else what KAGERO_ISA says"
-                               : "Instruction set; see `kagero list isas`; else what KAGERO_ISA says";
+    const char* what =
+        several ? "Instruction sets, or all that this processor has; see `kagero list isas`; else what KAGERO_ISA says"
+                : "Instruction set; see `kagero list isas`; else what KAGERO_ISA says";
     add_option(verb, "--isa", arguments.isa, what, several ? "A,B" : "NAME");
     if (several) verb.parse_complete_callback([&arguments] { arguments.several_isas = true; });
 }
@@ -131,18 +139,21 @@ void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
 }
 
 void add_lanes(CLI::App& verb, Arguments& arguments) {
-    add_option(verb, "--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`", "N");
+    add_option(verb, "--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`",
+               "N");
 }
 
 void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads) {
     add_option(verb, "--threads", arguments.threads, "Threads; else what KAGERO_THREADS says, or " + threads, "N");
     add_option(verb, "--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet", "NAME");
-    add_option(verb, "--precision", arguments.precision, "Of the integration: double, float, or auto: double, but for pictures that float draws as well", "NAME");
+    add_option(verb, "--precision", arguments.precision,
+               "Of the integration: double, float, or auto: double, but for pictures that float draws as well", "NAME");
 }
 
 void add_schedule(CLI::App& verb, Arguments& arguments) {
     add_option(verb, "--schedule", arguments.schedule,
-               "How threads share the picture: scanline, tiles or predicted (costly tiles first); default: auto", "NAME");
+               "How threads share the picture: scanline, tiles or predicted (costly tiles first); default: auto",
+               "NAME");
 }
 
 void add_crop(CLI::App& verb, Arguments& arguments) {
@@ -192,7 +203,8 @@ Options options_of(const Arguments& arguments) {
     return options;
 }
 
-void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x, std::uint32_t y) {
+void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x,
+                  std::uint32_t y) {
     if (x >= film.width || y >= film.height)
         throw InputError(option + ": " + given + " lies outside the film of " + std::to_string(film.width) + "x" +
                          std::to_string(film.height) + "; pixels count from 0");
@@ -213,7 +225,8 @@ std::vector<std::string> split(const std::string& text, char separator) {
     return parts;
 }
 
-std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator, std::size_t count) {
+std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator,
+                                         std::size_t count) {
     std::vector<std::uint32_t> numbers;
     for (const std::string& part : split(text, separator)) {
         const auto number = parsed<std::uint32_t>(part);
@@ -222,14 +235,16 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
     }
     const std::size_t separators = static_cast<std::size_t>(std::count(text.begin(), text.end(), separator));
     if (numbers.size() != count || separators + 1 != count)
-        throw InputError(option + ": '" + text + "' is not " + std::to_string(count) + " whole numbers separated by '" + separator + "'");
+        throw InputError(option + ": '" + text + "' is not " + std::to_string(count) + " whole numbers separated by '" +
+                         separator + "'");
     return numbers;
 }
 
 std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t most) {
     const auto number = parsed<std::uint32_t>(text);
     if (!number || *number < 1 || *number > most)
-        throw InputError(option + ": '" + text + "' is " + (number ? "out of range" : "not a whole number") + "; legal is 1 to " + std::to_string(most));
+        throw InputError(option + ": '" + text + "' is " + (number ? "out of range" : "not a whole number") +
+                         "; legal is 1 to " + std::to_string(most));
     return *number;
 }
 
@@ -247,7 +262,9 @@ void require_one_of(const std::string& option, const std::string& word, const st
 bool json_took_word(const std::string& json, const std::vector<std::string>& known, const std::string& kind) {
     if (std::find(known.begin(), known.end(), json) != known.end()) return true;
     const std::string near = json.find_first_of("./") == std::string::npos ? near_match(json, known) : "";
-    if (!near.empty()) throw InputError("--json: \"" + json + "\" is neither a file's name nor " + kind + "; did you mean " + near + "?");
+    if (!near.empty())
+        throw InputError("--json: \"" + json + "\" is neither a file's name nor " + kind + "; did you mean " + near +
+                         "?");
     return false;
 }
 

@@ -5,7 +5,8 @@
 
 namespace kagero {
 
-/// While it lives, the first SIGINT (or SIGTERM) sets `requested`; a second one ends the program as if nobody had listened.
+/// While it lives, the first SIGINT (or SIGTERM) sets `requested`; a second one ends the program as if nobody had
+/// listened.
 class InterruptGuard {
 public:
     InterruptGuard();

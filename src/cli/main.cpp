@@ -20,7 +20,8 @@ const Verb* const verbs[] = {&render_verb,  &trace_verb, &explain_verb,   &check
 
 constexpr const char* exit_statuses =
     "`kagero VERB --help` shows the options of a verb.\n"
-    "Exit status: 0 done; 1 failed while running; 2 wrong command line, scene or data; 4 a stated bound or case failed; 130 "
+    "Exit status: 0 done; 1 failed while running; 2 wrong command line, scene or data; 4 a stated bound or case "
+    "failed; 130 "
     "interrupted (what was done is "
     "written).";
 
@@ -35,9 +36,10 @@ constexpr const char* exit_statuses =
 void refuse_leftovers(const CLI::App& app) {
     const std::vector<std::string> left = app.remaining();
     if (left.empty()) return;
-    const auto option =
-        std::find_if(left.begin(), left.end(), [](const std::string& word) { return word.size() > 1 && word[0] == '-'; });
-    if (option == left.end()) throw InputError(app.get_name() + " does not know what to do with \"" + left.front() + "\"");
+    const auto option = std::find_if(left.begin(), left.end(),
+                                     [](const std::string& word) { return word.size() > 1 && word[0] == '-'; });
+    if (option == left.end())
+        throw InputError(app.get_name() + " does not know what to do with \"" + left.front() + "\"");
     std::vector<std::string> known;
     for (const CLI::Option* each : app.get_options())
         for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
@@ -55,13 +57,15 @@ void refuse_empty_json(const CLI::App& verb, const Arguments& arguments) {
 void return_what_json_took(Arguments& arguments, const std::string& verb) {
     std::string& wanted = verb == "list" ? arguments.topic : arguments.scene;
     if (!wanted.empty()) return;
-    const bool took = verb == "list" ? json_took_word(arguments.json, list_topics(), "a topic") : arguments.json.ends_with(".toml");
+    const bool took =
+        verb == "list" ? json_took_word(arguments.json, list_topics(), "a topic") : arguments.json.ends_with(".toml");
     if (!took) return;
     wanted = arguments.json;
     arguments.json = "-";
 }
 
-/// The words behind the program's name, last first as the library wants them. Behind "--" there are only files, whatever they begin with.
+/// The words behind the program's name, last first as the library wants them. Behind "--" there are only files,
+/// whatever they begin with.
 std::vector<std::string> words_of(int argc, char** argv) {
     std::vector<std::string> words;
     bool options = true;
@@ -81,7 +85,8 @@ int run(int argc, char** argv, Arguments& arguments) {
     app.get_formatter()->label("SUBCOMMAND", "VERB");
     app.require_subcommand(0, 1);
     app.allow_extras();
-    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);  // so that a script's options can be overruled
+    app.option_defaults()->multi_option_policy(
+        CLI::MultiOptionPolicy::TakeLast);  // so that a script's options can be overruled
     for (const Verb* verb : verbs)
         verb->declare(*app.add_subcommand(verb->name, verb->what)->group("Verbs")->allow_extras(), arguments);
     try {
@@ -103,8 +108,8 @@ int run(int argc, char** argv, Arguments& arguments) {
     require_one_of("--color", arguments.color, {"auto", "always", "never"});
     refuse_empty_json(*chosen.front(), arguments);
     return_what_json_took(arguments, chosen.front()->get_name());
-    const auto verb =
-        std::find_if(std::begin(verbs), std::end(verbs), [&](const Verb* v) { return chosen.front()->get_name() == v->name; });
+    const auto verb = std::find_if(std::begin(verbs), std::end(verbs),
+                                   [&](const Verb* v) { return chosen.front()->get_name() == v->name; });
     return (*verb)->run(arguments, Terminal(arguments));
 }
 

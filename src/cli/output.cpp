@@ -21,7 +21,8 @@ bool is_file(const NamedFile& file) {
 /// Whether two names stand, or will stand, for one regular file.
 bool is_same(const std::string& a, const std::string& b) {
     std::error_code ignored;
-    if (fs::exists(a, ignored) && fs::exists(b, ignored)) return fs::is_regular_file(a, ignored) && fs::equivalent(a, b, ignored);
+    if (fs::exists(a, ignored) && fs::exists(b, ignored))
+        return fs::is_regular_file(a, ignored) && fs::equivalent(a, b, ignored);
     return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored);
 }
 
@@ -49,7 +50,8 @@ void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<Name
         check_file_writable(output->second);
         const auto refuse_same = [&](const NamedFile& other) {
             if (is_file(other) && is_same(output->second, other.second))
-                throw InputError(output->first + " and " + other.first + " are the same file, '" + output->second + "'");
+                throw InputError(output->first + " and " + other.first + " are the same file, '" + output->second +
+                                 "'");
         };
         std::for_each(inputs.begin(), inputs.end(), refuse_same);
         std::for_each(output + 1, outputs.end(), refuse_same);
@@ -79,10 +81,11 @@ std::string report_directory(const Arguments& arguments, const std::string& kind
     return arguments.output.empty() ? fs::path(arguments.scene).stem().string() + "-" + kind : arguments.output;
 }
 
-ReportDirectory::ReportDirectory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
-                                 const std::vector<NamedFile>& inputs) {
+ReportDirectory::ReportDirectory(const std::string& directory, const std::vector<std::string>& files,
+                                 const std::string& json, const std::vector<NamedFile>& inputs) {
     std::error_code failure, ignored;
-    for (fs::path path = directory; !path.empty() && !fs::exists(path, ignored); path = path.parent_path()) made_.push_back(path.string());
+    for (fs::path path = directory; !path.empty() && !fs::exists(path, ignored); path = path.parent_path())
+        made_.push_back(path.string());
     fs::create_directories(directory, failure);
     if (failure || !fs::is_directory(directory))
         throw InputError("cannot make the directory '" + directory + "'" +

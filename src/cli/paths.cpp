@@ -25,8 +25,8 @@ public:
     }
     void warn(const Terminal& terminal) const {
         if (count_ == 0) return;
-        terminal.warning(std::to_string(count_) + (count_ == 1 ? " ray has" : " rays have") + " no path: ray " + std::to_string(first_) +
-                         (count_ == 1 ? "" : ", the first of them,") + reason());
+        terminal.warning(std::to_string(count_) + (count_ == 1 ? " ray has" : " rays have") + " no path: ray " +
+                         std::to_string(first_) + (count_ == 1 ? "" : ", the first of them,") + reason());
     }
 
 private:
@@ -40,13 +40,15 @@ private:
 
 }  // namespace
 
-void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output, const Watch& watch, const Terminal& terminal) {
+void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output,
+                    const Watch& watch, const Terminal& terminal) {
     constexpr std::size_t at_once = 4096;
     Pathless pathless;
     write_output(output, [&](std::ostream& out) {
         write_path_header(out);
         for (std::size_t first = 0; first < starts.size() && !*watch.stop; first += at_once) {
-            const auto begin = starts.begin() + std::ptrdiff_t(first), end = starts.begin() + std::ptrdiff_t(std::min(first + at_once, starts.size()));
+            const auto begin = starts.begin() + std::ptrdiff_t(first),
+                       end = starts.begin() + std::ptrdiff_t(std::min(first + at_once, starts.size()));
             std::vector<RayEnd> ends;
             auto points = trace_paths(plan, {begin, end}, ends, watch);
             for (PathPoint& point : points) point.ray += first;

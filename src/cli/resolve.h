@@ -6,7 +6,8 @@
 
 namespace kagero {
 
-/// As resolve() of tuning/resolve.h; shows the progress of trials that take long, then prints the plan's remarks as warnings.
+/// As resolve() of tuning/resolve.h; shows the progress of trials that take long, then prints the plan's remarks as
+/// warnings.
 Plan resolve_watched(SceneDescription scene, const Options& options, const Terminal& terminal,
                      double time_limit = std::numeric_limits<double>::infinity());
 

@@ -65,7 +65,8 @@ void ProgressLine::show(double done, double seconds) {
     const std::lock_guard lock(writing_);
     const int tenths = static_cast<int>(10 * done);
     if (!terminal_.interactive()) {
-        if (tenths > tenths_) terminal_.note(std::to_string(10 * tenths) + " %" + of_what_ + " done" + time_left(done, seconds));
+        if (tenths > tenths_)
+            terminal_.note(std::to_string(10 * tenths) + " %" + of_what_ + " done" + time_left(done, seconds));
         tenths_ = std::max(tenths, tenths_);
         return;
     }

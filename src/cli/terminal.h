@@ -25,11 +25,13 @@ private:
     bool quiet_, verbose_, interactive_, color_;
 };
 
-/// The progress of a render: a line that overwrites itself on a terminal, else a line for each 10 %. Any thread may call it.
+/// The progress of a render: a line that overwrites itself on a terminal, else a line for each 10 %. Any thread may
+/// call it.
 class ProgressLine {
 public:
     /// `of_what` follows the per cent, where that is not the work that was asked for.
-    explicit ProgressLine(const Terminal& terminal, const char* of_what = "") : terminal_(terminal), of_what_(of_what) {}
+    explicit ProgressLine(const Terminal& terminal, const char* of_what = "")
+        : terminal_(terminal), of_what_(of_what) {}
     ~ProgressLine() { clear(); }
     ProgressLine(const ProgressLine&) = delete;
     ProgressLine& operator=(const ProgressLine&) = delete;

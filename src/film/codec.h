@@ -1,5 +1,5 @@
-/// Image files. OpenImageIO reads and writes them, in a module of its own (openimageio/module.cpp): with the libraries it brings it takes
-/// longer to load than a small picture to render, and many verbs never need it.
+/// Image files. OpenImageIO reads and writes them, in a module of its own (openimageio/module.cpp): with the libraries
+/// it brings it takes longer to load than a small picture to render, and many verbs never need it.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,8 @@ struct PictureToEncode {
     std::vector<std::pair<std::string, std::string>> attributes{};
     std::vector<std::string> names{};  ///< of the channels; empty: red, green and blue
     std::vector<bool> half{};          ///< which of the named channels are stored as 16-bit floats
-    int x = 0, y = 0, whole_width = 0, whole_height = 0;  ///< where it lies in a larger picture, and the size of that; 0: it is the whole
+    int x = 0, y = 0, whole_width = 0,
+        whole_height = 0;              ///< where it lies in a larger picture, and the size of that; 0: it is the whole
     int quality = 0;                   ///< percent, of what compresses with a loss; 0: as the format has it
 };
 
@@ -36,7 +37,8 @@ struct Codec {
     std::uint32_t abi;
     std::string (*read)(const std::string& path, DecodedImage& image);
     /// The bytes of a file with this extension (".png").
-    std::string (*encode)(const std::string& extension, const PictureToEncode& picture, std::vector<unsigned char>& file);
+    std::string (*encode)(const std::string& extension, const PictureToEncode& picture,
+                          std::vector<unsigned char>& file);
     /// Shares in [0, 1] from dark to bright, as linear RGB.
     std::string (*false_colors)(const std::vector<float>& shares, std::vector<float>& rgb);
 };

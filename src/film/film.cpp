@@ -28,9 +28,9 @@ const LayerInfo& find_layer(const std::string& name) {
 
 }  // namespace
 
-// One row is one more layer: it can then be asked for in `film.layers`, is allocated, written and listed. What its pixels hold is
-// filled in where rays become pixels (src/render). A layer is `name.channel` in the file; only colours, which nobody counts with,
-// are HALF.
+// One row is one more layer: it can then be asked for in `film.layers`, is allocated, written and listed. What its
+// pixels hold is filled in where rays become pixels (src/render). A layer is `name.channel` in the file; only colours,
+// which nobody counts with, are HALF.
 const std::vector<LayerInfo>& all_layers() {
     using Scale = LayerInfo::Scale;
     static const std::vector<LayerInfo> layers{

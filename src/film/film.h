@@ -14,14 +14,15 @@ struct LayerInfo {
 
     std::string name;
     std::vector<std::string> channels;  ///< "R","G","B" or one channel
-    Scale scale;                        ///< how it is mapped to false colours; colours are not, and HALF in EXR, all others FLOAT
+    Scale scale;  ///< how it is mapped to false colours; colours are not, and HALF in EXR, all others FLOAT
     const char* what;
 
     bool half() const { return scale == Scale::colors; }
 };
 const std::vector<LayerInfo>& all_layers();
 
-/// Where a film lies that is a part (crop) of a larger picture: its first pixel there, and how large that is. All 0: it is the whole.
+/// Where a film lies that is a part (crop) of a larger picture: its first pixel there, and how large that is. All 0: it
+/// is the whole.
 struct FilmPlace {
     std::uint32_t x = 0, y = 0, width = 0, height = 0;
 };
@@ -29,7 +30,8 @@ struct FilmPlace {
 /// Planes of the chosen layers for a window (crop) of the whole picture.
 class Film {
 public:
-    Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const FilmPlace& place = {});
+    Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers,
+         const FilmPlace& place = {});
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
     const FilmPlace& place() const { return place_; }

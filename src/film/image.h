@@ -14,8 +14,8 @@ struct Image {
     std::vector<float> rgb;
 };
 
-/// Reads any format OpenImageIO knows; 8-bit images are sRGB-decoded, EXR and other float images are taken as linear; grey becomes RGB,
-/// alpha is dropped. Throws InputError at `place` when the file is missing, unreadable or empty.
+/// Reads any format OpenImageIO knows; 8-bit images are sRGB-decoded, EXR and other float images are taken as linear;
+/// grey becomes RGB, alpha is dropped. Throws InputError at `place` when the file is missing, unreadable or empty.
 Image read_image(const std::string& path, const Place& place);
 
 /// sRGB of a linear colour; what is not a number is black.

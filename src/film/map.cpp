@@ -41,7 +41,9 @@ public:
     double share(double value) const {
         return logarithmic_ ? std::log(value / least_) / std::log(greatest_ / least_) : value / greatest_;
     }
-    double value(double share) const { return logarithmic_ ? least_ * std::pow(greatest_ / least_, share) : share * greatest_; }
+    double value(double share) const {
+        return logarithmic_ ? least_ * std::pow(greatest_ / least_, share) : share * greatest_;
+    }
 
 private:
     bool logarithmic_;
@@ -64,7 +66,8 @@ void write_number(Canvas& canvas, int x, int y, double value) {
         if (!at) continue;
         for (int row = 0; row < glyph_height; ++row)
             for (int column = 0; column < 5 && x + column < canvas.width; ++column)
-                if (glyphs[at - glyph_names][row] >> (4 - column) & 1) std::fill_n(canvas.pixel(x + column, y + row), 3, 0);
+                if (glyphs[at - glyph_names][row] >> (4 - column) & 1)
+                    std::fill_n(canvas.pixel(x + column, y + row), 3, 0);
     }
 }
 
@@ -77,7 +80,8 @@ std::vector<float> shares(const Film& film, const float* values, const ColorScal
             const double value = values[std::size_t(y) * w + x];
             plane[std::size_t(y) * width + x] = range.has(value) ? float(range.share(value)) : -1.0f;
         }
-        for (int x = w + gap; x < width; ++x) plane[std::size_t(y) * width + x] = h > 1 ? 1 - float(y) / float(h - 1) : 1;
+        for (int x = w + gap; x < width; ++x)
+            plane[std::size_t(y) * width + x] = h > 1 ? 1 - float(y) / float(h - 1) : 1;
     }
     return plane;
 }
@@ -104,7 +108,8 @@ void write_map(const Film& film, const LayerInfo& layer, const std::string& path
     const int labels = std::clamp(h / 24, 2, 5);
     for (int i = 0; i < labels && h >= glyph_height; ++i) {
         const double share = double(i) / (labels - 1);
-        write_number(canvas, mapped + gap / 2, static_cast<int>(std::lround((1 - share) * (h - glyph_height))), range.value(share));
+        write_number(canvas, mapped + gap / 2, static_cast<int>(std::lround((1 - share) * (h - glyph_height))),
+                     range.value(share));
     }
     write_picture(path, {canvas.width, h, 3, PictureToEncode::Samples::bytes, canvas.rgb.data()});
 }

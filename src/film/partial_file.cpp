@@ -35,7 +35,8 @@ void check_file_writable(const std::string& path) {
     std::error_code failure;
     if (const fs::file_status found = fs::status(path, failure); found.type() == fs::file_type::none)
         throw InputError("cannot write '" + path + "': " + failure.message());
-    if (fs::is_directory(path, ignored)) throw InputError("cannot write '" + path + "': it is a directory; name a file");
+    if (fs::is_directory(path, ignored))
+        throw InputError("cannot write '" + path + "': it is a directory; name a file");
     fs::path directory = target_of(path).parent_path();
     if (directory.empty()) directory = ".";
     const std::string shown = directory.string();
@@ -78,7 +79,8 @@ PartialFile::PartialFile(const std::string& path) : final_(path) {
     const fs::path target = target_of(path);
     final_ = target.string();
     constexpr std::size_t longest_stem = 100;  // of 255 bytes that a name may have
-    const std::string name = "." + target.filename().string().substr(0, longest_stem) + ".part" + std::to_string(getpid());
+    const std::string name =
+        "." + target.filename().string().substr(0, longest_stem) + ".part" + std::to_string(getpid());
     temporary_ = (target.parent_path() / name).string();
 }
 

@@ -10,7 +10,8 @@ namespace {
 
 std::vector<unsigned char> png_of(const std::vector<unsigned char>& bytes, int width, int height) {
     std::vector<unsigned char> file;
-    const std::string why = codec().encode(".png", {width, height, 3, PictureToEncode::Samples::bytes, bytes.data()}, file);
+    const std::string why =
+        codec().encode(".png", {width, height, 3, PictureToEncode::Samples::bytes, bytes.data()}, file);
     if (!why.empty()) throw RunError("cannot make a PNG picture: " + why);
     return file;
 }
@@ -39,7 +40,9 @@ std::vector<unsigned char> false_colored(const std::vector<float>& shares) {
         const std::string why = codec().false_colors(plane, rgb);
         if (!why.empty()) throw RunError("cannot make false colours: " + why);
         for (std::size_t i = 0; i < rgb.size(); ++i)
-            bytes.push_back(shares[first + i / 3] >= 0 ? static_cast<unsigned char>(255 * std::clamp(rgb[i], 0.0f, 1.0f) + 0.5f) : 153);
+            bytes.push_back(shares[first + i / 3] >= 0
+                                ? static_cast<unsigned char>(255 * std::clamp(rgb[i], 0.0f, 1.0f) + 0.5f)
+                                : 153);
     }
     return bytes;
 }

@@ -25,9 +25,10 @@ struct Format {
 
 // One row is one more file format (of those OpenImageIO writes).
 constexpr Format formats[] = {
-    {".exr", Encoding::layers}, {".png", Encoding::srgb8},         {".jpg", Encoding::srgb8, 65500}, {".jpeg", Encoding::srgb8, 65500},
-    {".tif", Encoding::srgb8},  {".tiff", Encoding::srgb8},        {".bmp", Encoding::srgb8},        {".tga", Encoding::srgb8, 65535},
-    {".ppm", Encoding::srgb8},  {".webp", Encoding::srgb8, 16383}, {".pfm", Encoding::pfm},          {".hdr", Encoding::linear},
+    {".exr", Encoding::layers},        {".png", Encoding::srgb8},        {".jpg", Encoding::srgb8, 65500},
+    {".jpeg", Encoding::srgb8, 65500}, {".tif", Encoding::srgb8},        {".tiff", Encoding::srgb8},
+    {".bmp", Encoding::srgb8},         {".tga", Encoding::srgb8, 65535}, {".ppm", Encoding::srgb8},
+    {".webp", Encoding::srgb8, 16383}, {".pfm", Encoding::pfm},          {".hdr", Encoding::linear},
 };
 
 // OpenImageIO would write the time of day; the same pixels give the same bytes.
@@ -56,7 +57,8 @@ const float* color_plane(const Film& film, const std::string& path) {
     return color;
 }
 
-PictureToEncode picture_of(const Film& film, PictureToEncode::Samples samples, const void* pixels, const char* color_space) {
+PictureToEncode picture_of(const Film& film, PictureToEncode::Samples samples, const void* pixels,
+                           const char* color_space) {
     return {static_cast<int>(film.width()), static_cast<int>(film.height()), 3, samples, pixels,
             {{"oiio:ColorSpace", color_space}, {"DateTime", fixed_date}}};
 }
@@ -114,9 +116,11 @@ void write_pfm(const Film& film, const std::string& path) {
     const float* color = color_plane(film, path);
     const std::size_t row = std::size_t{film.width()} * 3;
     write_file(path, [&](std::ostream& out) {
-        out << "PF\n" + std::to_string(film.width()) + ' ' + std::to_string(film.height()) + "\n-1.0\n";  // in any locale
+        out << "PF\n" + std::to_string(film.width()) + ' ' + std::to_string(film.height()) +
+                   "\n-1.0\n";  // in any locale
         for (std::size_t y = film.height(); y-- > 0;)
-            out.write(reinterpret_cast<const char*>(color + y * row), static_cast<std::streamsize>(row * sizeof(float)));
+            out.write(reinterpret_cast<const char*>(color + y * row),
+                      static_cast<std::streamsize>(row * sizeof(float)));
     });
 }
 
@@ -126,15 +130,17 @@ bool holds_layers(const std::string& path) {
     return format_of(path).encoding == Encoding::layers;
 }
 
-void check_writable(const std::string& path, const std::vector<std::string>& layers, std::uint32_t width, std::uint32_t height) {
+void check_writable(const std::string& path, const std::vector<std::string>& layers, std::uint32_t width,
+                    std::uint32_t height) {
     check_file_writable(path);
     const Format& format = format_of(path);
     if (format.encoding != Encoding::layers && std::find(layers.begin(), layers.end(), "color") == layers.end())
         throw InputError("cannot write '" + path +
                          "': only .exr can hold a picture without the layer 'color'; add it to film.layers");
     if (std::max(width, height) > format.most)
-        throw InputError("cannot write '" + path + "': the picture has " + std::to_string(width) + " x " + std::to_string(height) +
-                         " pixels, and " + format.extension + " holds at most " + std::to_string(format.most) + " along an edge; .exr holds it");
+        throw InputError("cannot write '" + path + "': the picture has " + std::to_string(width) + " x " +
+                         std::to_string(height) + " pixels, and " + format.extension + " holds at most " +
+                         std::to_string(format.most) + " along an edge; .exr holds it");
 }
 
 void prepare_to_write(const std::string& path) {

@@ -24,9 +24,13 @@ std::size_t characters(const std::string& text, std::size_t first, std::size_t p
     std::size_t end = at + 1;
     while (end < text.size() && continues_character(text[end])) ++end;
     const std::string character = text.substr(at, end - at);
-    static const std::pair<const char*, const char*> cures[] = {
-        {"\u2212", "-"}, {"\u00b7", "*"}, {"\u00d7", "*"}, {"\u00f7", "/"}, {"\u00b2", "^2"}, {"\u00b3", "^3"},
-        {"\u03c0", "pi"}, {"\u221a", "sqrt( )"}, {"|", "abs( )"}, {"[", "("}, {"]", ")"}, {"{", "("}, {"}", ")"}, {";", ","}};
+    static const std::pair<const char*, const char*> cures[] = {{"\u2212", "-"},  {"\u00b7", "*"},
+                                                                {"\u00d7", "*"},  {"\u00f7", "/"},
+                                                                {"\u00b2", "^2"}, {"\u00b3", "^3"},
+                                                                {"\u03c0", "pi"}, {"\u221a", "sqrt( )"},
+                                                                {"|", "abs( )"},  {"[", "("},
+                                                                {"]", ")"},       {"{", "("},
+                                                                {"}", ")"},       {";", ","}};
     std::string message = "'" + character + "' has no meaning in a formula";
     const unsigned char byte = static_cast<unsigned char>(text[at]);
     if (byte < 0x20 || byte == 0x7f) message = "a control character has no meaning in a formula";
@@ -40,10 +44,12 @@ Token number_at(const FormulaText& formula, std::size_t at) {
     Token token{Token::Kind::number, at, "", 0};
     const char *first = text.data() + at, *last = text.data() + text.size();
     const auto [end, error] = std::from_chars(first, last, token.value);
-    if (error == std::errc::result_out_of_range) fail_at(formula, at, "this number is too large or too small for a double");
+    if (error == std::errc::result_out_of_range)
+        fail_at(formula, at, "this number is too large or too small for a double");
     if (error != std::errc()) fail_at(formula, at, "'.' begins no number");
     token.text.assign(first, end);
-    if (end != last && (*end == '.' || is_digit(*end))) fail_at(formula, static_cast<std::size_t>(end - text.data()), "a number has one decimal point");
+    if (end != last && (*end == '.' || is_digit(*end)))
+        fail_at(formula, static_cast<std::size_t>(end - text.data()), "a number has one decimal point");
     if (end != last && (*end == 'e' || *end == 'E')) {
         const char* next = end + 1;
         if (next == last || is_blank(*next) || *next == '+' || *next == '-')
@@ -69,8 +75,8 @@ void fail_at(const FormulaText& formula, std::size_t position, const std::string
     for (char& c : line)
         if (static_cast<unsigned char>(c) < 0x20) c = ' ';
     const std::string caret = std::string(characters(text, left, position), ' ') + '^';
-    throw InputError(formula.place, formula.name + ", position " + std::to_string(characters(text, 0, position) + 1) + ": " + message +
-                                        "\n    " + line + "\n    " + caret);
+    throw InputError(formula.place, formula.name + ", position " + std::to_string(characters(text, 0, position) + 1) +
+                                        ": " + message + "\n    " + line + "\n    " + caret);
 }
 
 std::vector<Token> tokens_of(const FormulaText& formula) {
@@ -89,7 +95,8 @@ std::vector<Token> tokens_of(const FormulaText& formula) {
             tokens.push_back({Token::Kind::name, at, text.substr(at, end - at), 0});
             at = end;
         } else if (std::string("+-*/^(),").find(c) != std::string::npos && c != '\0') {
-            if (c == '*' && at + 1 < text.size() && text[at + 1] == '*') fail_at(formula, at, "'**' has no meaning in a formula; write ^");
+            if (c == '*' && at + 1 < text.size() && text[at + 1] == '*')
+                fail_at(formula, at, "'**' has no meaning in a formula; write ^");
             tokens.push_back({Token::Kind::symbol, at++, std::string(1, c), 0});
         } else {
             fail_at_character(formula, at);

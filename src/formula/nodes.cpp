@@ -53,7 +53,9 @@ Number folded(Number a, [[maybe_unused]] Number b) {
 bool is_number(const FormulaScope& scope, std::int32_t node) {
     return scope.nodes[static_cast<std::size_t>(node)].op == Op::constant;
 }
-double value_of(const FormulaScope& scope, std::int32_t node) { return scope.nodes[static_cast<std::size_t>(node)].value; }
+double value_of(const FormulaScope& scope, std::int32_t node) {
+    return scope.nodes[static_cast<std::size_t>(node)].value;
+}
 
 std::int32_t append(FormulaScope& scope, const FormulaNode& node) {
     std::uint8_t variables = 0;
@@ -97,8 +99,9 @@ std::int32_t operation(FormulaScope& scope, Op op, std::int32_t a, std::int32_t 
 }
 
 std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent) {
-    // Whole powers are products and halves products with a root, so that even a negative number has the former. The rest is left to the
-    // logarithm: halves beyond 64, and whole powers beyond 2^30, of which odd ones thus want a base above 0.
+    // Whole powers are products and halves products with a root, so that even a negative number has the former. The
+    // rest is left to the logarithm: halves beyond 64, and whole powers beyond 2^30, of which odd ones thus want a base
+    // above 0.
     constexpr double greatest = 1 << 30, greatest_half = 64;
     if (is_number(scope, base) && is_number(scope, exponent))
         return number_node(scope, std::pow(value_of(scope, base), value_of(scope, exponent)));
@@ -132,7 +135,9 @@ double evaluate(const FormulaScope& scope, std::int32_t node, const FormulaPoint
         const FormulaNode& n = scope.nodes[i];
         if (n.op == Op::constant) values[i] = n.value;
         else if (n.op == Op::input) values[i] = variables[static_cast<std::size_t>(n.a)];
-        else values[i] = apply(n.op, values[static_cast<std::size_t>(n.a)], n.b < 0 ? 0 : values[static_cast<std::size_t>(n.b)]);
+        else
+            values[i] =
+                apply(n.op, values[static_cast<std::size_t>(n.a)], n.b < 0 ? 0 : values[static_cast<std::size_t>(n.b)]);
     }
     return values.back();
 }

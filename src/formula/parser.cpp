@@ -33,7 +33,8 @@ std::int32_t use(FormulaScope& scope, const std::string& name) {
 
 class Parser {
 public:
-    Parser(FormulaScope& scope, const FormulaText& formula) : scope_(scope), formula_(formula), tokens_(tokens_of(formula)) {}
+    Parser(FormulaScope& scope, const FormulaText& formula)
+        : scope_(scope), formula_(formula), tokens_(tokens_of(formula)) {}
 
     std::int32_t parse() {
         if (now().kind == Token::Kind::end) fail("the formula is empty");
@@ -60,7 +61,8 @@ private:
     struct Level {
         explicit Level(Parser& parser) : parser_(parser) {
             if (++parser_.depth_ > greatest_depth)
-                parser_.fail("nested deeper than " + std::to_string(greatest_depth) + "; give parts of it names in [space.let]");
+                parser_.fail("nested deeper than " + std::to_string(greatest_depth) +
+                             "; give parts of it names in [space.let]");
         }
         ~Level() { --parser_.depth_; }
         Level(const Level&) = delete;
@@ -75,7 +77,9 @@ private:
             if (const FormulaNode& n = scope_.nodes[checked_]; n.op == Op::constant && !std::isfinite(n.value))
                 fail_at(formula_, position, "this is constant, and not a finite number");
         if (scope_.nodes.size() > formula_limit)
-            fail_at(formula_, position, "the formulas of this space are too large: more than " + std::to_string(formula_limit) + " operations");
+            fail_at(formula_, position,
+                    "the formulas of this space are too large: more than " + std::to_string(formula_limit) +
+                        " operations");
         return node;
     }
 
@@ -116,7 +120,8 @@ private:
     }
     std::int32_t primary() {
         const Token token = now();
-        if (token.kind == Token::Kind::number) return ++next_, checked(number_node(scope_, token.value), token.position);
+        if (token.kind == Token::Kind::number)
+            return ++next_, checked(number_node(scope_, token.value), token.position);
         if (token.kind == Token::Kind::name) return ++next_, is("(") ? call(token) : named(token);
         if (take("(")) {
             const std::int32_t inside = expression();
@@ -144,7 +149,8 @@ private:
     std::int32_t call(const Token& token) {
         const std::optional<Op> function = function_named(token.text);
         if (!function && use(scope_, token.text) >= 0)
-            fail_at(formula_, token.position, token.text + " is not a function: to multiply write " + token.text + "*(…)");
+            fail_at(formula_, token.position,
+                    token.text + " is not a function: to multiply write " + token.text + "*(…)");
         if (!function) fail_unknown(token, true);
         const Token opened = now();
         ++next_;
@@ -157,8 +163,8 @@ private:
         const auto operands = static_cast<std::size_t>(info_of(*function).operands);
         if (arguments.size() != operands)
             fail_at(formula_, token.position,
-                    token.text + " takes " + std::to_string(operands) + (operands == 1 ? " argument" : " arguments") + ", not " +
-                        std::to_string(arguments.size()));
+                    token.text + " takes " + std::to_string(operands) + (operands == 1 ? " argument" : " arguments") +
+                        ", not " + std::to_string(arguments.size()));
         const std::int32_t second = arguments.size() > 1 ? arguments[1] : -1;
         return checked(operation(scope_, *function, arguments[0], second), token.position);
     }
@@ -193,7 +199,8 @@ private:
 std::int32_t parse_formula(FormulaScope& scope, const FormulaText& formula) {
     constexpr std::size_t greatest_length = 65536;
     if (formula.text.size() > greatest_length)
-        throw InputError(formula.place, formula.name + ": the formula is longer than " + std::to_string(greatest_length) + " bytes");
+        throw InputError(formula.place,
+                         formula.name + ": the formula is longer than " + std::to_string(greatest_length) + " bytes");
     return Parser(scope, formula).parse();
 }
 
@@ -201,9 +208,12 @@ void define(FormulaScope& scope, const std::string& name, std::int32_t node, con
     const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
     const auto inside = [&](char c) { return letter(c) || (c >= '0' && c <= '9'); };
     if (name.empty() || !letter(name[0]) || !std::all_of(name.begin(), name.end(), inside))
-        throw InputError(place, "'" + name + "' is no name for formulas: names are letters, digits and _, and begin with no digit");
+        throw InputError(place,
+                         "'" + name +
+                             "' is no name for formulas: names are letters, digits and _, and begin with no digit");
     if (function_named(name)) throw InputError(place, "'" + name + "' is a function of formulas: choose another name");
-    if (use(scope, name) >= 0) throw InputError(place, "'" + name + "' has a meaning in formulas already: choose another name");
+    if (use(scope, name) >= 0)
+        throw InputError(place, "'" + name + "' has a meaning in formulas already: choose another name");
     scope.names.emplace_back(name, node);
 }
 

@@ -10,7 +10,8 @@ namespace kagero {
 /// Boxes as ClearanceGrid has them.
 struct ClearBoxes {
     std::vector<float> box;    ///< of each cell, x fastest: its number
-    std::vector<float> boxes;  ///< six numbers each; the first six boxes are half spaces beyond the grid, the next one holds nothing
+    std::vector<float>
+        boxes;  ///< six numbers each; the first six boxes are half spaces beyond the grid, the next one holds nothing
 };
 
 /// A box, in edges of a cell from the grid's first corner.
@@ -24,8 +25,8 @@ struct SurveyedCell {
     std::vector<GridBox> content;  ///< that holds all that lies in the cell
 };
 
-/// Every cell whose middle is clear gets a box in which surfaces are no nearer to it, along any axis, than in the largest cube that fits
-/// into its distance.
+/// Every cell whose middle is clear gets a box in which surfaces are no nearer to it, along any axis, than in the
+/// largest cube that fits into its distance.
 ClearBoxes grow_clear_boxes(const std::array<std::uint32_t, 3>& counts, const std::vector<SurveyedCell>& cells);
 
 }  // namespace kagero

@@ -63,7 +63,9 @@ float search_radius(const Geometry& geometry, double distance) {
 /// Visits the triangles whose boxes in stretched space are within `distance` of the point that is q here.
 void query_around(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q, double distance,
                   RTCPointQueryFunction visit, void* user) {
-    const auto coordinate = [&](std::size_t k) { return static_cast<float>((q[k] - geometry.shift[k]) * geometry.scale * stretch[k]); };
+    const auto coordinate = [&](std::size_t k) {
+        return static_cast<float>((q[k] - geometry.shift[k]) * geometry.scale * stretch[k]);
+    };
     RTCPointQuery point{};
     point.x = coordinate(0), point.y = coordinate(1), point.z = coordinate(2);
     point.radius = search_radius(geometry, distance);
@@ -75,9 +77,12 @@ void query_around(const Geometry& geometry, RTCScene scene, const Double3& stret
 bool measure(RTCPointQueryFunctionArguments* arguments) {
     auto& search = *static_cast<Search*>(arguments->userPtr);
     const Surface& surface = search.geometry->surfaces[arguments->geomID];
-    if (surface.kind != Surface::Kind::triangles || !search.may_be_nearest(surface.planes + 4 * std::size_t{arguments->primID})) return false;
+    if (surface.kind != Surface::Kind::triangles ||
+        !search.may_be_nearest(surface.planes + 4 * std::size_t{arguments->primID}))
+        return false;
     const std::uint32_t* index = surface.triangles + 3 * std::size_t{arguments->primID};
-    const Double3 point = closest_point(search.q, search.corner(surface, index[0]), search.corner(surface, index[1]), search.corner(surface, index[2]));
+    const Double3 point = closest_point(search.q, search.corner(surface, index[0]), search.corner(surface, index[1]),
+                                        search.corner(surface, index[2]));
     const Double3 way = subtract(search.q, point);
     const double distance = std::sqrt(dot(way, way));
     if (distance >= search.nearest) return false;
@@ -86,7 +91,8 @@ bool measure(RTCPointQueryFunctionArguments* arguments) {
     return true;
 }
 
-/// Embree's point queries pass over SPHERE_POINT, and a scene has few spheres. Nothing is nearer in stretched space than it is here.
+/// Embree's point queries pass over SPHERE_POINT, and a scene has few spheres. Nothing is nearer in stretched space
+/// than it is here.
 double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];
@@ -98,7 +104,8 @@ double distance_to_spheres(const Geometry& geometry, const Double3& q, double li
 }
 
 /// The same in stretched space, from the point that is q here; not greater than `limit`.
-double stretched_distance(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q, double limit) {
+double stretched_distance(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q,
+                          double limit) {
     Search search{&geometry, stretch, stretched_by(stretch, q), distance_to_spheres(geometry, q, limit)};
     query_around(geometry, scene, stretch, q, search.nearest, measure, &search);
     return search.nearest;
@@ -115,13 +122,16 @@ struct Collection {
         constexpr std::size_t most = 8;
         GridBox box;
         for (std::size_t k = 0; k < 3; ++k) {
-            const double lower = (bounds.lower[k] - first_corner[k]) / edges[k], upper = (bounds.upper[k] - first_corner[k]) / edges[k];
+            const double lower = (bounds.lower[k] - first_corner[k]) / edges[k],
+                         upper = (bounds.upper[k] - first_corner[k]) / edges[k];
             if (lower > 1 || upper < 0) return;
             box.lower[k] = float(cell[k] + std::max(lower, 0.0)), box.upper[k] = float(cell[k] + std::min(upper, 1.0));
         }
         if (content->size() == most) {
             GridBox& all = content->back();
-            for (std::size_t k = 0; k < 3; ++k) all.lower[k] = std::min(all.lower[k], box.lower[k]), all.upper[k] = std::max(all.upper[k], box.upper[k]);
+            for (std::size_t k = 0; k < 3; ++k)
+                all.lower[k] = std::min(all.lower[k], box.lower[k]),
+                all.upper[k] = std::max(all.upper[k], box.upper[k]);
         } else content->push_back(box);
     }
 };
@@ -139,9 +149,11 @@ bool collect(RTCPointQueryFunctionArguments* arguments) {
     return false;
 }
 
-/// Boxes that hold all of what lies in a cell around `center`, nothing of which is farther from there than `reach` in stretched space.
-std::vector<GridBox> content_of(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid,
-                                const std::array<std::uint32_t, 3>& cell, const Double3& center, double reach) {
+/// Boxes that hold all of what lies in a cell around `center`, nothing of which is farther from there than `reach` in
+/// stretched space.
+std::vector<GridBox> content_of(const Geometry& geometry, RTCScene scene, const Double3& stretch,
+                                const ClearanceGrid& grid, const std::array<std::uint32_t, 3>& cell,
+                                const Double3& center, double reach) {
     std::vector<GridBox> content;
     const Double3 edges{grid.cell[0], grid.cell[1], grid.cell[2]};
     Collection collection{&geometry, subtract(center, scaled(edges, 0.5)), edges, cell, &content};
@@ -160,8 +172,8 @@ std::vector<GridBox> content_of(const Geometry& geometry, RTCScene scene, const 
 }
 
 /// One row of cells along x. Distance changes by at most the way gone, so each cell limits the next one's search.
-void survey_row(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid, std::uint32_t y, std::uint32_t z,
-                SurveyedCell* row) {
+void survey_row(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid,
+                std::uint32_t y, std::uint32_t z, SurveyedCell* row) {
     // Of Embree's boxes, whose coordinates are of order one, 2^-18; and of what kernels make of these numbers in float.
     const double float_error = 5e-6 / geometry.scale, edge = stretch[0] * grid.cell[0], half_diagonal = 0.8661 * edge;
     double limit = std::numeric_limits<double>::infinity();
@@ -187,14 +199,17 @@ Double3 clearance_stretch(const Bounds& bounds) {
     const Double3 size = subtract(bounds.upper, bounds.lower);
     const double longest = std::max({size[0], size[1], size[2]});
     Double3 stretch;
-    for (std::size_t i = 0; i < 3; ++i) stretch[i] = size[i] * most > share * longest ? std::max(1.0, share * longest / size[i]) : most;
+    for (std::size_t i = 0; i < 3; ++i)
+        stretch[i] = size[i] * most > share * longest ? std::max(1.0, share * longest / size[i]) : most;
     return stretch;
 }
 
-Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds, std::uint32_t cells) {
+Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds,
+                          std::uint32_t cells) {
     Clearance clearance;
     ClearanceGrid& grid = clearance.grid;
-    const Double3 lower = stretched_by(stretch, bounds.lower), upper = stretched_by(stretch, bounds.upper), size = subtract(upper, lower);
+    const Double3 lower = stretched_by(stretch, bounds.lower), upper = stretched_by(stretch, bounds.upper),
+                  size = subtract(upper, lower);
     const double margin = std::max({size[0], size[1], size[2]}) / 1024;
     const double edge = (std::max({size[0], size[1], size[2]}) + 2 * margin) / cells;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -206,8 +221,8 @@ Clearance build_clearance(const Geometry& geometry, void* stretched, const Doubl
     std::vector<SurveyedCell> survey(std::size_t{grid.cells[0]} * grid.cells[1] * grid.cells[2]);
     tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells[1] * grid.cells[2]), [&](const auto& rows) {
         for (std::uint32_t row = rows.begin(); row != rows.end(); ++row) {
-            survey_row(geometry, static_cast<RTCScene>(stretched), stretch, grid, row % grid.cells[1], row / grid.cells[1],
-                       &survey[std::size_t{row} * grid.cells[0]]);
+            survey_row(geometry, static_cast<RTCScene>(stretched), stretch, grid, row % grid.cells[1],
+                       row / grid.cells[1], &survey[std::size_t{row} * grid.cells[0]]);
         }
     });
     clearance.boxes = grow_clear_boxes({grid.cells[0], grid.cells[1], grid.cells[2]}, survey);

@@ -12,7 +12,8 @@ float to_embree(double q, double shift, double scale) {
 
 void throw_on_error(RTCDevice device, const char* what) {
     const RTCError error = rtcGetDeviceError(device);
-    if (error != RTC_ERROR_NONE) throw RunError(std::string("Embree: ") + what + " failed, error " + std::to_string(error));
+    if (error != RTC_ERROR_NONE)
+        throw RunError(std::string("Embree: ") + what + " failed, error " + std::to_string(error));
 }
 
 RTCGeometry triangles_geometry(RTCDevice device, const Surface& surface, std::size_t vertices, std::size_t triangles,
@@ -20,10 +21,12 @@ RTCGeometry triangles_geometry(RTCDevice device, const Surface& surface, std::si
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* points = static_cast<float*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertices));
-    auto* indices = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles));
+    auto* indices =
+        static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                            3 * sizeof(std::uint32_t), triangles));
     if (points && indices) {
-        for (std::size_t i = 0; i < 3 * vertices; ++i) points[i] = to_embree(surface.vertices[i], shift[i % 3], scale[i % 3]);
+        for (std::size_t i = 0; i < 3 * vertices; ++i)
+            points[i] = to_embree(surface.vertices[i], shift[i % 3], scale[i % 3]);
         std::memcpy(indices, surface.triangles, 3 * triangles * sizeof(std::uint32_t));
     }
     return geometry;
@@ -74,8 +77,8 @@ void EmbreeScene::attach_rings(const std::vector<Ring>& rings, const double shif
 }
 
 EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
-                         const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3],
-                         const Double3& scale) {
+                         const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings,
+                         const double shift[3], const Double3& scale) {
     // No configuration: "threads=" would limit TBB for the whole program.
     device_ = rtcNewDevice("");
     if (!device_) throw_on_error(nullptr, "rtcNewDevice");
@@ -86,9 +89,9 @@ EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector
         rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
             const bool is_sphere = surfaces[i].kind == Surface::Kind::sphere;
-            RTCGeometry geometry =
-                is_sphere ? sphere_geometry(device_, surfaces[i], shift, scale[0])
-                          : triangles_geometry(device_, surfaces[i], vertex_counts[i], triangle_counts[i], shift, scale);
+            RTCGeometry geometry = is_sphere ? sphere_geometry(device_, surfaces[i], shift, scale[0])
+                                             : triangles_geometry(device_, surfaces[i], vertex_counts[i],
+                                                                  triangle_counts[i], shift, scale);
             rtcSetGeometryMask(geometry, 0xffffffffu);
             rtcCommitGeometry(geometry);
             rtcAttachGeometryByID(scene_, geometry, static_cast<unsigned>(i));

@@ -17,10 +17,11 @@ struct Ring {
 /// Owns a device and one committed scene; geometry identifiers are indices of surfaces.
 class EmbreeScene {
 public:
-    /// Surfaces in coordinates relative to `space.center`; Embree's are (q − shift)·scale, where spheres and rings want one scale for all
-    /// axes. Throws RunError when Embree refuses.
+    /// Surfaces in coordinates relative to `space.center`; Embree's are (q − shift)·scale, where spheres and rings want
+    /// one scale for all axes. Throws RunError when Embree refuses.
     EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
-                const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3], const Double3& scale);
+                const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3],
+                const Double3& scale);
     ~EmbreeScene();
     EmbreeScene(const EmbreeScene&) = delete;
     EmbreeScene& operator=(const EmbreeScene&) = delete;

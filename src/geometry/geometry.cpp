@@ -51,11 +51,13 @@ Surface surface_of(const ObjectDescription& object, const ObjectGeometry& loaded
     return surface;
 }
 
-std::vector<Ring> rings_of(const std::vector<ObjectDescription>& descriptions, const std::vector<ObjectGeometry>& objects) {
+std::vector<Ring> rings_of(const std::vector<ObjectDescription>& descriptions,
+                           const std::vector<ObjectGeometry>& objects) {
     std::vector<Ring> rings;
     for (std::size_t i = 0; i < objects.size(); ++i)
         if (objects[i].shape == Shape::disk)
-            rings.push_back({static_cast<std::uint32_t>(i), objects[i].center, descriptions[i].inner, descriptions[i].outer});
+            rings.push_back(
+                {static_cast<std::uint32_t>(i), objects[i].center, descriptions[i].inner, descriptions[i].outer});
     return rings;
 }
 
@@ -70,18 +72,19 @@ Bounds bounds_of(const std::vector<ObjectGeometry>& objects, const std::vector<S
     return bounds;
 }
 
-/// Brings the objects into [−1, 1] by a power of two, and the middle near 0 by multiples of an eighth of the size, so that round
-/// numbers stay round.
+/// Brings the objects into [−1, 1] by a power of two, and the middle near 0 by multiples of an eighth of the size, so
+/// that round numbers stay round.
 void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geometry& geometry) {
     const Double3 size = subtract(bounds.upper, bounds.lower);
     const double half = 0.5 * std::max({size[0], size[1], size[2]});
     const double camera = length(subtract(scene.camera.position, scene.space.center));
-    const double farthest = std::max({scene.integrator.escape_radius, camera, length(bounds.lower), length(bounds.upper)});
+    const double farthest =
+        std::max({scene.integrator.escape_radius, camera, length(bounds.lower), length(bounds.upper)});
     if (half <= 1e-12 * farthest) {
-        throw InputError(scene.objects.front().place,
-                         "the objects together are " + written(half / farthest) +
-                             " times as large as the greatest of integrator.escape_radius and of the distances of camera and objects from "
-                             "space.center: expected more than 1e-12");
+        throw InputError(scene.objects.front().place, "the objects together are " + written(half / farthest) +
+                                                          " times as large as the greatest of integrator.escape_radius "
+                                                          "and of the distances of camera and objects from "
+                                                          "space.center: expected more than 1e-12");
     }
     geometry.scale = std::scalbn(1.0, -(std::ilogb(half) + 1));
     for (std::size_t i = 0; i < 3; ++i) {
@@ -90,26 +93,30 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
     }
 }
 
-/// Embree's numbers are of single precision and of all objects together: of what is small and lies far off they are too few.
-void remark_on_small(const ObjectDescription& description, const ObjectGeometry& object, const Surface& surface, const Geometry& geometry,
-                     std::vector<std::string>& remarks) {
+/// Embree's numbers are of single precision and of all objects together: of what is small and lies far off they are too
+/// few.
+void remark_on_small(const ObjectDescription& description, const ObjectGeometry& object, const Surface& surface,
+                     const Geometry& geometry, std::vector<std::string>& remarks) {
     constexpr double visible = 1e-3;
     Bounds own;
     include(object, surface, own);
     double size = 0, farthest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         size = std::max(size, own.upper[i] - own.lower[i]);
-        farthest = std::max({farthest, std::abs(own.lower[i] - geometry.shift[i]), std::abs(own.upper[i] - geometry.shift[i])});
+        farthest = std::max(
+            {farthest, std::abs(own.lower[i] - geometry.shift[i]), std::abs(own.upper[i] - geometry.shift[i])});
     }
     const double rounded = 0.5 * double(std::numeric_limits<float>::epsilon()) * farthest / size;
     if (rounded > visible)
-        remarks.push_back("object " + description.name + ": it is so small beside all objects together that it is met up to " + written(rounded) +
+        remarks.push_back("object " + description.name +
+                          ": it is so small beside all objects together that it is met up to " + written(rounded) +
                           " of its size off, as Embree has single precision");
 }
 
 }  // namespace
 
-SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells) : content_(std::make_unique<Content>()) {
+SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells)
+    : content_(std::make_unique<Content>()) {
     Content& content = *content_;
     if (scene.objects.empty()) return;
 
@@ -126,9 +133,11 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
 
     Geometry& geometry = content.geometry;
     choose_coordinates(scene, bounds, geometry);
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) remark_on_small(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
-    content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, rings_of(scene.objects, content.objects),
-                                                   geometry.shift, Double3{geometry.scale, geometry.scale, geometry.scale});
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+        remark_on_small(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
+    content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts,
+                                                   rings_of(scene.objects, content.objects), geometry.shift,
+                                                   Double3{geometry.scale, geometry.scale, geometry.scale});
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
@@ -136,9 +145,10 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
     const Double3 stretch = clearance_stretch(bounds);
     std::unique_ptr<EmbreeScene> stretched;
     if (stretch != Double3{1, 1, 1})
-        stretched = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, std::vector<Ring>{}, geometry.shift,
-                                                  scaled(stretch, geometry.scale));
-    content.clearance = build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds, clearance_cells);
+        stretched = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, std::vector<Ring>{},
+                                                  geometry.shift, scaled(stretch, geometry.scale));
+    content.clearance =
+        build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds, clearance_cells);
     geometry.clearance = &content.clearance.grid;
 }
 
@@ -152,8 +162,8 @@ const std::vector<ObjectGeometry>& SceneGeometry::objects() const {
     return content_->objects;
 }
 
-bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point, std::uint32_t other_primitive,
-                                 const Double3& other) const {
+bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
+                                 std::uint32_t other_primitive, const Double3& other) const {
     const ObjectGeometry& object = content_->objects[surface];
     if (primitive == other_primitive) return true;
     const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
@@ -177,10 +187,12 @@ double SceneGeometry::nearest(double limit) const {
 
 bool SceneGeometry::comes_within(std::uint32_t surface, double radius) const {
     const ObjectGeometry& object = content_->objects[surface];
-    if (object.shape == Shape::sphere) return std::abs(length(object.center) - content_->surfaces[surface].radius) <= radius;
+    if (object.shape == Shape::sphere)
+        return std::abs(length(object.center) - content_->surfaces[surface].radius) <= radius;
     const auto& index = object.mesh.triangles;
     for (std::size_t i = 0; i + 2 < index.size(); i += 3) {
-        const Double3 nearest = closest_point({0, 0, 0}, vertex(object.mesh, index[i]), vertex(object.mesh, index[i + 1]), vertex(object.mesh, index[i + 2]));
+        const Double3 nearest = closest_point({0, 0, 0}, vertex(object.mesh, index[i]),
+                                              vertex(object.mesh, index[i + 1]), vertex(object.mesh, index[i + 2]));
         if (length(nearest) <= radius) return true;
     }
     return false;

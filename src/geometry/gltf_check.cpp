@@ -28,7 +28,8 @@ std::uint32_t little_endian(const std::string& bytes, std::size_t at) {
     return value;
 }
 
-/// The JSON of a file. A binary one holds it as its first chunk, after "glTF", version, length, and the chunk's length and kind.
+/// The JSON of a file. A binary one holds it as its first chunk, after "glTF", version, length, and the chunk's length
+/// and kind.
 std::string json_text(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -49,8 +50,8 @@ json parsed(const std::string& path, const std::string& text) {
     });
 }
 
-/// Nodes are named by their place in an array, or in version 1 by keys of an object. Each is a child of one other at most, so that
-/// there is one way up from each, and it is short.
+/// Nodes are named by their place in an array, or in version 1 by keys of an object. Each is a child of one other at
+/// most, so that there is one way up from each, and it is short.
 void check_nodes(const std::string& path, const json& nodes) {
     std::map<std::string, std::string> parents;
     for (const auto& [name, node] : nodes.items()) {
@@ -62,7 +63,9 @@ void check_nodes(const std::string& path, const json& nodes) {
     for (const auto& [name, node] : nodes.items()) {
         int depth = 0;
         for (auto above = parents.find(name); above != parents.end(); above = parents.find(above->second))
-            if (++depth > deepest) refuse(path, "node " + name + " lies more than " + std::to_string(deepest) + " nodes deep, or within itself");
+            if (++depth > deepest)
+                refuse(path,
+                       "node " + name + " lies more than " + std::to_string(deepest) + " nodes deep, or within itself");
     }
 }
 
@@ -70,7 +73,8 @@ void check_nodes(const std::string& path, const json& nodes) {
 
 bool is_gltf(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     return extension == ".gltf" || extension == ".glb";
 }
 

@@ -1,5 +1,5 @@
-// The only file that includes assimp. It accepts vertices that are not numbers and indices out of range, so everything is checked
-// here.
+// The only file that includes assimp. It accepts vertices that are not numbers and indices out of range, so everything
+// is checked here.
 #include "geometry/mesh.h"
 
 #include "geometry/gltf_check.h"
@@ -38,7 +38,8 @@ bool finite(double x, double y, double z) {
     return std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
 }
 
-/// How a matrix turns normals: its cofactors, the inverse's transpose but for a positive factor, which has no range to leave.
+/// How a matrix turns normals: its cofactors, the inverse's transpose but for a positive factor, which has no range to
+/// leave.
 Double3 turned_normal(const aiMatrix4x4& m, const aiVector3D& normal) {
     const Double3 x{m.a1, m.b1, m.c1}, y{m.a2, m.b2, m.c2}, z{m.a3, m.b3, m.c3};
     const Double3 yz = cross(y, z);
@@ -51,7 +52,8 @@ void append_vertices(const ObjectDescription& object, const aiMesh& part, const 
         const aiVector3D& raw = part.mVertices[i];
         const aiVector3D point = to_file * raw;
         if (!finite(raw.x, raw.y, raw.z) || !finite(point.x, point.y, point.z)) {
-            refuse(object, "vertex " + std::to_string(i) + " of part " + std::string(part.mName.C_Str()) + " is not finite");
+            refuse(object,
+                   "vertex " + std::to_string(i) + " of part " + std::string(part.mName.C_Str()) + " is not finite");
         }
         out.mesh.vertices.insert(out.mesh.vertices.end(), {point.x, point.y, point.z});
         // A normal that is none becomes zero: shading then takes the triangle's own.
@@ -60,7 +62,8 @@ void append_vertices(const ObjectDescription& object, const aiMesh& part, const 
         const double inverse = norm > 0 && std::isfinite(norm) ? 1 / norm : 0;
         for (const double n : normal) out.mesh.normals.push_back(inverse > 0 ? inverse * n : 0);
         const aiVector3D uv = part.HasTextureCoords(0) ? part.mTextureCoords[0][i] : aiVector3D();
-        if (!finite(uv.x, uv.y, 0)) refuse(object, "the texture coordinates of vertex " + std::to_string(i) + " are not finite");
+        if (!finite(uv.x, uv.y, 0))
+            refuse(object, "the texture coordinates of vertex " + std::to_string(i) + " are not finite");
         out.mesh.uv.insert(out.mesh.uv.end(), {uv.x, uv.y});
     }
     out.has_normals = out.has_normals || part.HasNormals();
@@ -103,8 +106,8 @@ void check_indices(const ObjectDescription& object, const aiScene& file) {
             const aiFace& face = part.mFaces[f];
             if (face.mNumIndices == 0) refuse(object, "face " + std::to_string(f) + " has no vertices");
             if (face.mNumIndices > most_corners)
-                refuse(object, "face " + std::to_string(f) + " has " + std::to_string(face.mNumIndices) + " vertices: legal are at most " +
-                                   std::to_string(most_corners));
+                refuse(object, "face " + std::to_string(f) + " has " + std::to_string(face.mNumIndices) +
+                                   " vertices: legal are at most " + std::to_string(most_corners));
             for (unsigned k = 0; k < face.mNumIndices; ++k) {
                 if (face.mIndices[k] < part.mNumVertices) continue;
                 refuse(object, "face " + std::to_string(f) + " names vertex " + std::to_string(face.mIndices[k]) +
@@ -114,8 +117,8 @@ void check_indices(const ObjectDescription& object, const aiScene& file) {
     }
 }
 
-/// Collects what the importer says about data that it leaves out on its own. Its log belongs to the whole program, hence the
-/// lock.
+/// Collects what the importer says about data that it leaves out on its own. Its log belongs to the whole program,
+/// hence the lock.
 class Listener : public Assimp::LogStream {
 public:
     explicit Listener(std::vector<std::string>& warnings) : lock_(mutex_), warnings_(warnings) {
@@ -152,10 +155,12 @@ Collected read_file(const ObjectDescription& object) {
         Assimp::Importer importer;
         const aiScene* file = importer.ReadFile(object.file, 0);
         const std::string reason = importer.GetErrorString();
-        if (!file || !file->mRootNode) refuse(object, "cannot be read: " + (reason.empty() ? "it holds no scene" : reason));
+        if (!file || !file->mRootNode)
+            refuse(object, "cannot be read: " + (reason.empty() ? "it holds no scene" : reason));
         check_indices(object, *file);
         file = importer.ApplyPostProcessing(aiProcess_Triangulate);
-        if (!file || !file->mRootNode) refuse(object, std::string("cannot be triangulated: ") + importer.GetErrorString());
+        if (!file || !file->mRootNode)
+            refuse(object, std::string("cannot be triangulated: ") + importer.GetErrorString());
         append_node(object, *file, *file->mRootNode, aiMatrix4x4(), collected);
         for (const std::string& warning : collected.warnings) {
             if (warning.find("out-of-range") != std::string::npos) refuse(object, warning);
@@ -238,7 +243,8 @@ double rounded_off(const TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_center, std::vector<std::string>& remarks) {
+TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_center,
+                       std::vector<std::string>& remarks) {
     Collected collected = read_file(object);
     TriangleMesh& mesh = collected.mesh;
     if (!collected.has_normals) mesh.normals.clear();
@@ -253,12 +259,16 @@ TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_cen
     if (degenerate > 0) remarks.push_back(start + std::to_string(degenerate) + " triangles without area left out");
     if (collected.others > 0) remarks.push_back(start + std::to_string(collected.others) + " points or lines left out");
     if (mesh.uv.empty() && object.paint.kind != Paint::Kind::color) {
-        remarks.push_back(start + "no texture coordinates in the file: the whole mesh takes the paint's colour at (0, 0)");
+        remarks.push_back(start +
+                          "no texture coordinates in the file: the whole mesh takes the paint's colour at (0, 0)");
     } else if (collected.without_uv > 0 && object.paint.kind != Paint::Kind::color) {
-        remarks.push_back(start + std::to_string(collected.without_uv) + " vertices without texture coordinates take the paint's colour at (0, 0)");
+        remarks.push_back(start + std::to_string(collected.without_uv) +
+                          " vertices without texture coordinates take the paint's colour at (0, 0)");
     }
     if (rounded > visible)
-        remarks.push_back(start + "its coordinates lie so far from the origin of the file, which is read in single precision, that vertices move by up to " +
+        remarks.push_back(start +
+                          "its coordinates lie so far from the origin of the file, which is read in single precision, "
+                          "that vertices move by up to " +
                           written(rounded) + " of its size");
     return std::move(mesh);
 }

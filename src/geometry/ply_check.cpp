@@ -34,9 +34,12 @@ struct Ply {
 };
 
 std::size_t size_of(const std::string& type) {
-    static const std::pair<const char*, std::size_t> sizes[] = {
-        {"char", 1}, {"uchar", 1}, {"int8", 1},  {"uint8", 1},  {"short", 2}, {"ushort", 2},  {"int16", 2},  {"uint16", 2},
-        {"int", 4},  {"uint", 4},  {"int32", 4}, {"uint32", 4}, {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
+    static const std::pair<const char*, std::size_t> sizes[] = {{"char", 1},   {"uchar", 1},   {"int8", 1},
+                                                                {"uint8", 1},  {"short", 2},   {"ushort", 2},
+                                                                {"int16", 2},  {"uint16", 2},  {"int", 4},
+                                                                {"uint", 4},   {"int32", 4},   {"uint32", 4},
+                                                                {"float", 4},  {"float32", 4}, {"double", 8},
+                                                                {"float64", 8}};
     for (const auto& [name, size] : sizes) {
         if (type == name) return size;
     }
@@ -115,7 +118,8 @@ void check_text_element(const Ply& ply, const Element& element, const std::strin
         if (property.count_size > 0) {
             ++expected;
             if (!(words >> count)) break;
-            if (count > line.size()) refuse(ply, "PLY: a list of a \"" + element.name + "\" with more entries than its line has characters");
+            if (count > line.size())
+                refuse(ply, "PLY: a list of a \"" + element.name + "\" with more entries than its line has characters");
             ++got;
         }
         expected += count;
@@ -123,8 +127,8 @@ void check_text_element(const Ply& ply, const Element& element, const std::strin
     }
     while (words >> word) ++got;
     if (got == expected) return;
-    refuse(ply,
-           "PLY: expected " + std::to_string(expected) + " numbers of a \"" + element.name + "\", got " + std::to_string(got));
+    refuse(ply, "PLY: expected " + std::to_string(expected) + " numbers of a \"" + element.name + "\", got " +
+                    std::to_string(got));
 }
 
 void check_text(std::istream& file, Ply& ply) {
@@ -174,7 +178,8 @@ void check_binary(std::istream& file, Ply& ply) {
     std::size_t at = 0;
     for (const Element& element : ply.elements) {
         for (std::uint64_t i = 0; i < element.count; ++i) {
-            const std::size_t size = binary_size(element, body.data() + at, body.size() - at, ply.format == PlyFormat::big);
+            const std::size_t size =
+                binary_size(element, body.data() + at, body.size() - at, ply.format == PlyFormat::big);
             if (size > body.size() - at) refuse_short(ply, element, i);
             if (size == 0) break;
             at += size;

@@ -61,7 +61,8 @@ TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_cen
             mesh.vertices.insert(mesh.vertices.end(), point.begin(), point.end());
         }
         const std::uint32_t here = 2 * i, next = 2 * ((i + 1) % segments);
-        for (const std::uint32_t index : {here, here + 1, next + 1, here, next + 1, next}) mesh.triangles.push_back(index);
+        for (const std::uint32_t index : {here, here + 1, next + 1, here, next + 1, next})
+            mesh.triangles.push_back(index);
     }
     return mesh;
 }

@@ -11,7 +11,8 @@ namespace {
 
 /// Empty for "auto".
 template <class Value>
-std::optional<Value> named(const char* option, const std::string& name, std::optional<Value> (*find)(const std::string&)) {
+std::optional<Value> named(const char* option, const std::string& name,
+                           std::optional<Value> (*find)(const std::string&)) {
     const std::optional<Value> value = find(name);
     if (!value && name != "auto") throw InputError(std::string(option) + ": there is no \"" + name + "\"");
     return value;
@@ -37,11 +38,13 @@ RunChoices choices_of(const Plan& plan) {
     const KernelInfo& kernel = *plan.run.kernel;
     RunChoices choices;
     choices.hamiltonian = plan.description().space.hamiltonian, choices.integrator = plan.method().name;
-    choices.isa = plan.module().isa, choices.strategy = name_of(kernel.strategy), choices.precision = name_of(kernel.precision);
+    choices.isa = plan.module().isa, choices.strategy = name_of(kernel.strategy),
+    choices.precision = name_of(kernel.precision);
     choices.lanes = kernel.lanes, choices.threads = plan.run.threads;
     choices.step = stated_step(*plan.scene, plan.run);
     if (const auto& trial = plan.method_trial)
-        choices.max_pixel_error = trial->bound, choices.estimated_error = trial->estimate, choices.bound_is_met = trial->met;
+        choices.max_pixel_error = trial->bound, choices.estimated_error = trial->estimate,
+        choices.bound_is_met = trial->met;
     choices.remarks = plan.remarks;
     choices.explanation = explanation_text(plan);
     return choices;

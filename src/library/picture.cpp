@@ -38,7 +38,8 @@ std::vector<std::string> Picture::layers() const {
 
 std::uint32_t Picture::channels(const std::string& name) const {
     const auto& layers = content_->film.layers();
-    const auto layer = std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* one) { return one->name == name; });
+    const auto layer =
+        std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* one) { return one->name == name; });
     return layer == layers.end() ? 0 : static_cast<std::uint32_t>((*layer)->channels.size());
 }
 
@@ -76,7 +77,8 @@ Picture render_scene(const SceneSource& source, const RunOptions& asked) {
     watch.progress = asked.progress, watch.stop = asked.stop;
     RunReport report = render_with_errors(plan, film, watch);
     RunChoices choices = choices_of(plan);
-    return Picture(std::unique_ptr<Picture::Content>(new Picture::Content{std::move(plan), std::move(film), std::move(report), std::move(choices)}));
+    return Picture(std::unique_ptr<Picture::Content>(
+        new Picture::Content{std::move(plan), std::move(film), std::move(report), std::move(choices)}));
 }
 
 }  // namespace kagero

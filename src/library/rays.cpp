@@ -24,7 +24,8 @@ TracedRay traced_ray(const Plan& plan, const RayEnd& end) {
 
 }  // namespace
 
-std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays, const std::string& observer, const RunOptions& asked) {
+std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays, const std::string& observer,
+                                  const RunOptions& asked) {
     Options options = options_of(asked);
     options.energy_error = options.parameter = true;
     if (!observer.empty()) options.observer = observer_named(observer);

@@ -18,8 +18,9 @@ struct Isa {
 constexpr Isa isas[] = {
     {"avx512",
      [] {
-         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
+         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
+                __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
+                __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma");
      }},
     {"avx2", [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }},
     {"sse2", [] { return static_cast<bool>(__builtin_cpu_supports("sse2")); }},
@@ -41,7 +42,8 @@ const Module& kernels_in(const IsaInfo& isa) {
 const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& wanted, const std::string& option) {
     for (const IsaInfo& isa : found) {
         if (wanted == "auto" ? !isa.supported : isa.name != wanted) continue;
-        if (!isa.supported) throw InputError(option + " " + wanted + ": this CPU cannot run it; it can run " + names_of(found, true));
+        if (!isa.supported)
+            throw InputError(option + " " + wanted + ": this CPU cannot run it; it can run " + names_of(found, true));
         return isa;
     }
     if (wanted == "auto") throw RunError("no kernel module for this CPU was found beside the program (lib/kagero)");
@@ -49,10 +51,11 @@ const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& want
     for (const IsaInfo& isa : found) names.push_back(isa.name);
     for (const Isa& isa : isas)
         if (isa.name == wanted)
-            throw InputError(option + " " + wanted + ": this program was built without it; it was built with " + names_of(found, false));
+            throw InputError(option + " " + wanted + ": this program was built without it; it was built with " +
+                             names_of(found, false));
     const std::string near = near_match(wanted, names);
-    throw InputError(option + (wanted.empty() ? " with an empty name" : " " + wanted) + ": not one of auto, " + names_of(found, false) +
-                     (near.empty() ? "" : "; did you mean " + near + "?"));
+    throw InputError(option + (wanted.empty() ? " with an empty name" : " " + wanted) + ": not one of auto, " +
+                     names_of(found, false) + (near.empty() ? "" : "; did you mean " + near + "?"));
 }
 
 }  // namespace
@@ -66,7 +69,9 @@ std::vector<IsaInfo> find_isas() {
 }
 
 std::vector<std::string> isas_for(const std::string& wish) {
-    const auto wants = [&](const std::string& word) { return ("," + wish + ",").find("," + word + ",") != std::string::npos; };
+    const auto wants = [&](const std::string& word) {
+        return ("," + wish + ",").find("," + word + ",") != std::string::npos;
+    };
     std::vector<std::string> names;
     for (const IsaInfo& isa : find_isas()) {
         const bool asked_for = wish == "all" || (wants("auto") && names.empty()) || wants(isa.name);

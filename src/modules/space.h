@@ -13,12 +13,14 @@ struct Space {
     const Module* module = nullptr;
     std::uint32_t hamiltonian = 0;   ///< an index into Module::hamiltonians
     std::vector<double> parameters;  ///< in the declared order; of a formula its compiled programs
-    double time = 1;                 ///< −1: parameters are those of the space with time reversed, as rays of a falling observer need them
+    double time =
+        1;  ///< −1: parameters are those of the space with time reversed, as rays of a falling observer need them
 
     const HamiltonianInfo& info() const { return module->hamiltonians[hamiltonian]; }
     /// Whether these parameters leave every ray straight.
     bool is_straight() const { return module->straight(hamiltonian, parameters.data()); }
-    /// The radius of the sphere that the universe behind a throat lies in, by inversion; 0 where there is no such universe.
+    /// The radius of the sphere that the universe behind a throat lies in, by inversion; 0 where there is no such
+    /// universe.
     double far_radius() const { return module->throat_radius(hamiltonian, parameters.data()); }
     /// The radius beyond which rays are straight; infinity where there is none.
     double bending_radius() const { return module->bends_within(hamiltonian, parameters.data()); }

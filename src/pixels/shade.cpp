@@ -12,8 +12,8 @@
 namespace kagero {
 namespace {
 
-/// A ray that gets away alone, beside captured ones or those that end under the other sky, has grazed the photon sphere: around there every
-/// pixel shows the whole sky, again and again. It stands for a large piece of it.
+/// A ray that gets away alone, beside captured ones or those that end under the other sky, has grazed the photon
+/// sphere: around there every pixel shows the whole sky, again and again. It stands for a large piece of it.
 Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
     constexpr double large = 0.5;  // radian
     const Footprint& known = view.far ? footprints.far : footprints.near;
@@ -83,7 +83,8 @@ double solid_angle_of(const Footprint& sky) {
     return length(sky.major) * length(sky.minor);
 }
 
-/// What the observer sees through the block of 2 × 2 pixels that a footprint is of: its directions as they spread at the camera.
+/// What the observer sees through the block of 2 × 2 pixels that a footprint is of: its directions as they spread at
+/// the camera.
 Footprint view_of(const Plan& plan, std::uint32_t x, std::uint32_t y) {
     std::vector<Double3> directions;
     std::vector<std::array<double, 2>> places;
@@ -98,7 +99,9 @@ Footprint view_of(const Plan& plan, std::uint32_t x, std::uint32_t y) {
 
 double magnification_of(const Pixel& pixel) {
     const double sky = solid_angle_of(sky_of(pixel));
-    return sky > 0 && pixel.plan.description().camera.type != CameraType::orthographic ? solid_angle_of(view_of(pixel.plan, pixel.x, pixel.y)) / sky : 0;
+    return sky > 0 && pixel.plan.description().camera.type != CameraType::orthographic
+               ? solid_angle_of(view_of(pixel.plan, pixel.x, pixel.y)) / sky
+               : 0;
 }
 
 double energy_error_of(const Pixel& pixel) {
@@ -130,11 +133,15 @@ constexpr Painter painters[] = {
     {"color", 0, paint_color_of},
     {"status", 0, [](const Pixel& p, float* out) { *out = float(static_cast<int>(p.rays.front().end->status)); }},
     {"steps", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.steps; }); }},
-    {"gradients", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.gradients; }); }},
+    {"gradients", 0,
+     [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.gradients; }); }},
     {"energy_error", need_energy_error, [](const Pixel& p, float* out) { *out = float(energy_error_of(p)); }},
-    {"position_error", need_position_error, [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::position)); }},
-    {"rounding_error", need_rounding_error, [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::rounding)); }},
-    {"newton", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.iterations; }); }},
+    {"position_error", need_position_error,
+     [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::position)); }},
+    {"rounding_error", need_rounding_error,
+     [](const Pixel& p, float* out) { *out = float(greatest_error(p, &EndError::rounding)); }},
+    {"newton", 0,
+     [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.iterations; }); }},
     {"occupancy", 0, [](const Pixel& p, float* out) { *out = p.rays.front().end->occupancy; }},
     {"depth", need_start, [](const Pixel& p, float* out) { *out = float(depth_of(p.plan, p.rays.front())); }},
     {"redshift", need_start, [](const Pixel& p, float* out) { *out = float(redshift_of(p.plan, p.rays.front())); }},
@@ -144,7 +151,8 @@ constexpr Painter painters[] = {
 };
 
 const Painter& painter_of(const std::string& layer) {
-    const auto painter = std::find_if(std::begin(painters), std::end(painters), [&](const Painter& p) { return p.layer == layer; });
+    const auto painter =
+        std::find_if(std::begin(painters), std::end(painters), [&](const Painter& p) { return p.layer == layer; });
     if (painter == std::end(painters)) throw RunError("nothing paints the layer " + layer);
     return *painter;
 }
@@ -162,7 +170,9 @@ unsigned needs_of(const Film& film) {
 }
 
 int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints) {
-    return ray.end->status == Status::escaped ? plan.scene->paints->sky_probes(ray.sky.far, filter_of(ray.sky, footprints)) : 0;
+    return ray.end->status == Status::escaped
+               ? plan.scene->paints->sky_probes(ray.sky.far, filter_of(ray.sky, footprints))
+               : 0;
 }
 
 Shader::Shader(Film& film) : width_(film.width()) {

@@ -10,8 +10,15 @@
 
 namespace kagero {
 
-/// What layers are made from beside the ends of rays: their starts, the sky that they stand for, and how exact they are.
-enum Need : unsigned { need_start = 1, need_footprint = 2, need_energy_error = 4, need_position_error = 8, need_rounding_error = 16 };
+/// What layers are made from beside the ends of rays: their starts, the sky that they stand for, and how exact they
+/// are.
+enum Need : unsigned {
+    need_start = 1,
+    need_footprint = 2,
+    need_energy_error = 4,
+    need_position_error = 8,
+    need_rounding_error = 16
+};
 inline constexpr unsigned need_any_error = need_energy_error | need_position_error | need_rounding_error;
 
 /// Of a layer, and of all layers of a film; Need, as bits. Throws RunError for a layer that nothing paints.

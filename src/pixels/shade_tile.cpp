@@ -13,8 +13,10 @@ struct Wanted {
     bool starts, footprints, patches;
 
     Wanted(const Plan& plan, const Film& film)
-        : starts(needs_of(film) & need_start), footprints(wants_footprints(plan, film)), patches(plan.scene->paints->surfaces_have_patterns()) {
-        for (const ObjectDescription& object : plan.description().objects) starts = starts || object.shape == Shape::disk;
+        : starts(needs_of(film) & need_start), footprints(wants_footprints(plan, film)),
+          patches(plan.scene->paints->surfaces_have_patterns()) {
+        for (const ObjectDescription& object : plan.description().objects)
+            starts = starts || object.shape == Shape::disk;
     }
 };
 
@@ -27,9 +29,10 @@ struct TracedTile {
     const std::vector<EndError>& errors;
 };
 
-/// Sets the rays of a row of pixels, from (x, y) on, as `rays`, which follow each other in the tile too. Of what they were before, patches and
-/// skies are left that nobody asks of them now.
-void gather(const TracedTile& traced, const Wanted& wanted, std::uint32_t x, std::uint32_t y, PixelBlock& block, std::span<PixelSample> rays) {
+/// Sets the rays of a row of pixels, from (x, y) on, as `rays`, which follow each other in the tile too. Of what they
+/// were before, patches and skies are left that nobody asks of them now.
+void gather(const TracedTile& traced, const Wanted& wanted, std::uint32_t x, std::uint32_t y, PixelBlock& block,
+            std::span<PixelSample> rays) {
     const auto& [plan, tile, ends, list, errors] = traced;
     const std::uint32_t spp = plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
@@ -41,7 +44,8 @@ void gather(const TracedTile& traced, const Wanted& wanted, std::uint32_t x, std
         if (!errors.empty()) ray.error = &errors[i];
         if (wanted.starts) {
             const bool listed = !list.starts.empty();
-            block.starts.push_back(listed ? CameraRay{list.starts[i], list.frequencies[i]} : camera_ray(plan, x + double(k / spp) + 0.5, y + 0.5));
+            block.starts.push_back(listed ? CameraRay{list.starts[i], list.frequencies[i]}
+                                          : camera_ray(plan, x + double(k / spp) + 0.5, y + 0.5));
             ray.ray = &block.starts.back();
         }
     }
@@ -83,8 +87,11 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             const Tile pixels = common({bx, by, bx + 2, by + 2}, tile), part = common(pixels, shown);
             const std::size_t row = std::size_t{pixels.x1 - pixels.x0} * spp;
             block.rays.resize(row * (pixels.y1 - pixels.y0)), block.starts.clear();
-            const auto rays_from = [&](std::uint32_t x, std::uint32_t y) { return block.rays.data() + (y - pixels.y0) * row + (x - pixels.x0) * spp; };
-            for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y) gather(traced, wanted, pixels.x0, y, block, {rays_from(pixels.x0, y), row});
+            const auto rays_from = [&](std::uint32_t x, std::uint32_t y) {
+                return block.rays.data() + (y - pixels.y0) * row + (x - pixels.x0) * spp;
+            };
+            for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y)
+                gather(traced, wanted, pixels.x0, y, block, {rays_from(pixels.x0, y), row});
             const bool wants_patches = wanted.patches && !find_common_patch(*plan.scene->geometry, block, spp);
             if (wants_patches || wanted.footprints) list_places(plan.description().film, pixels, block);
             if (wants_patches) find_patches(*plan.scene->geometry, block, spp);

@@ -13,7 +13,8 @@ double energy(const FormulaDescription& formula, const double (&q)[3], const Dou
     return evaluate(formula.scope, formula.parsed.energy, {q[0], q[1], q[2], p[0], p[1], p[2], formula.parsed.pt});
 }
 
-std::vector<double> compiled(Formula formula, const FormulaScope& scope, const Module& module, const Place& place, const std::string& name) {
+std::vector<double> compiled(Formula formula, const FormulaScope& scope, const Module& module, const Place& place,
+                             const std::string& name) {
     formula.nodes = scope.nodes.data();
     formula.node_count = static_cast<std::uint32_t>(scope.nodes.size());
     std::vector<double> programs(module.program_size);
@@ -42,7 +43,8 @@ StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], 
     for (std::size_t i = 0; i < 3; ++i) slope[i] = 0.5 * (h(axes[i]) - h(scaled(axes[i], -1)));
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t k = 0; k < 3; ++k)
-            bend[i][k] = i == k ? h(axes[i]) + h(scaled(axes[i], -1)) - 2 * c : h(add(axes[i], axes[k])) - h(axes[i]) - h(axes[k]) + c;
+            bend[i][k] = i == k ? h(axes[i]) + h(scaled(axes[i], -1)) - 2 * c
+                                : h(add(axes[i], axes[k])) - h(axes[i]) - h(axes[k]) + c;
     const Double3 columns[] = {cross(bend[1], bend[2]), cross(bend[2], bend[0]), cross(bend[0], bend[1])};
     const double determinant = dot(bend[0], columns[0]);
     StartMap map{};

@@ -23,8 +23,9 @@ bool fits(const KernelInfo& kernel, const KernelWish& wish) {
     return kernel.lanes == wish.lanes;
 }
 
-/// Whether the widest packets are the quickest: in the plane of an orbit a step is one long chain of a few operations, each of which waits
-/// for the one before unless other rays give it something to do (`kagero trace scenes/hole.toml --rays FILE --lanes N --json`).
+/// Whether the widest packets are the quickest: in the plane of an orbit a step is one long chain of a few operations,
+/// each of which waits for the one before unless other rays give it something to do (`kagero trace scenes/hole.toml
+/// --rays FILE --lanes N --json`).
 bool widest_is_best(const Scene& scene, const MethodChoice& method) {
     return scene.module().integrators[method.integrator].angular && !scene.geometry->kernel_view() && !scene.straight;
 }
@@ -54,13 +55,16 @@ std::string lanes_text(const Scene& scene, const MethodChoice& method, KernelWis
 }
 
 /// The first that is wished for and serves, or the widest; null where none does, and why not.
-const KernelInfo* serving_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish, std::string& why) {
+const KernelInfo* serving_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish,
+                                 std::string& why) {
     const KernelInfo* chosen = nullptr;
     for (const KernelInfo& kernel : kernels_of(scene.module())) {
         if (!fits(kernel, wish)) continue;
         const char* refusal = refusal_of(scene, kernel, method);
         if (refusal) why = refusal;
-        else if (!chosen || (widest_is_best(scene, method) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes)) chosen = &kernel;
+        else if (!chosen ||
+                 (widest_is_best(scene, method) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes))
+            chosen = &kernel;
     }
     return chosen;
 }
@@ -84,17 +88,21 @@ const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, co
 const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish) {
     std::string why;
     if (const KernelInfo* chosen = serving_kernel(scene, method, wish, why)) return *chosen;
-    const std::string there_is_none = text_of(wish) + ": there is no such kernel for " + scene.description.space.hamiltonian + " by " +
-                                      scene.module().integrators[method.integrator].name + " in the module " + scene.module().isa;
+    const std::string there_is_none =
+        text_of(wish) + ": there is no such kernel for " + scene.description.space.hamiltonian + " by " +
+        scene.module().integrators[method.integrator].name + " in the module " + scene.module().isa;
     const Place place = scene.description.integrator.lanes_place.value_or(Place{});
     if (!why.empty()) throw InputError(place, there_is_none + ": " + why);
     const std::string lanes = lanes_text(scene, method, wish);
-    throw InputError(place, there_is_none + (lanes.empty() ? std::string("; `kagero list strategies` shows those there are")
+    throw InputError(place,
+                     there_is_none + (lanes.empty() ? std::string("; `kagero list strategies` shows those there are")
                                                     : "; lanes there are: " + lanes));
 }
 
 const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method) {
-    return kernel.refusal ? kernel.refusal(scene.integrated_hamiltonian(), method.integrator, method.rescaled, scene.straight) : nullptr;
+    return kernel.refusal
+               ? kernel.refusal(scene.integrated_hamiltonian(), method.integrator, method.rescaled, scene.straight)
+               : nullptr;
 }
 
 }  // namespace kagero

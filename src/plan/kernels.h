@@ -21,14 +21,15 @@ struct KernelWish {
 /// The conditions that options and scene state.
 KernelWish wish_of(const Scene& scene, const Options& options);
 
-/// The first kernel that meets all conditions and serves the scene's space by the method. Throws InputError, which lists the available
-/// kernels.
+/// The first kernel that meets all conditions and serves the scene's space by the method. Throws InputError, which
+/// lists the available kernels.
 const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish);
 
 /// The same; null where there is none.
 const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish);
 
-/// Null where a kernel serves the scene's space by a method, else the reason. What the module refuses for every kernel is not checked here.
+/// Null where a kernel serves the scene's space by a method, else the reason. What the module refuses for every kernel
+/// is not checked here.
 const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method);
 
 }  // namespace kagero

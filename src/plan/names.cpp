@@ -72,9 +72,13 @@ const char* describe(Failure failure) {
         case Failure::not_landed: return "its last step, however short, leads to no place on what it meets";
         case Failure::not_finite: return "the state left the range of the number type";
         case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";
-        case Failure::no_bounds: return "space.domain, space.capture or space.length_scale is no number at the start, or that length is not greater than 0";
+        case Failure::no_bounds:
+            return "space.domain, space.capture or space.length_scale is no number at the start, or that length is not "
+                   "greater than 0";
         case Failure::untraced: return "interrupted before this ray was traced";
-        case Failure::energy_lost: return "the Hamiltonian's value is lost, and half the step, however often, does not mend it: take shorter steps, or a smaller tolerance, from the start";
+        case Failure::energy_lost:
+            return "the Hamiltonian's value is lost, and half the step, however often, does not mend it: take shorter "
+                   "steps, or a smaller tolerance, from the start";
         case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
     }
     return "unknown";

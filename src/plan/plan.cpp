@@ -22,7 +22,8 @@ void remark_on_names(const FormulaDescription& formula, std::vector<std::string>
     each([&](const char* table, const std::string& name) {
         if (formula.scope.used.contains(name)) return;
         const std::string near = near_match(name, used);
-        remarks.push_back(std::string("space.") + table + "." + name + " has no effect: no formula uses it" + (near.empty() ? "" : "; did you mean " + near + "?"));
+        remarks.push_back(std::string("space.") + table + "." + name + " has no effect: no formula uses it" +
+                          (near.empty() ? "" : "; did you mean " + near + "?"));
     });
 }
 
@@ -39,7 +40,8 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
     const bool picture = purpose == Purpose::picture, bounded = integrator.max_pixel_error > 0;
     if (description.space.formula) remark_on_names(*description.space.formula, remarks);
     if (bounded && !picture)
-        say(std::string("integrator.max_pixel_error has no effect on single rays: they are traced by ") + method.name + " as it is");
+        say(std::string("integrator.max_pixel_error has no effect on single rays: they are traced by ") + method.name +
+            " as it is");
     if (integrator.max_steps > most_float_steps && run.kernel->precision == Precision::float32)
         say("integrator.max_steps: in float rays end after " + std::to_string(most_float_steps) + " steps");
     if (integrator.tolerance_place && !scene.straight && !method.adaptive && !(picture && bounded))
@@ -51,7 +53,8 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
         if (!scene.geometry->comes_within(static_cast<std::uint32_t>(i), scene.limits.escape_radius))
             say("object." + object.name + " lies beyond integrator.escape_radius, where rays end: it is not seen");
         if (object.shape == Shape::disk && description.space.formula)
-            say("object." + object.name + ": its matter stands still, as nobody knows how it orbits in the space of a formula");
+            say("object." + object.name +
+                ": its matter stands still, as nobody knows how it orbits in the space of a formula");
     }
     return remarks;
 }
@@ -71,8 +74,10 @@ Plan make_plan(std::shared_ptr<const Scene> loaded, const Options& options, Purp
     plan.run = default_run(scene, options, purpose);
     check_disks(scene.space, scene.description, scene.unit);
     if (purpose == Purpose::picture) plan.view = place_camera(scene, options);
-    if (plan.view.has_camera && plan.run.kernel->precision == Precision::float32 && camera_needs_double(scene, plan.view))
-        throw InputError(scene.description.camera.position_place, position_of_camera(scene) + ": " + describe(Failure::needs_double));
+    if (plan.view.has_camera && plan.run.kernel->precision == Precision::float32 &&
+        camera_needs_double(scene, plan.view))
+        throw InputError(scene.description.camera.position_place,
+                         position_of_camera(scene) + ": " + describe(Failure::needs_double));
     plan.decisions = decisions_of(scene, plan.view, plan.run);
     plan.remarks = remarks_of(scene, plan.run, purpose);
     plan.scene = std::move(loaded);

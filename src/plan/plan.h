@@ -12,7 +12,8 @@ struct MethodTrial {
     double bound = 0, estimate = 0;  ///< pixels; of the error of 99 % of the rays
     bool met = false;
     std::string why_not;         ///< where it is not met
-    double ill_conditioned = 0;  ///< share of the rays that turn their neighbours apart so much that their pixels count as larger
+    double ill_conditioned =
+        0;  ///< share of the rays that turn their neighbours apart so much that their pixels count as larger
 };
 
 /// The result of tracing some rays in double and in float, where the options leave the precision open.
@@ -40,8 +41,8 @@ struct Plan {
     Job job() const { return job_of(*scene, view, run); }
 };
 
-/// Loads a scene and makes the decisions that follow from it. Throws InputError for what the scene or the options ask that cannot be
-/// done: a refused method, a camera inside a surface …
+/// Loads a scene and makes the decisions that follow from it. Throws InputError for what the scene or the options ask
+/// that cannot be done: a refused method, a camera inside a surface …
 Plan make_plan(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture);
 
 /// The same for a loaded scene.

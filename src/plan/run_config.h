@@ -15,7 +15,8 @@ struct RunConfig {
     double tolerance = 0;         ///< local error of adaptive methods, relative to 1 + |value|
     double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
     std::uint32_t max_steps = 0;
-    double longest_share = std::numeric_limits<double>::infinity();  ///< greatest step of adaptive methods over the distance from the centre
+    double longest_share = std::numeric_limits<double>::infinity();  ///< greatest step of adaptive methods over the
+                                                                     ///< distance from the centre
     bool use_symmetry = true;
     HitModel hit = HitModel::hermite;
     double chord_tolerance = 0;
@@ -30,8 +31,8 @@ struct RunConfig {
     std::optional<Schedule> schedule;  ///< empty: chosen for the picture
 };
 
-/// The configuration that scene and options state, with the defaults of the space where they state nothing; no trial rays are traced.
-/// Throws InputError for a method or a kernel that cannot serve the scene.
+/// The configuration that scene and options state, with the defaults of the space where they state nothing; no trial
+/// rays are traced. Throws InputError for a method or a kernel that cannot serve the scene.
 RunConfig default_run(const Scene& scene, const Options& options, Purpose purpose);
 
 /// The argument of a kernel. It points into the scene and the view, which must live as long.

@@ -40,7 +40,8 @@ double sense_of_time(const CameraDescription& camera, const Options& options, Pu
     return observer == ObserverKind::falling ? -1 : 1;
 }
 
-/// No more cells than there are rays: a small picture has no use for a fine grid. The length of a ray list is not known here.
+/// No more cells than there are rays: a small picture has no use for a fine grid. The length of a ray list is not known
+/// here.
 std::uint32_t clearance_cells(const Scene& scene, Purpose purpose) {
     if (scene.straight) return 0;
     constexpr double least = 16, most = SceneGeometry::most_clearance_cells;
@@ -49,9 +50,9 @@ std::uint32_t clearance_cells(const Scene& scene, Purpose purpose) {
     return std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, most));
 }
 
-/// Light that cannot come out of a hole is captured early, unless it can still meet an object: rays are followed from r = 3M on, which is
-/// |q| = 3M without spin, and no more than √10 M with any. Listed rays are followed to just above the horizon, except a falling observer's,
-/// which come to no horizon. With spin the surface of capture is a spheroid.
+/// Light that cannot come out of a hole is captured early, unless it can still meet an object: rays are followed from r
+/// = 3M on, which is |q| = 3M without spin, and no more than √10 M with any. Listed rays are followed to just above the
+/// horizon, except a falling observer's, which come to no horizon. With spin the surface of capture is a spheroid.
 void limit_capture(const Scene& scene, Purpose purpose, RayLimits& limits) {
     const Hole hole = scene.module().hole(scene.space.hamiltonian, scene.space.parameters.data());
     const bool to_horizon = purpose == Purpose::ray_list && scene.space.time > 0;
@@ -63,7 +64,8 @@ void limit_capture(const Scene& scene, Purpose purpose, RayLimits& limits) {
     limits.capture_within = std::max((1 + 1e-3) * equator, (1 - 1e-4) * nearest);
 }
 
-/// Behind a throat lies another universe, the mirror image of this one: there `escape_radius` counts from the throat, on both sides.
+/// Behind a throat lies another universe, the mirror image of this one: there `escape_radius` counts from the throat,
+/// on both sides.
 RayLimits ray_limits(const Scene& scene, Purpose purpose) {
     const double far = scene.space.far_radius(), limit = scene.description.integrator.escape_radius;
     RayLimits limits;
@@ -81,7 +83,8 @@ std::uint32_t Scene::integrated_hamiltonian() const {
 
 Catalogue catalogue(const std::string& isa) {
     const Module& module = load_module(isa);
-    Catalogue c{module.hamiltonians, module.hamiltonian_count, module.integrators, module.integrator_count, {}, module.refusal};
+    Catalogue c{module.hamiltonians, module.hamiltonian_count, module.integrators, module.integrator_count, {},
+                module.refusal};
     for (const LayerInfo& layer : all_layers()) c.layers.push_back(layer.name);
     return c;
 }
@@ -104,7 +107,8 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
 }
 
 double scene_size(const Scene& scene) {
-    return scene.unit * (scene.geometry->kernel_view() ? scene.geometry->diagonal() : scene.description.integrator.escape_radius);
+    return scene.unit *
+           (scene.geometry->kernel_view() ? scene.geometry->diagonal() : scene.description.integrator.escape_radius);
 }
 
 bool states_rescaling(const Scene& scene) {
@@ -117,13 +121,16 @@ bool lacks_pace(const Scene& scene, const double (&q)[3]) {
     const auto& formula = scene.description.space.formula;
     const auto& rescaling = scene.description.integrator.rescaling;
     const std::array<double, 7> at{q[0], q[1], q[2]};
-    return !((formula ? evaluate(formula->scope, formula->parsed.rescale, at) : evaluate(rescaling->scope, rescaling->node, at)) > 0);
+    return !((formula ? evaluate(formula->scope, formula->parsed.rescale, at)
+                      : evaluate(rescaling->scope, rescaling->node, at)) > 0);
 }
 
 bool lacks_bounds(const Scene& scene, const double (&q)[3]) {
     const auto& formula = scene.description.space.formula;
     if (!formula) return false;
-    const auto value = [&](std::int32_t node) { return node < 0 ? 1 : evaluate(formula->scope, node, {q[0], q[1], q[2], 0, 0, 0, formula->parsed.pt}); };
+    const auto value = [&](std::int32_t node) {
+        return node < 0 ? 1 : evaluate(formula->scope, node, {q[0], q[1], q[2], 0, 0, 0, formula->parsed.pt});
+    };
     const double domain = value(formula->parsed.domain), capture = value(formula->parsed.capture);
     return !(domain <= 0 || capture <= 0 || (domain > 0 && capture > 0 && value(formula->parsed.length_scale) > 0));
 }
@@ -134,7 +141,8 @@ StepKind step_kind(const Scene& scene, std::uint32_t integrator, bool rescaled) 
 }
 
 const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescaled) {
-    if (scene.description.space.formula || !scene.programs.empty()) return scene.module().formula_refusal(scene.integrated_parameters(), integrator);
+    if (scene.description.space.formula || !scene.programs.empty())
+        return scene.module().formula_refusal(scene.integrated_parameters(), integrator);
     return scene.module().refusal(scene.space.hamiltonian, integrator, rescaled);
 }
 
@@ -144,7 +152,8 @@ std::string why_failed(const Scene& scene, Precision precision, Failure failure)
     if (precision == Precision::float32) why += ", of which --precision double has more";
     if (states_rescaling(scene)) why += ", or integrator.rescale is not greater than 0 on the way";
     const auto& formula = scene.description.space.formula;
-    if (formula && (formula->parsed.domain >= 0 || formula->parsed.capture >= 0)) why += ", or space.domain or space.capture is no number there";
+    if (formula && (formula->parsed.domain >= 0 || formula->parsed.capture >= 0))
+        why += ", or space.domain or space.capture is no number there";
     if (formula && formula->parsed.length_scale >= 0) why += ", or space.length_scale is not greater than 0 there";
     return why;
 }

@@ -1,4 +1,5 @@
-/// A loaded scene: its space, surfaces and paints. Nothing changes it after it is made, so any number of threads and plans may share it.
+/// A loaded scene: its space, surfaces and paints. Nothing changes it after it is made, so any number of threads and
+/// plans may share it.
 #pragma once
 
 #include "appearance/paints.h"
@@ -13,15 +14,18 @@ namespace kagero {
 /// Where rays end that meet no surface; distances from the space's origin.
 struct RayLimits {
     double escape_radius = 0;        ///< rays that leave this sphere are escaped
-    double inner_escape_radius = 0;  ///< rays that enter this sphere are escaped into a wormhole's other universe; 0: there is none
-    /// A ray that falls inward and cannot come out is captured within this |(x, y, stretch z)|, where nothing can be met further in.
+    double inner_escape_radius =
+        0;  ///< rays that enter this sphere are escaped into a wormhole's other universe; 0: there is none
+    /// A ray that falls inward and cannot come out is captured within this |(x, y, stretch z)|, where nothing can be
+    /// met further in.
     double capture_within = std::numeric_limits<double>::infinity(), capture_stretch = 1;
 };
 
 struct Scene {
     SceneDescription description;  ///< lengths in `unit`
     Space space;
-    std::vector<double> programs;  ///< of Ω(H − H0), which is integrated where the scene rescales a compiled H by an expression; else empty
+    std::vector<double> programs;  ///< of Ω(H − H0), which is integrated where the scene rescales a compiled H by an
+                                   ///< expression; else empty
     double unit = 1;               ///< in lengths of the scene as written; a power of two
     bool straight = false;         ///< every ray is a straight line: no integrator runs
     RayLimits limits;
@@ -37,10 +41,12 @@ struct Scene {
 /// The names that scenes may use, from the module for `isa`.
 Catalogue catalogue(const std::string& isa);
 
-/// Loads the module, compiles formulas, and loads meshes and (for pictures) images. Throws InputError for what cannot be used.
+/// Loads the module, compiles formulas, and loads meshes and (for pictures) images. Throws InputError for what cannot
+/// be used.
 std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose);
 
-/// The diagonal of its objects, or the radius of the escape sphere where there are none, in lengths of the scene as written.
+/// The diagonal of its objects, or the radius of the escape sphere where there are none, in lengths of the scene as
+/// written.
 double scene_size(const Scene& scene);
 
 /// Whether the scene states by which expression H is rescaled; the rescaled H is then always integrated.
@@ -49,7 +55,8 @@ bool states_rescaling(const Scene& scene);
 /// Whether Ω, where the scene states it, is not greater than 0 at q, relative to the centre: no ray can start there.
 bool lacks_pace(const Scene& scene, const double (&q)[3]);
 
-/// Whether a formula's domain, capture or length_scale is not a number at q, or that length is not greater than 0: no ray can start there.
+/// Whether a formula's domain, capture or length_scale is not a number at q, or that length is not greater than 0: no
+/// ray can start there.
 bool lacks_bounds(const Scene& scene, const double (&q)[3]);
 
 /// The unit in which a method's step is counted, with H rescaled or not.

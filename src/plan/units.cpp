@@ -6,8 +6,8 @@ namespace kagero {
 
 namespace {
 
-/// Scenes between these powers of two in size are left alone: float holds the fourth powers of such lengths, and the squares of what goes
-/// with 1/length³.
+/// Scenes between these powers of two in size are left alone: float holds the fourth powers of such lengths, and the
+/// squares of what goes with 1/length³.
 constexpr int smallest = -10, largest = 20;
 
 void divide(Double3& lengths, double unit) {
@@ -32,8 +32,8 @@ void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double uni
     divide(scene.camera.position, unit), divide(scene.camera.look_at, unit);
     scene.camera.height /= unit;
     for (ObjectDescription& object : scene.objects) {
-        for (Double3* lengths :
-             {&object.origin, &object.edge_u, &object.edge_v, &object.min, &object.max, &object.center, &object.translate})
+        for (Double3* lengths : {&object.origin, &object.edge_u, &object.edge_v, &object.min, &object.max,
+                                 &object.center, &object.translate})
             divide(*lengths, unit);
         object.radius /= unit, object.inner /= unit, object.outer /= unit, object.scale /= unit;
     }

@@ -1,5 +1,5 @@
-/// Lengths as the kernels see them: scenes of atoms or galaxies are traced in a unit of their own size, a power of two, so that
-/// no square of a length leaves the numbers, and nothing is rounded on the way.
+/// Lengths as the kernels see them: scenes of atoms or galaxies are traced in a unit of their own size, a power of two,
+/// so that no square of a length leaves the numbers, and nothing is rounded on the way.
 #pragma once
 
 #include "scene/description.h"

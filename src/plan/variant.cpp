@@ -10,7 +10,8 @@ namespace {
 
 const KernelInfo* kernel_of(const Module& module, Strategy strategy, Precision precision) {
     for (std::uint32_t i = 0; i < module.kernel_count; ++i)
-        if (module.kernels[i].strategy == strategy && module.kernels[i].precision == precision) return &module.kernels[i];
+        if (module.kernels[i].strategy == strategy && module.kernels[i].precision == precision)
+            return &module.kernels[i];
     return nullptr;
 }
 
@@ -18,7 +19,8 @@ const KernelInfo* kernel_of(const Module& module, Strategy strategy, Precision p
 constexpr double adaptive_allowance = 10;
 
 std::uint32_t allowed_steps(const Plan& plan, const Variant& variant) {
-    const double share = info_of(plan, variant).adaptive ? adaptive_allowance : std::max(1.0, usual_step(plan, variant) / variant.step);
+    const double share =
+        info_of(plan, variant).adaptive ? adaptive_allowance : std::max(1.0, usual_step(plan, variant) / variant.step);
     return static_cast<std::uint32_t>(std::min(1e9, std::ceil(plan.run.max_steps * share)));
 }
 
@@ -28,20 +30,23 @@ const IntegratorInfo& info_of(const Plan& plan, const Variant& variant) {
     return plan.module().integrators[variant.method.integrator];
 }
 
-std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision, double step) {
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
+                                    double step) {
     const KernelInfo* kernel = kernel_of(plan.module(), strategy, precision);
     if (!kernel) return {};
     return find_variant(plan, method, *kernel, step);
 }
 
-std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel, double step) {
+std::optional<Variant> find_variant(const Plan& plan, const std::string& method, const KernelInfo& kernel,
+                                    double step) {
     const Module& module = plan.module();
     const Scene& scene = *plan.scene;
     const auto serves = [&](const MethodChoice& choice) {
         return !refusal_of(scene, choice.integrator, choice.rescaled) && !refusal_of(scene, kernel, choice);
     };
     const bool rescales =
-        states_rescaling(scene) || (scene.space.info().rescales && scene.description.integrator.rescale == "auto" && !scene.straight);
+        states_rescaling(scene) ||
+        (scene.space.info().rescales && scene.description.integrator.rescale == "auto" && !scene.straight);
     for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
         if (method != module.integrators[i].name) continue;
         if (rescales && serves({i, true})) return Variant{{i, true}, &kernel, step, -1};
@@ -60,15 +65,20 @@ StepKind step_kind(const Plan& plan, const Variant& variant) {
 
 double usual_step(const Plan& plan, const Variant& variant) {
     const Variant own{plan.run.method};
-    return step_kind(plan, variant) == step_kind(plan, own) ? plan.run.step : default_step(plan, variant) * (plan.run.step / default_step(plan, own));
+    return step_kind(plan, variant) == step_kind(plan, own)
+               ? plan.run.step
+               : default_step(plan, variant) * (plan.run.step / default_step(plan, own));
 }
 
 double default_step(const Plan& plan, const Variant& variant) {
-    return kernel_step(plan, variant, plan.description().integrator.default_step[static_cast<std::size_t>(step_kind(plan, variant))]);
+    return kernel_step(plan, variant,
+                       plan.description().integrator.default_step[static_cast<std::size_t>(step_kind(plan, variant))]);
 }
 
 double stated_step(const Plan& plan, const Variant& variant) {
-    return info_of(plan, variant).adaptive || step_kind(plan, variant) != StepKind::length ? variant.step : variant.step * plan.scene->unit;
+    return info_of(plan, variant).adaptive || step_kind(plan, variant) != StepKind::length
+               ? variant.step
+               : variant.step * plan.scene->unit;
 }
 
 double kernel_step(const Plan& plan, const Variant& variant, double stated) {
@@ -98,7 +108,8 @@ Plan remade(const Plan& plan, SceneDescription description, const std::string& i
     options.strategy = plan.run.wish.strategy, options.precision = plan.run.wish.precision;
     options.threads = plan.run.threads, options.schedule = plan.run.schedule;
     Plan other = make_plan(std::move(description), options);
-    other.run.max_steps = plan.run.max_steps, other.run.step = plan.run.step;  // the description is in the plan's unit, not in the scene's
+    other.run.max_steps = plan.run.max_steps,
+    other.run.step = plan.run.step;  // the description is in the plan's unit, not in the scene's
     return other;
 }
 

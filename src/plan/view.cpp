@@ -15,7 +15,8 @@
 namespace kagero {
 namespace {
 
-/// How far the camera is from the surface of an object, or a number less than that. Refuses one that lies in it: every ray would start there.
+/// How far the camera is from the surface of an object, or a number less than that. Refuses one that lies in it: every
+/// ray would start there.
 double distance_to_objects(const Scene& scene, const View& view) {
     const Geometry* geometry = scene.geometry->kernel_view();
     if (!geometry) return std::numeric_limits<double>::infinity();
@@ -23,9 +24,11 @@ double distance_to_objects(const Scene& scene, const View& view) {
     const double most = scene.geometry->diagonal(), tolerance = 1e-6 * most;
     const double distance = distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, most);
     if (distance > tolerance) return distance;
-    throw InputError(scene.description.camera.position_place,
-                     position_of_camera(scene) + " lies in the surface of an object, or too close to it for a scene of this size: it must be farther than " +
-                         written(tolerance * scene.unit) + " from every surface, a millionth of the extent of all objects");
+    throw InputError(
+        scene.description.camera.position_place,
+        position_of_camera(scene) +
+            " lies in the surface of an object, or too close to it for a scene of this size: it must be farther than " +
+            written(tolerance * scene.unit) + " from every surface, a millionth of the extent of all objects");
 }
 
 /// Square pixels, row 0 on top.
@@ -76,8 +79,8 @@ bool serves(const StartMap& map, const Scene& scene, const View& view) {
     return true;
 }
 
-/// For a camera at rest in the coordinates of what is no spacetime: a map from directions to momenta if H is quadratic in p; else
-/// View::each_direction is set.
+/// For a camera at rest in the coordinates of what is no spacetime: a map from directions to momenta if H is quadratic
+/// in p; else View::each_direction is set.
 Failure place_formula_camera(const Scene& scene, View& view) {
     const RayStart middle = scene.space.start(view.camera.position, view.forward);
     view.camera.start = quadratic_map(*scene.description.space.formula, view.camera.position, middle.pt);
@@ -105,16 +108,20 @@ Failure place_observer(const Scene& scene, View& view) {
     const std::string& name = name_of(camera.observer);
     const std::string why = describe(failure) + (others.empty() ? std::string() : "; here can be: " + others);
     if (others.empty() || !camera.observer_place)
-        throw InputError(camera.position_place, position_of_camera(scene) + ": no " + name + " observer can be here: " + why);
-    throw InputError(*camera.observer_place, "camera.observer = \"" + name + "\" cannot be at " + position_of_camera(scene) + ": " + why);
+        throw InputError(camera.position_place,
+                         position_of_camera(scene) + ": no " + name + " observer can be here: " + why);
+    throw InputError(*camera.observer_place,
+                     "camera.observer = \"" + name + "\" cannot be at " + position_of_camera(scene) + ": " + why);
 }
 
 /// Blames what time is rescaled by, where the scene states it, else the place.
 [[noreturn]] void refuse_rescaling(const Scene& scene) {
     const IntegratorDescription& integrator = scene.description.integrator;
     if (!integrator.rescale_place)
-        throw InputError(scene.description.camera.position_place, position_of_camera(scene) + ": " + describe(Failure::no_pace));
-    throw InputError(*integrator.rescale_place, "integrator.rescale = \"" + integrator.rescale + "\" is not greater than 0 at " + position_of_camera(scene));
+        throw InputError(scene.description.camera.position_place,
+                         position_of_camera(scene) + ": " + describe(Failure::no_pace));
+    throw InputError(*integrator.rescale_place, "integrator.rescale = \"" + integrator.rescale +
+                                                    "\" is not greater than 0 at " + position_of_camera(scene));
 }
 
 }  // namespace
@@ -142,7 +149,9 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
         p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
     const bool captured = map.pt > 0 && map.sky_alone && !(p[3] > 0);
     const double scale = map.pt > 0 && p[3] > 0 ? map.pt / p[3] : 1;
-    return {{{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false}, scale};
+    return {
+        {{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false},
+        scale};
 }
 
 View place_camera(const Scene& scene, const Options& options) {
@@ -153,7 +162,8 @@ View place_camera(const Scene& scene, const Options& options) {
     if (failure != Failure::none) refuse_observer(scene, view, failure);
     if (lacks_pace(scene, view.camera.position)) refuse_rescaling(scene);
     if (lacks_bounds(scene, view.camera.position))
-        throw InputError(scene.description.camera.position_place, position_of_camera(scene) + ": " + describe(Failure::no_bounds));
+        throw InputError(scene.description.camera.position_place,
+                         position_of_camera(scene) + ": " + describe(Failure::no_bounds));
     view.camera.clear = distance_to_objects(scene, view);
     return view;
 }
@@ -169,7 +179,8 @@ bool camera_needs_double(const Scene& scene, const View& view) {
 
 bool kernel_makes_rays(const Scene& scene, const View& view) {
     const SceneDescription& description = scene.description;
-    return view.has_camera && description.camera.type == CameraType::perspective && description.film.spp == 1 && !view.each_direction;
+    return view.has_camera && description.camera.type == CameraType::perspective && description.film.spp == 1 &&
+           !view.each_direction;
 }
 
 std::string position_of_camera(const Scene& scene) {

@@ -13,7 +13,8 @@ struct View {
     Double3 forward{}, right{}, down{};
     CameraRays camera{};
     bool spacetime = false;       ///< observers have rest frames, and light has a frequency
-    bool each_direction = false;  ///< no map from directions to momenta exists: the momentum of each direction is solved for
+    bool each_direction =
+        false;  ///< no map from directions to momenta exists: the momentum of each direction is solved for
     Tile window{};                ///< the pixels that are asked for
 };
 
@@ -29,12 +30,14 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
 /// Places the scene's camera. Throws InputError where no observer can be, or where no ray can start.
 View place_camera(const Scene& scene, const Options& options);
 
-/// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth of that may go.
+/// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth
+/// of that may go.
 bool needs_double(const Scene& scene, double momentum);
 /// The same for the camera's rays.
 bool camera_needs_double(const Scene& scene, const View& view);
 
-/// Whether the kernels can make the camera's rays themselves: one through the middle of each pixel of a perspective camera.
+/// Whether the kernels can make the camera's rays themselves: one through the middle of each pixel of a perspective
+/// camera.
 bool kernel_makes_rays(const Scene& scene, const View& view);
 
 /// "camera.position = [x, y, z]", in the lengths of the scene as written.

@@ -13,9 +13,9 @@ Double3 sphere_direction(const Plan& plan, double u, double v) {
     const double longitude = (u / plan.description().film.width - 0.5) * 2 * std::numbers::pi;
     const double latitude = (0.5 - v / plan.description().film.height) * std::numbers::pi;
     const View& view = plan.view;
-    return add(
-        scaled(add(scaled(view.forward, std::cos(longitude)), scaled(view.right, std::sin(longitude))), std::cos(latitude)),
-        scaled(view.down, -std::sin(latitude)));
+    return add(scaled(add(scaled(view.forward, std::cos(longitude)), scaled(view.right, std::sin(longitude))),
+                      std::cos(latitude)),
+               scaled(view.down, -std::sin(latitude)));
 }
 
 /// Parallel rays, each seen by the observer at its own place of the picture's plane.

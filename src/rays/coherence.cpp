@@ -31,7 +31,8 @@ struct Box {
         least.fill(std::numeric_limits<double>::infinity()), greatest.fill(-std::numeric_limits<double>::infinity());
     }
     void add(const Coordinates& at) {
-        for (std::size_t k = 0; k < dimensions; ++k) least[k] = std::min(least[k], at[k]), greatest[k] = std::max(greatest[k], at[k]);
+        for (std::size_t k = 0; k < dimensions; ++k)
+            least[k] = std::min(least[k], at[k]), greatest[k] = std::max(greatest[k], at[k]);
     }
     /// The greatest distance along any dimension, as a share of the box.
     double distance(const Coordinates& a, const Coordinates& b) const {
@@ -48,14 +49,15 @@ struct Box {
     }
 };
 
-/// Orders places in a box so that neighbours stay near each other (Morton, 1966): the first `bits` bits of the coordinates that differ, in
-/// turn, highest first.
+/// Orders places in a box so that neighbours stay near each other (Morton, 1966): the first `bits` bits of the
+/// coordinates that differ, in turn, highest first.
 class MortonCurve {
 public:
     MortonCurve(const Box& box, int bits) : box_(box), cells_((1u << bits) - 1), spread_(std::size_t{cells_} + 1) {
         const std::size_t extent = box.extent();
         for (std::uint32_t cell = 0; cell <= cells_; ++cell)
-            for (int bit = 0; bit < bits; ++bit) spread_[cell] |= std::uint64_t(cell >> bit & 1) << (std::size_t(bit) * extent);
+            for (int bit = 0; bit < bits; ++bit)
+                spread_[cell] |= std::uint64_t(cell >> bit & 1) << (std::size_t(bit) * extent);
     }
     std::uint64_t key(const Coordinates& at) const {
         std::uint64_t key = 0;
@@ -111,7 +113,8 @@ std::vector<std::uint32_t> coherent_order(const std::vector<RayStart>& rays) {
     boost::sort::spreadsort::integer_sort(keys.begin(), keys.end());
     std::vector<std::uint32_t> order;
     order.reserve(keys.size());
-    for (const std::uint64_t key : keys) order.push_back(static_cast<std::uint32_t>(key & ((std::uint64_t(1) << place_bits) - 1)));
+    for (const std::uint64_t key : keys)
+        order.push_back(static_cast<std::uint32_t>(key & ((std::uint64_t(1) << place_bits) - 1)));
     return order;
 }
 

@@ -26,9 +26,9 @@ std::uint32_t scrambled(std::uint32_t reverse, std::uint32_t seed) {
     return reversed(laine_karras(reverse, seed));
 }
 
-/// Sobol's second dimension, its bits in reverse order. The generator matrix is Pascal's triangle modulo 2 (T. Kollig and A. Keller,
-/// 2002), where a binomial coefficient is odd if the bits of one number are among those of the other (Lucas): bit k is the sum of the
-/// index's bits at all numbers that have the bits of k.
+/// Sobol's second dimension, its bits in reverse order. The generator matrix is Pascal's triangle modulo 2 (T. Kollig
+/// and A. Keller, 2002), where a binomial coefficient is odd if the bits of one number are among those of the other
+/// (Lucas): bit k is the sum of the index's bits at all numbers that have the bits of k.
 std::uint32_t sobol_second_reverse(std::uint32_t index) {
     index ^= (index >> 1) & 0x55555555u;
     index ^= (index >> 2) & 0x33333333u;

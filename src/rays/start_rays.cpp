@@ -14,11 +14,13 @@ double greatest_length(const Plan& plan) {
     return plan.run.kernel->precision == Precision::float32 ? 1e18 : 1e150;
 }
 
-/// The state of a ray with dq/dλ along d. Rays that start farther out than H can be evaluated, and move on outward, have escaped.
+/// The state of a ray with dq/dλ along d. Rays that start farther out than H can be evaluated, and move on outward,
+/// have escaped.
 RayStart directed(const Plan& plan, const double (&q)[3], const Double3& d) {
     const double distance = std::hypot(q[0], q[1], q[2]), limit = greatest_length(plan);
     const bool outward = q[0] / distance * d[0] + q[1] / distance * d[1] + q[2] / distance * d[2] > 0;
-    const bool far = distance > limit && distance > plan.scene->limits.escape_radius && outward && std::isfinite(distance);
+    const bool far =
+        distance > limit && distance > plan.scene->limits.escape_radius && outward && std::isfinite(distance);
     const double shrink = far ? limit / distance : 1;
     const double near[3] = {shrink * q[0], shrink * q[1], shrink * q[2]};
     RayStart start = plan.scene->space.start(near, d);
@@ -62,7 +64,8 @@ bool spins(const Plan& plan) {
 RayStart observed(const Plan& plan, ObserverFrame& frame, const double (&q)[3], Double3 d) {
     RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false, false};
     const double size = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
-    if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(d[0]) || !std::isfinite(d[1]) || !std::isfinite(d[2])) return start.failure = Failure::nonfinite_start, start;
+    if (!std::isfinite(q[0] + q[1] + q[2]) || !std::isfinite(d[0]) || !std::isfinite(d[1]) || !std::isfinite(d[2]))
+        return start.failure = Failure::nonfinite_start, start;
     if (!(size > 0)) return start.failure = Failure::zero_direction, start;
     for (double& component : d) component /= size;  // its length does not matter, however large or small
     start.failure = frame.go_to(q);
@@ -72,14 +75,17 @@ RayStart observed(const Plan& plan, ObserverFrame& frame, const double (&q)[3], 
 
 }  // namespace
 
-std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays, std::optional<ObserverKind> observer) {
+std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays,
+                                 std::optional<ObserverKind> observer) {
     const Scene& scene = *plan.scene;
-    const bool is_falling = observer == ObserverKind::falling, in_float = plan.run.kernel->precision == Precision::float32;
+    const bool is_falling = observer == ObserverKind::falling,
+               in_float = plan.run.kernel->precision == Precision::float32;
     std::vector<RayStart> starts;
     starts.reserve(rays.size());
     std::optional<ObserverFrame> frame;
     if (observer) frame.emplace(plan, *observer);
-    if (is_falling && scene.space.time > 0 && spins(plan)) throw RunError("the plan was not made for rays of a falling observer (Options::observer)");
+    if (is_falling && scene.space.time > 0 && spins(plan))
+        throw RunError("the plan was not made for rays of a falling observer (Options::observer)");
     for (const RayInput& ray : rays) {
         double q[3];
         for (int k = 0; k < 3; ++k) q[k] = ray.position[k] / scene.unit - scene.description.space.center[k];
@@ -90,8 +96,9 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
             std::hypot(start.q[0], start.q[1], start.q[2]) > greatest_length(plan)) start.failure = Failure::too_far;
         else if (start.failure == Failure::none && lacks_pace(scene, start.q)) start.failure = Failure::no_pace;
         else if (start.failure == Failure::none && lacks_bounds(scene, start.q)) start.failure = Failure::no_bounds;
-        else if (start.failure == Failure::none && !start.captured && !is_falling && start.pt > 0 &&  // which may vanish
-            in_float && needs_double(scene, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
+        else if (start.failure == Failure::none && !start.captured && !is_falling &&
+                 start.pt > 0 &&  // which may vanish
+                 in_float && needs_double(scene, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;
     return starts;
 }

@@ -11,7 +11,9 @@ public:
     /// So many seconds from now; infinity: never.
     explicit Deadline(double seconds = std::numeric_limits<double>::infinity()) : seconds_(seconds) {}
     /// Seconds.
-    double left() const { return seconds_ - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+    double left() const {
+        return seconds_ - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    }
     bool passed() const { return left() <= 0; }
 
 private:

@@ -5,7 +5,8 @@ namespace {
 
 /// What packets do ray by ray: a camera's ray and its momentum (rays/camera.cpp), where the kernel does not make it;
 constexpr double start_of_a_ray = 50;
-/// and where a segment that starts on a surface may meet the next (kernels/events/scene_intersector.h), once per ray with objects.
+/// and where a segment that starts on a surface may meet the next (kernels/events/scene_intersector.h), once per ray
+/// with objects.
 constexpr double first_query = 7;
 
 }  // namespace

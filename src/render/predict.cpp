@@ -13,8 +13,9 @@ namespace {
 constexpr std::uint32_t spacing_of_rays = 11, spacing_of_blocks = 16;
 /// Rays of the first pass handed out at a time.
 constexpr std::uint32_t rays_at_a_time = 64;
-/// What a ray costs beside its steps (its start and landing), and what a query costs, in floating-point operations of steps: chosen so
-/// that predicted and measured costs of tiles correlate (`kagero profile`). Tiles of one size keep their order whatever the first is.
+/// What a ray costs beside its steps (its start and landing), and what a query costs, in floating-point operations of
+/// steps: chosen so that predicted and measured costs of tiles correlate (`kagero profile`). Tiles of one size keep
+/// their order whatever the first is.
 constexpr double operations_of_a_ray = 1000, operations_of_a_query = 450;
 /// What a place of the sky's image costs, in the time of operations on one lane: chosen likewise.
 constexpr double operations_of_a_probe = 225;
@@ -22,11 +23,12 @@ constexpr double operations_of_a_probe = 225;
 /// What the first pass may take of the time there is.
 constexpr double most_of_the_time = 0.1;
 
-/// A packet takes as many steps as its slowest ray: neighbours differ by about this share of what rays all over a tile do.
+/// A packet takes as many steps as its slowest ray: neighbours differ by about this share of what rays all over a tile
+/// do.
 constexpr double waiting = 0.5;
 
-/// The first pass. At each place it follows the ray in the middle of a pixel, or, where it matters how much of a sky a ray stands for,
-/// those of a block of 2 × 2 pixels.
+/// The first pass. At each place it follows the ray in the middle of a pixel, or, where it matters how much of a sky a
+/// ray stands for, those of a block of 2 × 2 pixels.
 class Sample {
 public:
     Sample(const Plan& plan, const Film& film, const std::vector<Tile>& tiles, const Watch& watch)
@@ -38,12 +40,15 @@ public:
     bool complete() const { return complete_; }
     /// In operations.
     double cost_of(std::size_t tile) const {
-        const auto begin = costs_.begin() + std::ptrdiff_t(first_[tile]), end = costs_.begin() + std::ptrdiff_t(first_[tile + 1]);
+        const auto begin = costs_.begin() + std::ptrdiff_t(first_[tile]),
+                   end = costs_.begin() + std::ptrdiff_t(first_[tile + 1]);
         double steps = 0, slowest = 0, rest = 0;
         for (auto cost = begin; cost != end; ++cost)
-            steps += cost->steps / double(end - begin), rest += cost->rest / double(end - begin), slowest = std::max(slowest, cost->steps);
+            steps += cost->steps / double(end - begin), rest += cost->rest / double(end - begin),
+                slowest = std::max(slowest, cost->steps);
         const Tile& t = tiles_[tile];
-        return double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan_.description().film.spp * (steps + waiting * (slowest - steps) + rest);
+        return double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan_.description().film.spp *
+               (steps + waiting * (slowest - steps) + rest);
     }
 
 private:
@@ -62,7 +67,9 @@ private:
             for (std::uint32_t x = tile.x0; x < tile.x1; x += spacing) {
                 costs_.emplace_back();
                 for (std::uint32_t i = 0; i < edge_ * edge_; ++i)
-                    starts_.push_back(camera_ray(plan_, middle(x, tile.x1) + i % edge_ + 0.5, middle(y, tile.y1) + i / edge_ + 0.5).start);
+                    starts_.push_back(
+                        camera_ray(plan_, middle(x, tile.x1) + i % edge_ + 0.5, middle(y, tile.y1) + i / edge_ + 0.5)
+                            .start);
             }
     }
     void trace(const Watch& watch) {
@@ -70,10 +77,12 @@ private:
         job.camera = nullptr, job.rays = starts_.data();
         WorkList work;
         const auto count = static_cast<std::uint32_t>(starts_.size());
-        for (std::uint32_t i = 0; i < count; i += rays_at_a_time) work.tiles.push_back({i, 0, std::min(i + rays_at_a_time, count), 1});
+        for (std::uint32_t i = 0; i < count; i += rays_at_a_time)
+            work.tiles.push_back({i, 0, std::min(i + rays_at_a_time, count), 1});
         const std::uint32_t together = edge_ * edge_;
         const auto done = [&](const Tile& rays, const RayEnd* ends, const RayList&, const Halt&) {
-            for (std::uint32_t i = rays.x0; i < rays.x1; i += together) costs_[i / together] = cost_of(ends + (i - rays.x0));
+            for (std::uint32_t i = rays.x0; i < rays.x1; i += together)
+                costs_[i / together] = cost_of(ends + (i - rays.x0));
         };
         complete_ = !run_tiles(plan_, job, work, {}, done, watch).interrupted;
     }

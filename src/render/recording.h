@@ -11,10 +11,11 @@ namespace kagero {
 struct TileRecord {
     Tile tile;
     unsigned thread;
-    double begin, listed, traced, end;  ///< its rays are listed (where the kernel does not make them), traced, then shaded
+    double begin, listed, traced,
+        end;  ///< its rays are listed (where the kernel does not make them), traced, then shaded
     double processor;                   ///< seconds of the thread's processor time: what the tile cost
     double predicted;                   ///< its cost in WorkList
-    bool looked_into;                   ///< clocks ran inside its tracing, too: `ticks`, and those of the counters, are known
+    bool looked_into;  ///< clocks ran inside its tracing, too: `ticks`, and those of the counters, are known
     std::uint64_t ticks;                ///< of the processor's clock, of tracing
     Counters counters;
 };

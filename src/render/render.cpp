@@ -10,8 +10,8 @@
 namespace kagero {
 namespace {
 
-/// The pixels to trace: where footprints or patches are wanted, whole blocks of 2 × 2 pixels of the film's grid. The last ones reach beyond a
-/// film of odd size.
+/// The pixels to trace: where footprints or patches are wanted, whole blocks of 2 × 2 pixels of the film's grid. The
+/// last ones reach beyond a film of odd size.
 Tile traced_part(const Plan& plan, const Film& film) {
     Tile w = plan.view.window;
     if (!wants_footprints(plan, film) && !plan.scene->paints->surfaces_have_patterns()) return w;
@@ -28,7 +28,8 @@ Film film_of(const Plan& plan) {
     try {
         return Film(part.x1 - part.x0, part.y1 - part.y0, film.layers, {part.x0, part.y0, film.width, film.height});
     } catch (const std::bad_alloc&) {
-        throw RunError("there is not enough memory for the film: 12 bytes per pixel for color, 4 for every other layer");
+        throw RunError(
+            "there is not enough memory for the film: 12 bytes per pixel for color, 4 for every other layer");
     }
 }
 
@@ -40,9 +41,11 @@ RunReport render(const Plan& plan, Film& film, const Watch& watch, const TileErr
     TileRays rays;
     if (!job.camera) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
     const bool wants_errors = needs & (need_position_error | need_rounding_error);
-    if (wants_errors && !errors) throw RunError("the film has a layer of errors, but nothing estimates them: use render_with_errors");
+    if (wants_errors && !errors)
+        throw RunError("the film has a layer of errors, but nothing estimates them: use render_with_errors");
     Snapshots snapshots(watch, film);
-    const auto done = [&, shown = plan.view.window](const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
+    const auto done = [&, shown = plan.view.window](const Tile& tile, const RayEnd* ends, const RayList& list,
+                                                    const Halt& halt) {
         const std::vector<EndError> estimates = wants_errors ? errors(tile, ends, list, halt) : std::vector<EndError>{};
         if (wants_errors && halt()) return;
         snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, estimates, film); });

@@ -76,7 +76,8 @@ RunReport gather(std::vector<Share>& shares) {
 /// A list of tiles being worked on.
 class Run {
 public:
-    Run(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done, const Watch& watch)
+    Run(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
+        const Watch& watch)
         : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), watch_(watch) {
         for (std::size_t i = 0; i < work.tiles.size(); ++i) all_ += cost(i);
         if (watch.recording) watch.recording->tiles.assign(work.tiles.size(), TileRecord{});
@@ -105,7 +106,8 @@ private:
     /// Clocks within a tile's tracing cost a few hundredths of it: a sample of the tiles tells as much.
     static constexpr std::size_t looked_into_every = 4;
 
-    /// How long tiles that are being traced may go on after the end has been called, in seconds: a share of a short limit.
+    /// How long tiles that are being traced may go on after the end has been called, in seconds: a share of a short
+    /// limit.
     double grace() const { return std::min(0.5, 0.5 * watch_.time_limit); }
 
     /// What a kernel asks while it is busy with a tile.
@@ -132,7 +134,8 @@ private:
         const double processor = processor_seconds();
         record.tile = work_.tiles[i], record.thread = thread, record.predicted = cost(i);
         record.looked_into = (i + watch_.recording->round) % looked_into_every == 0;
-        // Asking for processor time enters the system, which may give the processor to another program: not between these two.
+        // Asking for processor time enters the system, which may give the processor to another program: not between
+        // these two.
         record.begin = seconds();
         const bool done = trace(work_.tiles[i], share, &record);
         record.end = done ? seconds() : 0;
@@ -190,9 +193,11 @@ std::size_t rays_of(const Tile& tile, const RayList& list) {
     return list.starts.empty() ? std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0) : list.starts.size();
 }
 
-void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends, Counters& counters) {
+void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends,
+                Counters& counters) {
     const FlushDenormals flush;
-    KAGERO_ASSERT(list.starts.empty() ? (job.camera || job.rays) : (list.frequencies.empty() || list.frequencies.size() == list.starts.size()));
+    KAGERO_ASSERT(list.starts.empty() ? (job.camera || job.rays)
+                                      : (list.frequencies.empty() || list.frequencies.size() == list.starts.size()));
     ends.resize(rays_of(tile, list));
     if (list.starts.empty()) return kernel.trace(&job, &tile, ends.data(), &counters);
     job.camera = nullptr, job.rays = list.starts.data();

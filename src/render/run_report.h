@@ -35,14 +35,17 @@ struct RunReport {
 /// Called now and then, from one thread at a time, with the finished share in 0…1 and the seconds gone by.
 using Progress = std::function<void(double done, double seconds)>;
 
-/// How a run is watched from outside, and what ends it early: after the tiles now running, but for those that take much longer.
+/// How a run is watched from outside, and what ends it early: after the tiles now running, but for those that take much
+/// longer.
 struct Watch {
     Progress progress = {};
     const std::atomic<bool>* stop = nullptr;
     double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of tracing and shading
     Recording* recording = nullptr;                               ///< filled in, if wanted
-    std::atomic<bool>* snapshot_wanted = nullptr;    ///< set from outside; the thread that takes it back hands the film so far to
-    std::function<void(const Film*)> snapshot = {};  ///< … this, a copy, while the others go on; null: there was no memory for it
+    std::atomic<bool>* snapshot_wanted =
+        nullptr;  ///< set from outside; the thread that takes it back hands the film so far to
+    std::function<void(const Film*)> snapshot =
+        {};  ///< … this, a copy, while the others go on; null: there was no memory for it
 };
 
 }  // namespace kagero

@@ -13,16 +13,16 @@ constexpr std::uint64_t most_rays = 32768;
 /// No packet is higher, nor wider.
 constexpr std::uint32_t packet_edge = 8;
 
-/// Pixels along a square tile's edge: fewer where each has many rays; an even number, because footprints and patches want
-/// blocks of 2 × 2.
+/// Pixels along a square tile's edge: fewer where each has many rays; an even number, because footprints and patches
+/// want blocks of 2 × 2.
 std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
     std::uint32_t edge = 32;
     while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > most_rays) edge /= 2;
     return edge;
 }
 
-/// The first pass costs as much as a fiftieth of a picture of one ray per pixel. It is worth that where the last tiles would keep other
-/// threads idle for as long, and where there are rays enough for the time left to be asked for.
+/// The first pass costs as much as a fiftieth of a picture of one ray per pixel. It is worth that where the last tiles
+/// would keep other threads idle for as long, and where there are rays enough for the time left to be asked for.
 constexpr std::uint32_t many_rays_per_pixel = 4;
 constexpr std::uint64_t many_tiles_per_thread = 64;
 
@@ -68,7 +68,8 @@ WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {
 void put_costliest_first(WorkList& work) {
     std::vector<std::size_t> order(work.tiles.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work.costs[a] > work.costs[b]; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return work.costs[a] > work.costs[b]; });
     WorkList sorted;
     for (const std::size_t i : order) sorted.tiles.push_back(work.tiles[i]), sorted.costs.push_back(work.costs[i]);
     work = std::move(sorted);

@@ -10,7 +10,8 @@
 
 namespace kagero {
 
-/// Threads write pixels side by side; whoever finds that a snapshot is wanted waits for those now writing and copies the film.
+/// Threads write pixels side by side; whoever finds that a snapshot is wanted waits for those now writing and copies
+/// the film.
 class Snapshots {
 public:
     Snapshots(const Watch& watch, const Film& film) : watch_(watch), film_(film) {}

@@ -11,7 +11,8 @@ namespace {
 
 // Bins of a tally are the leading bits of doubles: the exponents from −128 to 127, eight bits of the fraction.
 constexpr int fraction_bits = 8, dropped_bits = 52 - fraction_bits;
-constexpr std::uint64_t bin_count = std::uint64_t(256) << fraction_bits, first_bin = std::uint64_t(1023 - 128) << fraction_bits;
+constexpr std::uint64_t bin_count = std::uint64_t(256) << fraction_bits, first_bin = std::uint64_t(1023 - 128)
+                                                                                     << fraction_bits;
 
 std::uint64_t bin_of(double value) {
     const std::uint64_t leading = std::bit_cast<std::uint64_t>(value) >> dropped_bits;
@@ -25,7 +26,8 @@ Spread spread_of(std::vector<double> values) {
     if (values.empty()) return {not_known, not_known, not_known, not_known};
     auto rest = values.begin();  // where none is less than those before
     const auto at = [&](double share) {
-        const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size()))) - 1;
+        const auto place =
+            values.begin() + static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size()))) - 1;
         std::nth_element(rest, place, values.end());
         return *(rest = place);
     };

@@ -12,8 +12,8 @@ struct Spread {
 /// By the nearest rank: no less than this share of the values is as small as that. Of no values at all: not numbers.
 Spread spread_of(std::vector<double> values);
 
-/// The same of values that are too many to keep, none of them negative or not a number: in half a megabyte, its percentiles at most 1/256
-/// too great. The greatest is exact; below 3e-39 a value is 0.
+/// The same of values that are too many to keep, none of them negative or not a number: in half a megabyte, its
+/// percentiles at most 1/256 too great. The greatest is exact; below 3e-39 a value is 0.
 class Tally {
 public:
     void add(double value);

@@ -14,10 +14,11 @@
 namespace kagero {
 namespace {
 
-/// Puts each of a team's threads on a processor of its own, once, where the team has one for every processor the program may use.
+/// Puts each of a team's threads on a processor of its own, once, where the team has one for every processor the
+/// program may use.
 ///
-/// Linux (6.18 seen) at times starts a thread on its creator's processor and leaves both there for tens of milliseconds while
-/// another is idle: longer than a picture takes. Afterwards the scheduler may move them as it likes.
+/// Linux (6.18 seen) at times starts a thread on its creator's processor and leaves both there for tens of milliseconds
+/// while another is idle: longer than a picture takes. Afterwards the scheduler may move them as it likes.
 class Places {
 public:
     explicit Places(unsigned threads) : home_(sched_getcpu()) {
@@ -26,8 +27,8 @@ public:
                  threads >= static_cast<unsigned>(CPU_COUNT(&allowed_));
     }
 
-    /// Moves number i of the team i processors on from where its creator was. Called by the creator: the thread itself may have to
-    /// wait for its first turn.
+    /// Moves number i of the team i processors on from where its creator was. Called by the creator: the thread itself
+    /// may have to wait for its first turn.
     void give(std::jthread& thread, unsigned i) const {
         if (!known_) return;
         int processor = home_;
@@ -39,7 +40,8 @@ public:
         CPU_ZERO(&one);
         CPU_SET(processor, &one);
         const pthread_t handle = thread.native_handle();
-        if (pthread_setaffinity_np(handle, sizeof one, &one) == 0) pthread_setaffinity_np(handle, sizeof allowed_, &allowed_);
+        if (pthread_setaffinity_np(handle, sizeof one, &one) == 0)
+            pthread_setaffinity_np(handle, sizeof allowed_, &allowed_);
     }
 
 private:
@@ -73,7 +75,8 @@ void on_threads(unsigned threads, const std::function<void(unsigned)>& task) {
             for (unsigned i = 1; i < threads; ++i) places.give(team.emplace_back(member, i), i);
         } catch (const std::system_error&) {
             let(in_vain);
-            throw RunError("the system starts " + std::to_string(team.size() + 1) + " of " + std::to_string(threads) + " threads and no more: ask for fewer by --threads");
+            throw RunError("the system starts " + std::to_string(team.size() + 1) + " of " + std::to_string(threads) +
+                           " threads and no more: ask for fewer by --threads");
         }
         let(open);
         guarded(0);

@@ -20,19 +20,21 @@ constexpr std::uint32_t prefetched = 8;
 
 WorkList cut_list(std::size_t rays) {
     WorkList work;
-    for (std::uint32_t i = 0; i < rays; i += chunk) work.tiles.push_back({i, 0, std::min(i + chunk, static_cast<std::uint32_t>(rays)), 1});
+    for (std::uint32_t i = 0; i < rays; i += chunk)
+        work.tiles.push_back({i, 0, std::min(i + chunk, static_cast<std::uint32_t>(rays)), 1});
     return work;
 }
 
 /// To the scene's coordinates and unit of length, which λ has too. `Point` is RayEnd or PathPoint.
 template <class Point>
 void to_scene(const Plan& plan, Point& point) {
-    for (std::size_t k = 0; k < 3; ++k) point.q[k] = (point.q[k] + plan.description().space.center[k]) * plan.scene->unit;
+    for (std::size_t k = 0; k < 3; ++k)
+        point.q[k] = (point.q[k] + plan.description().space.center[k]) * plan.scene->unit;
     point.parameter *= plan.scene->unit;
 }
 
-/// Whether finished lanes are to get new rays: where some packets of the list say that lanes stand empty, and for long enough to be worth
-/// the start of a packet.
+/// Whether finished lanes are to get new rays: where some packets of the list say that lanes stand empty, and for long
+/// enough to be worth the start of a packet.
 bool refill_pays(const Plan& plan, const Job& job, std::size_t rays) {
     constexpr double full = 0.75, short_of_steps = 20;
     constexpr std::uint32_t packets = 16;
@@ -102,9 +104,11 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetched < tile.x1) __builtin_prefetch(&ends[list.place(i + prefetched)], 1);
             RayEnd& end = ends[list.place(i)] = done[i - tile.x0];
-            const bool went = end.failure == Failure::none || (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
+            const bool went = end.failure == Failure::none ||
+                              (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
             if (!went) end = end_at_start(starts[i], end.failure);
-            if (ends_at_rounded && end.status == Status::step_limit && end.parameter == float(job.parameter_limit)) end.parameter = job.parameter_limit;
+            if (ends_at_rounded && end.status == Status::step_limit && end.parameter == float(job.parameter_limit))
+                end.parameter = job.parameter_limit;
             to_scene(plan, end);
         }
         traced[tile.x0 / chunk] = true;
@@ -143,7 +147,8 @@ RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std
     return run_list(plan, job, list, ends, watch);
 }
 
-std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends, const Watch& watch) {
+std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
+                                   const Watch& watch) {
     std::vector<PathPoint> points;
     trace_steps(plan, starts, ends, [&](const PathPoint& point) { points.push_back(point); }, watch);
     for (PathPoint& point : points) to_scene(plan, point);

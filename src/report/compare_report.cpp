@@ -104,8 +104,9 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
             " interleaved rounds: medians; speedup over scalar double of the same instruction set, median of ratios. " +
             (options.equal_error > 0
                  ? "Each by its cheapest method for " + shortest(options.equal_error) + " pixel (99 % of the rays).\n"
-                 : options.methods.size() > 1 ? "Each method at the scene's step, or tolerance where it controls its steps; speedup over scalar double by that method.\n"
-                                              : "All by the same method and step.\n");
+             : options.methods.size() > 1 ? "Each method at the scene's step, or tolerance where it controls its "
+                                            "steps; speedup over scalar double by that method.\n"
+                                          : "All by the same method and step.\n");
     for (const auto& [what, why] : comparison.left_out) text += "left out: " + what + ": " + why + "\n";
     return text;
 }

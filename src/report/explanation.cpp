@@ -26,7 +26,8 @@ std::vector<Decision> decisions_where(const Plan& plan, bool taken) {
     std::vector<Decision> chosen;
     const Decisions& all = plan.decisions;
     for (const auto* group : {&all.tuning, &all.motion, &all.ends, &all.picture})
-        std::copy_if(group->begin(), group->end(), std::back_inserter(chosen), [&](const Decision& one) { return one.taken == taken; });
+        std::copy_if(group->begin(), group->end(), std::back_inserter(chosen),
+                     [&](const Decision& one) { return one.taken == taken; });
     return chosen;
 }
 
@@ -34,22 +35,25 @@ std::vector<Decision> decisions_where(const Plan& plan, bool taken) {
 
 std::string explanation_text(const Plan& plan) {
     const KernelInfo& kernel = *plan.run.kernel;
-    std::string text = "kernel     " + kernel_text(plan) + "\nruns on    " + plan.module().isa + ", " + name_of(kernel.strategy) + ", " +
-                       name_of(kernel.precision) + ", " + std::to_string(kernel.lanes) + " rays at a time, " +
-                       std::to_string(plan.run.threads) + (plan.run.threads == 1 ? " thread" : " threads") + "\n\nused\n";
+    std::string text = "kernel     " + kernel_text(plan) + "\nruns on    " + plan.module().isa + ", " +
+                       name_of(kernel.strategy) + ", " + name_of(kernel.precision) + ", " +
+                       std::to_string(kernel.lanes) + " rays at a time, " + std::to_string(plan.run.threads) +
+                       (plan.run.threads == 1 ? " thread" : " threads") + "\n\nused\n";
     for (const Decision& used : decisions_where(plan, true)) text += "  " + used.what + "\n";
     const std::vector<Decision> left_out = decisions_where(plan, false);
     std::size_t width = 0;
     for (const Decision& part : left_out) width = std::max(width, length_of(part.what));
     text += "\nleft out\n";
-    for (const Decision& part : left_out) text += "  " + part.what + std::string(width - length_of(part.what) + 2, ' ') + part.why_not + "\n";
+    for (const Decision& part : left_out)
+        text += "  " + part.what + std::string(width - length_of(part.what) + 2, ' ') + part.why_not + "\n";
     return text;
 }
 
 std::string explanation_json(const Plan& plan) {
     Json used = Json::array(), left_out = Json::array();
     for (const Decision& part : decisions_where(plan, true)) used.push_back(part.what);
-    for (const Decision& part : decisions_where(plan, false)) left_out.push_back({{"what", part.what}, {"why", part.why_not}});
+    for (const Decision& part : decisions_where(plan, false))
+        left_out.push_back({{"what", part.what}, {"why", part.why_not}});
     const KernelInfo& kernel = *plan.run.kernel;
     return text_of({{"kernel", kernel_text(plan)},
                     {"isa", plan.module().isa},
@@ -64,8 +68,9 @@ std::string explanation_json(const Plan& plan) {
 
 std::string validity_text(const Plan& plan) {
     const SceneDescription& scene = plan.description();
-    return scene.path + ": valid (" + scene.space.hamiltonian + ", " + plan.method().name + ", " + std::to_string(scene.objects.size()) +
-           (scene.objects.size() == 1 ? " object, " : " objects, ") + std::to_string(scene.film.width) + "x" + std::to_string(scene.film.height) + ")\n";
+    return scene.path + ": valid (" + scene.space.hamiltonian + ", " + plan.method().name + ", " +
+           std::to_string(scene.objects.size()) + (scene.objects.size() == 1 ? " object, " : " objects, ") +
+           std::to_string(scene.film.width) + "x" + std::to_string(scene.film.height) + ")\n";
 }
 
 std::string validity_json(const Plan& plan) {

@@ -30,7 +30,8 @@ Json hamiltonian_items(const Module& module) {
     for (std::uint32_t i = 0; i < module.hamiltonian_count; ++i) {
         const HamiltonianInfo& info = module.hamiltonians[i];
         Json parameters = Json::array();
-        for (std::uint32_t k = 0; k < info.parameter_count; ++k) parameters.push_back(parameter_item(info.parameters[k]));
+        for (std::uint32_t k = 0; k < info.parameter_count; ++k)
+            parameters.push_back(parameter_item(info.parameters[k]));
         items.push_back({{"name", info.name},
                          {"what", info.what},
                          {"formula", info.formula},
@@ -42,7 +43,8 @@ Json hamiltonian_items(const Module& module) {
                          {"step", info.step}});
         if (info.step_goes_with) items.back()["step_goes_with"] = info.step_goes_with;
         if (info.index_parameter) items.back()["step_goes_with_inverse_of"] = info.index_parameter;
-        if (info.orbit_method) items.back()["orbit_method"] = info.orbit_method, items.back()["orbit_step"] = info.orbit_step;
+        if (info.orbit_method)
+            items.back()["orbit_method"] = info.orbit_method, items.back()["orbit_step"] = info.orbit_step;
     }
     return items;
 }
@@ -82,10 +84,12 @@ Json strategy_items(const Module& module) {
         for (std::uint32_t i = 0; i < module.kernel_count; ++i) {
             const KernelInfo& info = module.kernels[i];
             if (info.strategy != strategy) continue;
-            kernels.push_back({{"precision", name_of(info.precision)}, {"lanes", info.lanes}, {"registers", info.registers}});
+            kernels.push_back(
+                {{"precision", name_of(info.precision)}, {"lanes", info.lanes}, {"registers", info.registers}});
             if (info.form != Form::none) kernels.back()["form"] = name_of(info.form);
         }
-        if (!kernels.empty()) items.push_back({{"name", name_of(strategy)}, {"what", what(strategy)}, {"kernels", kernels}});
+        if (!kernels.empty())
+            items.push_back({{"name", name_of(strategy)}, {"what", what(strategy)}, {"kernels", kernels}});
     }
     return items;
 }
@@ -93,10 +97,11 @@ Json strategy_items(const Module& module) {
 Json isa_items() {
     Json items = Json::array();
     for (const IsaInfo& info : find_isas())
-        items.push_back({{"name", info.name},
-                         {"what", info.supported ? "runs on this machine" : "this machine's processor does not have it"},
-                         {"supported", info.supported},
-                         {"path", info.path}});
+        items.push_back(
+            {{"name", info.name},
+             {"what", info.supported ? "runs on this machine" : "this machine's processor does not have it"},
+             {"supported", info.supported},
+             {"path", info.path}});
     return items;
 }
 
@@ -126,8 +131,10 @@ Json layer_items() {
     for (const LayerInfo& info : all_layers()) {
         Json channels = Json::array();
         for (const std::string& channel : info.channels) channels.push_back(info.name + "." + channel);
-        items.push_back(
-            {{"name", info.name}, {"what", info.what}, {"channels", channels}, {"type", info.half() ? "half" : "float"}});
+        items.push_back({{"name", info.name},
+                         {"what", info.what},
+                         {"channels", channels},
+                         {"type", info.half() ? "half" : "float"}});
     }
     return items;
 }
@@ -196,17 +203,20 @@ void append_item(std::string& text, const Json& item) {
 }  // namespace
 
 const std::vector<std::string>& list_topics() {
-    static const std::vector<std::string> topics{"hamiltonians", "integrators", "strategies", "isas", "scenes", "layers"};
+    static const std::vector<std::string> topics{"hamiltonians", "integrators", "strategies",
+                                                 "isas",         "scenes",      "layers"};
     return topics;
 }
 
-std::string listing_json(const std::vector<std::string>& topics, const std::string& isa, const std::string& scene_directory) {
+std::string listing_json(const std::vector<std::string>& topics, const std::string& isa,
+                         const std::string& scene_directory) {
     Json json;
     for (const std::string& topic : topics) json[topic] = items_of(topic, isa, scene_directory);
     return text_of(json);
 }
 
-std::string listing_text(const std::vector<std::string>& topics, const std::string& isa, const std::string& scene_directory) {
+std::string listing_text(const std::vector<std::string>& topics, const std::string& isa,
+                         const std::string& scene_directory) {
     std::string text;
     for (const std::string& topic : topics) {
         text += (text.empty() ? "" : "\n") + topic + "\n";

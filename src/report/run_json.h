@@ -15,7 +15,8 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
 /// The JSON of `trace`, from one or more timed runs of the same rays.
 std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs);
 
-/// Attributes of the picture. They hold nothing that differs between two runs of the same scene, options and instruction set.
+/// Attributes of the picture. They hold nothing that differs between two runs of the same scene, options and
+/// instruction set.
 Metadata picture_metadata(const Plan& plan, const RunReport& report);
 
 }  // namespace kagero

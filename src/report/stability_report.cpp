@@ -16,7 +16,8 @@ std::string verdict(bool pass) {
 }  // namespace
 
 std::string stability_text(const StabilityRow& row) {
-    std::string text = verdict(row.pass()) + "  " + row.name + ": " + row.what + "\n      expected  " + row.expected + "\n";
+    std::string text =
+        verdict(row.pass()) + "  " + row.name + ": " + row.what + "\n      expected  " + row.expected + "\n";
     if (row.outcomes.size() == 1) return text + "      got       " + row.outcomes[0].got + "\n";
     for (const StabilityOutcome& outcome : row.outcomes) {
         std::string label = outcome.isa;
@@ -38,9 +39,15 @@ std::string stability_json(const std::vector<StabilityRow>& rows) {
         std::string got;
         for (const StabilityOutcome& outcome : row.outcomes) {
             isas.push_back({{"isa", outcome.isa}, {"got", outcome.got}, {"pass", outcome.pass}});
-            got += row.outcomes.size() == 1 ? outcome.got : (got.empty() ? "" : "; ") + outcome.isa + ": " + outcome.got;
+            got +=
+                row.outcomes.size() == 1 ? outcome.got : (got.empty() ? "" : "; ") + outcome.isa + ": " + outcome.got;
         }
-        cases.push_back({{"name", row.name}, {"what", row.what}, {"expected", row.expected}, {"got", got}, {"pass", row.pass()}, {"isas", isas}});
+        cases.push_back({{"name", row.name},
+                         {"what", row.what},
+                         {"expected", row.expected},
+                         {"got", got},
+                         {"pass", row.pass()},
+                         {"isas", isas}});
     }
     return text_of(Json{{"cases", cases}});
 }
@@ -48,12 +55,14 @@ std::string stability_json(const std::vector<StabilityRow>& rows) {
 std::string stability_page(const std::vector<StabilityRow>& rows) {
     std::vector<std::string> head{"case", "what", "expected"};
     if (!rows.empty())
-        for (const StabilityOutcome& outcome : rows[0].outcomes) head.insert(head.end(), {html_text(outcome.isa), "got"});
+        for (const StabilityOutcome& outcome : rows[0].outcomes)
+            head.insert(head.end(), {html_text(outcome.isa), "got"});
     std::vector<std::vector<std::string>> cells;
     for (const StabilityRow& row : rows) {
         cells.push_back({html_text(row.name), html_text(row.what), html_text(row.expected)});
         for (const StabilityOutcome& outcome : row.outcomes)
-            cells.back().insert(cells.back().end(), {outcome.pass ? "pass" : "<span class=\"bad\">FAIL</span>", html_text(outcome.got)});
+            cells.back().insert(cells.back().end(),
+                                {outcome.pass ? "pass" : "<span class=\"bad\">FAIL</span>", html_text(outcome.got)});
     }
     return html_page("Stiff and extreme cases", stability_summary(rows), html_table(head, cells, head.size()));
 }

@@ -44,7 +44,8 @@ struct RescalingDescription {
     std::int32_t node = -1;
 };
 
-/// The unit of a method's step: a length for the parameter of H, a number for that of a spacetime's rescaled H, radians along an orbit.
+/// The unit of a method's step: a length for the parameter of H, a number for that of a spacetime's rescaled H, radians
+/// along an orbit.
 enum class StepKind { length, number, angle };
 
 /// Whether new rays are loaded into lanes whose rays have ended; automatic: where a measurement says that it pays.
@@ -54,7 +55,8 @@ const std::vector<std::string>& refill_names();
 
 struct IntegratorDescription {
     std::string method;                ///< resolved: never empty after loading
-    std::optional<Place> method_place, step_place, tolerance_place, lanes_place, rescale_place;  ///< where the scene states them, for what is said later
+    std::optional<Place> method_place, step_place, tolerance_place, lanes_place,
+        rescale_place;                 ///< where the scene states them, for what is said later
     double step = 0;                   ///< resolved; adaptive methods start with it
     std::array<double, 3> default_step{};  ///< by StepKind: where none is stated
     double tolerance = 1e-6;           ///< local error of adaptive methods, relative to 1 + |value|
@@ -63,17 +65,21 @@ struct IntegratorDescription {
     double escape_radius = 50;
     HitModel hit = HitModel::hermite;
     bool cull = true;
-    bool use_symmetry = true;          ///< the plane of an orbit, and cyclic coordinates, may be used; symmetry = "none": never
+    bool use_symmetry = true;  ///< the plane of an orbit, and cyclic coordinates, may be used; symmetry = "none": never
     Refill refill = Refill::automatic;
-    double max_pixel_error = 0;        ///< step, precision, and the method unless it is stated, are chosen to meet it; 0: nothing is
+    double max_pixel_error =
+        0;  ///< step, precision, and the method unless it is stated, are chosen to meet it; 0: nothing is
     std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine
     std::string rescale = "auto";      ///< "auto" | "none" | an expression
-    std::optional<RescalingDescription> rescaling;   ///< … of a compiled Hamiltonian; those of a formula are among its nodes
+    std::optional<RescalingDescription>
+        rescaling;  ///< … of a compiled Hamiltonian; those of a formula are among its nodes
 };
 
 /// "static", "zamo", "falling", "coordinate", as ObserverKind has them.
 const std::vector<std::string>& observer_names();
-inline const std::string& name_of(ObserverKind observer) { return observer_names()[static_cast<std::size_t>(observer)]; }
+inline const std::string& name_of(ObserverKind observer) {
+    return observer_names()[static_cast<std::size_t>(observer)];
+}
 
 enum class CameraType { perspective, equirectangular, orthographic };
 /// As scenes write them, in the same order.
@@ -123,7 +129,7 @@ struct ObjectDescription {
     Shape shape{};
     Double3 origin{}, edge_u{}, edge_v{};          // rectangle
     Double3 min{}, max{};                          // box, room
-    std::array<Paint, 6> faces;                    // box, room: px nx py ny pz nz; all equal to `paint` unless `faces` says otherwise
+    std::array<Paint, 6> faces;  // box, room: px nx py ny pz nz; all equal to `paint` unless `faces` says otherwise
     Double3 center{}; double radius = 0;           // sphere; center: disk too
     Double3 normal{0, 0, 1};                       // disk: its matter orbits in the right-handed sense about it
     double inner = 0, outer = 0;                   // disk: radii

@@ -47,8 +47,9 @@ void check_view(const Section& section, const CameraDescription& camera) {
     // Closer than √ε to parallel, the cross product has lost half its digits.
     const double sine = length(cross(unit(forward), unit(camera.up)));
     if (sine > std::sqrt(std::numeric_limits<double>::epsilon())) return;
-    throw InputError(up ? up->place : look_at.place,
-                     "camera.up = " + written(camera.up) + (up ? "" : " (the default)") + " is parallel to the viewing direction: choose another up");
+    throw InputError(up ? up->place : look_at.place, "camera.up = " + written(camera.up) +
+                                                         (up ? "" : " (the default)") +
+                                                         " is parallel to the viewing direction: choose another up");
 }
 
 SpaceDescription load_space(const Section& section, const Catalogue& catalogue) {
@@ -88,7 +89,8 @@ CameraDescription load_camera(const Section& section) {
     if (camera.type == CameraType::orthographic) keys.emplace_back("height");
     only_keys(section, keys);
     if (const Value* observer = find(section, "observer")) {
-        camera.observer = static_cast<ObserverKind>(to_choice(*observer, "camera.observer", observer_names())), camera.observer_place = observer->place;
+        camera.observer = static_cast<ObserverKind>(to_choice(*observer, "camera.observer", observer_names())),
+        camera.observer_place = observer->place;
     }
     const Value& position = need(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
@@ -114,7 +116,8 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
         film.seed = to_count(*seed, "film.seed", 0, std::numeric_limits<std::uint32_t>::max());
     }
     if (const Value* chosen = find(section, "layers")) {
-        if (chosen->kind != Value::Kind::array || chosen->items.empty()) fail(*chosen, "film.layers", "an array of layer names");
+        if (chosen->kind != Value::Kind::array || chosen->items.empty())
+            fail(*chosen, "film.layers", "an array of layer names");
         film.layers.clear();
         for (const Value& layer : chosen->items) {
             const std::string& name = layers[to_choice(layer, "film.layers", layers)];
@@ -143,18 +146,20 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
     if (!far) return {};
     if (far->kind != Value::Kind::table) fail(*far, "sky.far", "a table: [sky.far]");
     if (!space.far_sided)
-        throw InputError(far->place, "sky.far: " + written(space.hamiltonian) + " has one universe and one sky: leave the table out");
+        throw InputError(far->place, "sky.far: " + written(space.hamiltonian) +
+                                         " has one universe and one sky: leave the table out");
     return load_sky({far, "sky.far", far->place}, directory);
 }
 
 }  // namespace
 
-SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides, const Catalogue& catalogue) {
+SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides,
+                            const Catalogue& catalogue) {
     return load_scene_text(read_text(path), path, overrides, catalogue);
 }
 
-SceneDescription load_scene_text(const std::string& text, const std::string& path, const std::vector<Override>& overrides,
-                                 const Catalogue& catalogue) {
+SceneDescription load_scene_text(const std::string& text, const std::string& path,
+                                 const std::vector<Override>& overrides, const Catalogue& catalogue) {
     SceneDescription scene;
     scene.path = path;
     scene.text = text;

@@ -16,7 +16,8 @@ constexpr unsigned position_bits = 0b0000111, momentum_bits = 0b0111000, all_bit
 
 Section table_in(const Section& section, const std::string& key) {
     const Value* table = find(section, key);
-    if (table && table->kind != Value::Kind::table) fail(*table, full_name(section, key), "a table: [" + full_name(section, key) + "]");
+    if (table && table->kind != Value::Kind::table)
+        fail(*table, full_name(section, key), "a table: [" + full_name(section, key) + "]");
     return {table, full_name(section, key), table ? table->place : section.place};
 }
 
@@ -65,20 +66,23 @@ void check_parts(const Value& parts, const FormulaDescription& formula) {
         for (double& x : at) x = (i % 4 + 0.5) * (2 * next() - 1);
         at[6] = formula.parsed.pt;
         const double h = evaluate(formula.scope, formula.parsed.energy, at);
-        const double a = evaluate(formula.scope, formula.parsed.parts[0], at), b = evaluate(formula.scope, formula.parsed.parts[1], at);
+        const double a = evaluate(formula.scope, formula.parsed.parts[0], at),
+                     b = evaluate(formula.scope, formula.parsed.parts[1], at);
         if (!std::isfinite(h) || !std::isfinite(a + b)) continue;
         if (std::abs(h - a - b) <= tolerance * (1 + std::abs(h) + std::abs(a) + std::abs(b))) continue;
         std::string point;
         for (std::size_t k = 0; k < 6; ++k) enumerate(point, written(at[k]));
-        throw InputError(parts.place, "space.parts do not sum to space.H: at (x y z px py pz) = (" + point + ") they give " +
-                                          written(a) + " + " + written(b) + " where H is " + written(h));
+        throw InputError(parts.place, "space.parts do not sum to space.H: at (x y z px py pz) = (" + point +
+                                          ") they give " + written(a) + " + " + written(b) + " where H is " +
+                                          written(h));
     }
 }
 
 void load_parts(const Section& section, FormulaDescription& formula) {
     const Value* parts = find(section, "parts");
     if (!parts) return;
-    if (parts->kind != Value::Kind::array || parts->items.size() != 2) fail(*parts, "space.parts", "an array of two formulas, H_A and H_B");
+    if (parts->kind != Value::Kind::array || parts->items.size() != 2)
+        fail(*parts, "space.parts", "an array of two formulas, H_A and H_B");
     for (std::size_t i = 0; i < 2; ++i) {
         formula.parsed.parts[i] = parse(formula.scope, parts->items[i], "space.parts[" + std::to_string(i) + ']');
         formula.parts.push_back(parts->items[i].string);
@@ -92,7 +96,8 @@ void require_positive(const Value& value, const std::string& name, const Formula
     fail(value, name, "a formula whose value is greater than 0");
 }
 
-std::int32_t load_optional(const Section& section, const std::string& key, FormulaDescription& formula, std::string& text) {
+std::int32_t load_optional(const Section& section, const std::string& key, FormulaDescription& formula,
+                           std::string& text) {
     const Value* value = find(section, key);
     if (!value) return -1;
     text = to_text(*value, full_name(section, key));
@@ -102,7 +107,8 @@ std::int32_t load_optional(const Section& section, const std::string& key, Formu
 }  // namespace
 
 FormulaDescription load_formula(const Section& section) {
-    only_keys(section, {"hamiltonian", "center", "H", "H0", "parts", "domain", "capture", "length_scale", "constants", "let"});
+    only_keys(section,
+              {"hamiltonian", "center", "H", "H0", "parts", "domain", "capture", "length_scale", "constants", "let"});
     FormulaDescription formula;
     formula.scope = formula_scope();
     const Value& energy = need(section, "H");
@@ -119,7 +125,8 @@ FormulaDescription load_formula(const Section& section) {
     formula.parsed.domain = load_optional(section, "domain", formula, formula.domain);
     formula.parsed.capture = load_optional(section, "capture", formula, formula.capture);
     formula.parsed.length_scale = load_optional(section, "length_scale", formula, formula.length_scale);
-    if (const Value* scale = find(section, "length_scale")) require_positive(*scale, "space.length_scale", formula.scope, formula.parsed.length_scale);
+    if (const Value* scale = find(section, "length_scale"))
+        require_positive(*scale, "space.length_scale", formula.scope, formula.parsed.length_scale);
     return formula;
 }
 
@@ -129,7 +136,8 @@ void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDes
     if (!space.formula) integrator.rescaling = {formula_scope(), -1};
     FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
     std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;
-    const bool taken = std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
+    const bool taken =
+        std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
     if (!taken) define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.place}), rescale.place);
     node = parse(scope, rescale, "integrator.rescale", position_bits);
     require_positive(rescale, "integrator.rescale", scope, node);

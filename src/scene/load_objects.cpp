@@ -104,18 +104,21 @@ void load_sphere(const Section& section, ObjectDescription& object) {
 void load_disk(const Section& section, ObjectDescription& object) {
     object.center = needed_point(section, "center");
     read(section, "normal", object.normal, any_length);
-    if (length(object.normal) == 0) fail(need(section, "normal"), full_name(section, "normal"), "a vector that is not zero");
+    if (length(object.normal) == 0)
+        fail(need(section, "normal"), full_name(section, "normal"), "a vector that is not zero");
     const Value* normal = find(section, "normal");
     object.center_place = need(section, "center").place, object.normal_place = normal ? normal->place : object.place;
     object.inner = to_number(need(section, "inner"), full_name(section, "inner"), positive_length);
     const Value& outer = need(section, "outer");
     object.outer = to_number(outer, full_name(section, "outer"), positive_length);
-    if (object.outer <= object.inner) fail(outer, full_name(section, "outer"), "more than inner = " + written(object.inner));
+    if (object.outer <= object.inner)
+        fail(outer, full_name(section, "outer"), "more than inner = " + written(object.inner));
     const Value* temperature = find(section, "temperature");
     if (!temperature) return;
     for (const char* key : {"color", "texture", "checker"}) {
         if (!find(section, key)) continue;
-        throw InputError(temperature->key_place, full_name(section, "temperature") + " and " + key + " exclude each other: keep one");
+        throw InputError(temperature->key_place,
+                         full_name(section, "temperature") + " and " + key + " exclude each other: keep one");
     }
     object.temperature = to_number(*temperature, full_name(section, "temperature"), temperature_range);
 }
@@ -124,9 +127,11 @@ void load_mesh_keys(const Section& section, const std::string& directory, Object
     const Value& file = need(section, "file");
     const std::string name = full_name(section, "file");
     std::string extension = std::filesystem::path(to_text(file, name)).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     const std::vector<std::string> known{".obj", ".ply", ".gltf", ".glb"};
-    if (std::find(known.begin(), known.end(), extension) == known.end()) fail(file, name, "a .obj, .ply, .gltf or .glb file");
+    if (std::find(known.begin(), known.end(), extension) == known.end())
+        fail(file, name, "a .obj, .ply, .gltf or .glb file");
     object.file = to_file(file, name, directory);
     object.file_place = file.place;
     read(section, "translate", object.translate, any_length);
@@ -182,7 +187,8 @@ Paint load_paint(const Section& section, const Paint& fallback, CheckerKey check
     if (!color && !texture && !checker) return fallback;
     if (texture && (color || checker)) {
         const std::string other = color ? "color" : "checker";
-        throw InputError(texture->key_place, full_name(section, "texture") + " and " + other + " exclude each other: keep one");
+        throw InputError(texture->key_place,
+                         full_name(section, "texture") + " and " + other + " exclude each other: keep one");
     }
     Paint paint;
     paint.place = (texture ? texture : checker ? checker : color)->place;
@@ -193,7 +199,9 @@ Paint load_paint(const Section& section, const Paint& fallback, CheckerKey check
     }
     if (!checker) return paint;
     paint.kind = Paint::Kind::checker;
-    paint.checker = checker_key == CheckerKey::counts ? to_double2(*checker, full_name(section, "checker"), checker_range) : std::array<double, 2>{24, 12};
+    paint.checker = checker_key == CheckerKey::counts
+                        ? to_double2(*checker, full_name(section, "checker"), checker_range)
+                        : std::array<double, 2>{24, 12};
     return paint;
 }
 

@@ -111,7 +111,8 @@ void apply_override(Value& root, const std::string& override_text, const std::st
     value.key = path.back();
     if (path[0] == "object" || path[0] == "sky") erase_other_paints(*table, value);
     // In its old place: the helpers of a formula use those before them.
-    const auto old = std::find_if(table->items.begin(), table->items.end(), [&](const Value& item) { return item.key == value.key; });
+    const auto old = std::find_if(table->items.begin(), table->items.end(),
+                                  [&](const Value& item) { return item.key == value.key; });
     if (old != table->items.end()) *old = value;
     else table->items.push_back(value);
 }

@@ -102,7 +102,8 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
     const KeyLine line{out};
     line("H", formula.energy);
     line("H0", formula.level);
-    if (!formula.parts.empty()) out << "parts = [" << written(formula.parts[0]) << ", " << written(formula.parts[1]) << "]\n";
+    if (!formula.parts.empty())
+        out << "parts = [" << written(formula.parts[0]) << ", " << written(formula.parts[1]) << "]\n";
     if (!formula.domain.empty()) line("domain", formula.domain);
     if (!formula.capture.empty()) line("capture", formula.capture);
     if (!formula.length_scale.empty()) line("length_scale", formula.length_scale);
@@ -117,15 +118,16 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
     const KeyLine line{out};
     out << "\n[integrator]\n";
-    // A method that is stated binds the pilot, and is refused where it needs another rescaling than is wanted; a step, or any of what follows
-    // it here, leads out of the plane of the orbit.
+    // A method that is stated binds the pilot, and is refused where it needs another rescaling than is wanted; a step,
+    // or any of what follows it here, leads out of the plane of the orbit.
     const bool open = !integrator.method_place && (integrator.max_pixel_error > 0 || integrator.rescale != "auto");
     const char* unstated = open && integrator.method.starts_with("orbit-") ? "# " : "";
     if (open) out << "# ";
     line("method", integrator.method);
     out << unstated;
     line("step", integrator.step);
-    out << (integrator.tolerance_place ? unstated : "# ") << "tolerance = " << written(integrator.tolerance) << "  # of adaptive methods\n";
+    out << (integrator.tolerance_place ? unstated : "# ") << "tolerance = " << written(integrator.tolerance)
+        << "  # of adaptive methods\n";
     out << unstated << "solver_tolerance = " << written(integrator.solver_tolerance)
         << (integrator.solver_tolerance == 0 ? "  # to rounding\n" : "\n");
     line("max_steps", integrator.max_steps);

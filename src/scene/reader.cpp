@@ -72,7 +72,8 @@ const Value& need_kind(const Section& section, const std::string& key) {
     if (section.table && !find(section, key))
         for (const Value& item : section.table->items)
             if (!near_match(item.key, {key}).empty())
-                throw InputError(item.key_place, "unknown key " + full_name(section, item.key) + "; did you mean " + written(key) + '?');
+                throw InputError(item.key_place, "unknown key " + full_name(section, item.key) + "; did you mean " +
+                                                     written(key) + '?');
     return need(section, key);
 }
 

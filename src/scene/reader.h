@@ -37,12 +37,14 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
 const Value* find(const Section& section, const std::string& key);
 /// Throws unless the key is there.
 const Value& need(const Section& section, const std::string& key);
-/// The same of a key that tells which others there may be: where it is missing, one that looks like it is taken for a slip.
+/// The same of a key that tells which others there may be: where it is missing, one that looks like it is taken for a
+/// slip.
 const Value& need_kind(const Section& section, const std::string& key);
 /// Throws if the table has any other key.
 void only_keys(const Section& section, const std::vector<std::string>& known);
 
-// A value of the type wanted. Throws InputError at the value's place, with its `name` and what is legal, for any other type and outside of it.
+// A value of the type wanted. Throws InputError at the value's place, with its `name` and what is legal, for any other
+// type and outside of it.
 double to_number(const Value& value, const std::string& name, const Range& range);
 Double3 to_double3(const Value& value, const std::string& name, const Range& range);
 std::array<double, 2> to_double2(const Value& value, const std::string& name, const Range& range);
@@ -55,7 +57,8 @@ std::size_t to_choice(const Value& value, const std::string& name, const std::ve
 void read(const Section& section, const std::string& key, double& target, const Range& range);
 void read(const Section& section, const std::string& key, Double3& target, const Range& range);
 
-/// An absolute path to an existing file; relative ones start at `directory`. Throws InputError where there is no such file.
+/// An absolute path to an existing file; relative ones start at `directory`. Throws InputError where there is no such
+/// file.
 std::string to_file(const Value& value, const std::string& name, const std::string& directory);
 
 }  // namespace kagero

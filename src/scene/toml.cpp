@@ -78,7 +78,8 @@ std::size_t end_of_string(const std::string& text, std::size_t i) {
     return text.size();
 }
 
-/// toml++ makes a table of every part of a key, and takes them down one inside the other: thousands of parts exhaust the stack.
+/// toml++ makes a table of every part of a key, and takes them down one inside the other: thousands of parts exhaust
+/// the stack.
 void check_depth_of_keys(const std::string& text, Place place) {
     constexpr int most_parts = 32;
     int parts = 1;
@@ -86,7 +87,8 @@ void check_depth_of_keys(const std::string& text, Place place) {
         const char c = text[i];
         if (c == '"' || c == '\'') {
             const std::size_t end = end_of_string(text, i);
-            place.line += static_cast<int>(std::count(text.begin() + std::ptrdiff_t(i), text.begin() + std::ptrdiff_t(end), '\n'));
+            place.line += static_cast<int>(
+                std::count(text.begin() + std::ptrdiff_t(i), text.begin() + std::ptrdiff_t(end), '\n'));
             i = end - 1;
             continue;
         }
@@ -95,7 +97,8 @@ void check_depth_of_keys(const std::string& text, Place place) {
         else if (c == '.') ++parts;
         else if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("_- \t", c)) parts = 1;
         if (parts > most_parts)
-            throw InputError(place, "a key of more than " + std::to_string(most_parts) + " parts; a scene's have up to 3");
+            throw InputError(place,
+                             "a key of more than " + std::to_string(most_parts) + " parts; a scene's have up to 3");
     }
 }
 
@@ -124,7 +127,8 @@ Value parse_toml_value(const std::string& text, const Place& place) {
         value = document.items.front();
     } catch (const toml::parse_error& error) {
         if (!is_bare_word(text))
-            throw InputError(place, std::string(error.description()) + "; words with commas, brackets or quotes go in quotes: 'KEY=\"…\"'");
+            throw InputError(place, std::string(error.description()) +
+                                        "; words with commas, brackets or quotes go in quotes: 'KEY=\"…\"'");
         value.kind = Value::Kind::string;
         value.string = text;
     }

@@ -18,7 +18,8 @@ std::string scaled_text(const HamiltonianInfo& info, double scale) {
             parameters += std::string(one.name) + " = " + number(one.fallback * std::pow(scale, power)) + "\n";
     return space_text(info.name, parameters, "escape_radius = " + number(30 * scale)) +
            rectangle("floor", {-9 * scale, -9 * scale, -0.7 * scale}, {18 * scale, 0, 0}, {0, 18 * scale, 0}) +
-           "[camera]\nposition = [0, " + number(-3 * scale) + ", 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n";
+           "[camera]\nposition = [0, " + number(-3 * scale) +
+           ", 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n";
 }
 
 }  // namespace
@@ -26,7 +27,8 @@ std::string scaled_text(const HamiltonianInfo& info, double scale) {
 void scaled_scene(Trial& trial) {
     const auto at = [&](const HamiltonianInfo& info, double scale) {
         std::vector<RayInput> rays;
-        for (int i = 0; i < 24; ++i) rays.push_back({{0.3 * scale, -3 * scale, 0.4 * scale}, {0.2 * i - 2.4, 1, 0.03 * (i % 8) - 0.21}});
+        for (int i = 0; i < 24; ++i)
+            rays.push_back({{0.3 * scale, -3 * scale, 0.4 * scale}, {0.2 * i - 2.4, 1, 0.03 * (i % 8) - 0.21}});
         return trial.ends(trial.plan(scaled_text(info, scale), true), rays);
     };
     const Catalogue spaces = catalogue(trial.options().isa);
@@ -37,9 +39,13 @@ void scaled_scene(Trial& trial) {
         for (const double scale : {1e-30, 1e-7, 1e-3, 1e3, 1e7, 1e10}) {
             const auto ends = at(info, scale);
             for (std::size_t i = 0; i < ends.size(); ++i) {
-                trial.expect_status(ends[i], plain[i].status, std::string(info.name) + ", scale " + number(scale) + ", ray " + std::to_string(i));
-                if (ends[i].status != plain[i].status || (ends[i].status != Status::hit && ends[i].status != Status::escaped)) continue;
-                trial.measure(std::string("change of direction, ") + info.name, distance(ends[i].v, {plain[i].v[0], plain[i].v[1], plain[i].v[2]}),
+                trial.expect_status(ends[i], plain[i].status,
+                                    std::string(info.name) + ", scale " + number(scale) + ", ray " + std::to_string(i));
+                if (ends[i].status != plain[i].status ||
+                    (ends[i].status != Status::hit && ends[i].status != Status::escaped))
+                    continue;
+                trial.measure(std::string("change of direction, ") + info.name,
+                              distance(ends[i].v, {plain[i].v[0], plain[i].v[1], plain[i].v[2]}),
                               trial.in_float() ? 5e-3 : 1e-6);  // steps under control know of lengths near 1
             }
         }
@@ -92,7 +98,8 @@ std::vector<RayEnd> picture_ends(Trial& trial, const Options& options, const cha
     return trial.ends(plan, starts);
 }
 
-/// Errors of a picture's rays, sorted; of those whose deflection multiplies no error more than about tenfold: b > 1.2 b_c.
+/// Errors of a picture's rays, sorted; of those whose deflection multiplies no error more than about tenfold: b > 1.2
+/// b_c.
 std::vector<double> float_errors(Trial& trial, const std::vector<RayEnd>& reference, const char* method, double step) {
     const auto rough = picture_ends(trial, trial.options(), method, step);
     std::vector<double> errors;
@@ -101,7 +108,8 @@ std::vector<double> float_errors(Trial& trial, const std::vector<RayEnd>& refere
         flips += rough[i].status != reference[i].status;
         const double *q = reference[i].q, *v = reference[i].v;
         const double b = std::hypot(q[1] * v[2] - q[2] * v[1], q[2] * v[0] - q[0] * v[2], q[0] * v[1] - q[1] * v[0]);
-        if (rough[i].status != Status::escaped || reference[i].status != Status::escaped || b < 1.2 * critical_impact) continue;
+        if (rough[i].status != Status::escaped || reference[i].status != Status::escaped || b < 1.2 * critical_impact)
+            continue;
         errors.push_back(distance(rough[i].q, {q[0], q[1], q[2]}));
     }
     trial.expect(flips <= 2, std::to_string(flips) + " rays end otherwise, " + method + ", step " + number(step));
@@ -111,9 +119,9 @@ std::vector<double> float_errors(Trial& trial, const std::vector<RayEnd>& refere
 
 }  // namespace
 
-// Every ray of a picture against the same ray in double with small steps. Gauss methods compensate their updates: more steps
-// never make the middle ray worse, and of the worst hundredth, a few rays and much luck, no more than a factor of 4, where 32
-// times as many steps without compensation make 32 times the error. What others lose is told.
+// Every ray of a picture against the same ray in double with small steps. Gauss methods compensate their updates: more
+// steps never make the middle ray worse, and of the worst hundredth, a few rays and much luck, no more than a factor of
+// 4, where 32 times as many steps without compensation make 32 times the error. What others lose is told.
 void float_floor(Trial& trial) {
     if (!trial.in_float()) return;
     Options exact = trial.options();
@@ -125,7 +133,8 @@ void float_floor(Trial& trial) {
         std::string told;
         for (const double step : {0.4, 0.2, 0.1, 0.05, 0.025, 0.0125}) {
             const auto errors = float_errors(trial, reference, method, step);
-            trial.expect(!errors.empty(), std::string("no ray ends as in double, ") + method + ", step " + number(step));
+            trial.expect(!errors.empty(),
+                         std::string("no ray ends as in double, ") + method + ", step " + number(step));
             if (errors.empty()) continue;
             constexpr double shares[] = {0.5, 0.9, 0.99};
             for (int k = 0; k < 3; ++k) {
@@ -133,15 +142,17 @@ void float_floor(Trial& trial) {
                 // Four ulp of r = 50 are the luck of roundings.
                 if (compensated)
                     trial.expect(error < (k == 0 ? 1 : 4) * least[k] + 4 * 0x1p-18,
-                                 "error " + std::to_string(error) + " of " + number(shares[k]) + " at step " + number(step) +
-                                     ", but " + std::to_string(least[k]) + " at a longer one, " + method);
+                                 "error " + std::to_string(error) + " of " + number(shares[k]) + " at step " +
+                                     number(step) + ", but " + std::to_string(least[k]) + " at a longer one, " +
+                                     method);
                 least[k] = std::min(least[k], error);
                 if (k != 1) told += (k == 0 ? (told.empty() ? "" : ", ") : " … ") + three_digits(error);
             }
             greatest = errors.back();
         }
         if (compensated) trial.measure("greatest error at the shortest step", greatest, 1e-3);
-        if (!trial.in_scalar()) trial.note(std::string(method) + ", half … 99 % of the rays at steps 0.4 to 0.0125: " + told);
+        if (!trial.in_scalar())
+            trial.note(std::string(method) + ", half … 99 % of the rays at steps 0.4 to 0.0125: " + told);
     }
 }
 

@@ -31,24 +31,27 @@ void unusable_input(Trial& trial) {
     for (const double far : {1e3, 1e10, 1e30, 1e100, 1e300})
         trial.expect_status(trial.ends(hole, {RayInput{{far, 0, far / 3}, {1, 0.1, 0}}})[0], Status::escaped,
                             "a start at " + number(far) + ", outward");
-    const std::string view = space_text("flat", "", "") +
-                             "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
+    const std::string view =
+        space_text("flat", "", "") +
+        "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
     trial.expect(!trial.refusal(view + rectangle("line", {0, 0, 0}, {1, 0, 0}, {2, 0, 0})).empty(),
                  "a rectangle without area is accepted");
     trial.expect(!trial.refusal(view + rectangle("point", {0, 0, 0}, {0, 0, 0}, {0, 0, 1})).empty(),
                  "a rectangle of one edge is accepted");
 }
 
-// A floor at z = 0; and walls beside a fibre, where rays swing: with N² = n0² (1 − α² r²), and a ray that starts on the axis at an angle θ to it,
-// x = A sin(α z / cos θ), A = sin θ / α. Of two walls, closer than A to the axis and farther by as little, one is met and one is not; both
-// ends of a step that leads there lie before it.
+// A floor at z = 0; and walls beside a fibre, where rays swing: with N² = n0² (1 − α² r²), and a ray that starts on the
+// axis at an angle θ to it, x = A sin(α z / cos θ), A = sin θ / α. Of two walls, closer than A to the axis and farther
+// by as little, one is met and one is not; both ends of a step that leads there lie before it.
 void grazing(Trial& trial) {
-    const auto plan = trial.plan(space_text("flat", "", "escape_radius = 300") + rectangle("floor", {-100, -100, 0}, {200, 0, 0}, {0, 200, 0}));
+    const auto plan = trial.plan(space_text("flat", "", "escape_radius = 300") +
+                                 rectangle("floor", {-100, -100, 0}, {200, 0, 0}, {0, 200, 0}));
     for (const double slope : {1e-1, 1e-2, 1e-3, 1e-4}) {
         const double height = 50 * slope;
         const RayEnd down = trial.ends(plan, {RayInput{{-10, 0.3, height}, {1, 0, -slope}}})[0];
         trial.expect_status(down, Status::hit, "slope " + number(slope));
-        trial.measure("hit off by (of 50, times slope)", std::abs(down.q[0] - 40) * slope, trial.in_float() ? 1e-4 : 1e-5);
+        trial.measure("hit off by (of 50, times slope)", std::abs(down.q[0] - 40) * slope,
+                      trial.in_float() ? 1e-4 : 1e-5);
         const RayEnd along = trial.ends(plan, {RayInput{{-10, 0.3, height}, {1, 0, 0}}})[0];
         trial.expect_status(along, Status::escaped, "parallel at " + number(height));
         const RayEnd past = trial.ends(plan, {RayInput{{-10, 0.3, height}, {1, 0, -0.3 * slope}}})[0];
@@ -62,15 +65,19 @@ void grazing(Trial& trial) {
                     const double swing = std::sin(angle) / alpha;
                     for (const double side : {1.0, -1.0}) {
                         const double wall = swing * (1 - side * part);
-                        const std::string integrator = std::string("method = \"") + method + "\"\nescape_radius = 60\nstep = " + number(step);
+                        const std::string integrator =
+                            std::string("method = \"") + method + "\"\nescape_radius = 60\nstep = " + number(step);
                         const auto fiber = trial.plan(space_text("fiber", "alpha = " + number(alpha), integrator) +
                                                       rectangle("wall", {wall, -1, -1}, {0, 2, 0}, {0, 0, 8}));
-                        const RayEnd end = trial.ends(fiber, {RayInput{{0, 0, 0}, {std::sin(angle), 0, std::cos(angle)}}})[0];
+                        const RayEnd end =
+                            trial.ends(fiber, {RayInput{{0, 0, 0}, {std::sin(angle), 0, std::cos(angle)}}})[0];
                         trial.expect_status(end, side > 0 ? Status::hit : Status::escaped,
-                                            "a wall " + number(part) + (side > 0 ? " inside" : " outside") + ", " + method + ", step " + number(step));
+                                            "a wall " + number(part) + (side > 0 ? " inside" : " outside") + ", " +
+                                                method + ", step " + number(step));
                         if (side < 0) continue;
                         const double place = std::cos(angle) * std::asin(1 - part) / alpha;
-                        trial.measure("hit off by (times slope)", std::abs(end.q[2] - place) * std::sqrt(2 * part), trial.in_float() ? 1e-3 : 1e-4);
+                        trial.measure("hit off by (times slope)", std::abs(end.q[2] - place) * std::sqrt(2 * part),
+                                      trial.in_float() ? 1e-3 : 1e-4);
                     }
                 }
 }
@@ -91,7 +98,8 @@ Sight look(const Double3& d) {
     if (to_plate > 0 && std::abs(x) < 1.2 && std::abs(z) < 0.9) sight = {0, to_plate};
     const Double3 ball{-0.6, 0, 0.5}, from{eye[0] - ball[0], eye[1] - ball[1], eye[2] - ball[2]};
     const double half = dot(from, d), root = half * half - dot(d, d) * (dot(from, from) - 0.49);
-    if (root > 0 && (-half - std::sqrt(root)) / dot(d, d) < sight.away) sight = {1, (-half - std::sqrt(root)) / dot(d, d)};
+    if (root > 0 && (-half - std::sqrt(root)) / dot(d, d) < sight.away)
+        sight = {1, (-half - std::sqrt(root)) / dot(d, d)};
     return sight;
 }
 
@@ -113,7 +121,8 @@ std::optional<Sight> certain_sight(const CameraRays& c, std::uint32_t x, std::ui
 
 void straight_picture(Trial& trial) {
     const std::string view =
-        "[camera]\nposition = [0.1, -6.0, 0.4]\nlook_at = [0, 0, 0.3]\nup = [0, 0, 1]\nfov = 40.0\n[film]\nsize = [48, 48]\n" +
+        "[camera]\nposition = [0.1, -6.0, 0.4]\nlook_at = [0, 0, 0.3]\nup = [0, 0, 1]\nfov = 40.0\n[film]\nsize = [48, "
+        "48]\n" +
         rectangle("plate", {-1.2, 1.5, -0.9}, {2.4, 0, 0}, {0, 0, 1.8}) +
         "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [-0.6, 0, 0.5]\nradius = 0.7\n";
     const std::pair<const char*, const char*> spaces[] = {{"flat", ""},

@@ -77,7 +77,8 @@ StabilityOutcome run_case(const Case& chosen, const StabilityRequest& request, c
             if (i == 0)
                 first = statuses;
             else
-                trial.expect(statuses == first, std::string("rays end otherwise than with ") + name_of(request.strategies[0]));
+                trial.expect(statuses == first,
+                             std::string("rays end otherwise than with ") + name_of(request.strategies[0]));
         }
     }
     return {isa, findings.text(), findings.holds()};
@@ -86,7 +87,8 @@ StabilityOutcome run_case(const Case& chosen, const StabilityRequest& request, c
 }  // namespace
 
 bool StabilityRow::pass() const {
-    return !outcomes.empty() && std::all_of(outcomes.begin(), outcomes.end(), [](const StabilityOutcome& outcome) { return outcome.pass; });
+    return !outcomes.empty() &&
+           std::all_of(outcomes.begin(), outcomes.end(), [](const StabilityOutcome& outcome) { return outcome.pass; });
 }
 
 std::vector<std::string> stability_case_names() {
@@ -103,7 +105,8 @@ void require_cases(const std::vector<std::string>& names) {
 }
 
 std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
-                                        const std::function<void(const StabilityRow&)>& done, const std::atomic<bool>* stop) {
+                                        const std::function<void(const StabilityRow&)>& done,
+                                        const std::atomic<bool>* stop) {
     require_cases(names);
     std::vector<StabilityRow> rows;
     for (const Case& each : cases) {

@@ -1,5 +1,5 @@
-/// Stiff and extreme cases: small scenes whose outcome theory knows, run through the kernels and the loop that `render` and
-/// `trace` use.
+/// Stiff and extreme cases: small scenes whose outcome theory knows, run through the kernels and the loop that `render`
+/// and `trace` use.
 #pragma once
 
 #include "kernels/abi.h"
@@ -36,8 +36,8 @@ std::vector<std::string> stability_case_names();
 /// Throws InputError where a name is that of no case.
 void require_cases(const std::vector<std::string>& names);
 
-/// Runs the named cases, or all for none, in the order of the table; `done` is called after each, and none begins once `stop` is set.
-/// Throws InputError, with a near match, for a name that is none.
+/// Runs the named cases, or all for none, in the order of the table; `done` is called after each, and none begins once
+/// `stop` is set. Throws InputError, with a near match, for a name that is none.
 std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
                                         const std::function<void(const StabilityRow&)>& done = {},
                                         const std::atomic<bool>* stop = nullptr);

@@ -41,7 +41,8 @@ void Findings::fail(const std::string& text) {
 }
 
 void Findings::measure(const std::string& label, double value) {
-    const auto known = std::find_if(measured_.begin(), measured_.end(), [&](const auto& entry) { return entry.first == label; });
+    const auto known =
+        std::find_if(measured_.begin(), measured_.end(), [&](const auto& entry) { return entry.first == label; });
     if (known == measured_.end())
         measured_.emplace_back(label, value);
     else if (!(value <= known->second))
@@ -84,17 +85,20 @@ std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayStart>& s
     const RunReport report = trace(plan, starts, ends);
     std::uint64_t counted = 0;
     for (const std::uint64_t count : report.counters.ended) counted += count;
-    expect(counted == starts.size(), std::to_string(counted) + " statuses for " + std::to_string(starts.size()) + " rays");
+    expect(counted == starts.size(),
+           std::to_string(counted) + " statuses for " + std::to_string(starts.size()) + " rays");
     for (const RayEnd& end : ends) {
         statuses_.push_back(end.status);
-        const bool plain = end.status == Status::hit || end.status == Status::escaped || end.status == Status::step_limit;
+        const bool plain =
+            end.status == Status::hit || end.status == Status::escaped || end.status == Status::step_limit;
         expect(!plain || is_finite(end), std::string("a ray that is ") + name_of(end.status) + " is not finite");
         expect(end.status != Status::failed || end.failure != Failure::none, "a failed ray has no reason");
     }
     return ends;
 }
 
-std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayInput>& rays, std::optional<ObserverKind> observer) {
+std::vector<RayEnd> Trial::ends(const Plan& plan, const std::vector<RayInput>& rays,
+                                std::optional<ObserverKind> observer) {
     return ends(plan, start_rays(plan, rays, observer));
 }
 

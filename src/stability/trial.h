@@ -45,7 +45,8 @@ public:
 
     /// Traces, and checks what holds for every ray: one status, finite numbers, a reason for each failure.
     std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayStart>& starts);
-    std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayInput>& rays, std::optional<ObserverKind> observer = {});
+    std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayInput>& rays,
+                             std::optional<ObserverKind> observer = {});
 
     /// Records a failure unless `holds`.
     void expect(bool holds, const std::string& otherwise);

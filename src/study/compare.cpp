@@ -29,9 +29,11 @@ bool is_yardstick(const KernelInfo& kernel) {
 /// The pixels of a packet, as the tracing loop arranges them; of a gang, its packets.
 std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines) {
     if (kernel.form == Form::gang) {
-        const KernelInfo& packet = *std::find_if(plan.module().kernels, plan.module().kernels + plan.module().kernel_count, [&](const KernelInfo& k) {
-            return k.strategy == kernel.strategy && k.precision == kernel.precision;
-        });
+        const KernelInfo& packet =
+            *std::find_if(plan.module().kernels, plan.module().kernels + plan.module().kernel_count,
+                          [&](const KernelInfo& k) {
+                              return k.strategy == kernel.strategy && k.precision == kernel.precision;
+                          });
         return std::to_string(kernel.lanes / packet.lanes) + " of " + shape_of(plan, packet, scanlines);
     }
     const std::uint32_t lanes = kernel.lanes, wide = block_width(lanes);
@@ -58,7 +60,8 @@ public:
 private:
     bool stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
     void tell(double done) const {
-        if (progress_) progress_(done, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count());
+        if (progress_)
+            progress_(done, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count());
     }
     void add_plan(SceneDescription scene, const std::string& isa) {
         scene.integrator.lanes = 0;
@@ -129,7 +132,8 @@ void Comparer::check_wanted() const {
     std::string asked;
     if (options_.strategy) enumerate(asked, std::string("strategy ") + name_of(*options_.strategy));
     if (options_.precision) enumerate(asked, name_of(*options_.precision));
-    for (const std::uint32_t lanes : options_.lanes) enumerate(asked, std::to_string(lanes) + (lanes == 1 ? " lane" : " lanes"));
+    for (const std::uint32_t lanes : options_.lanes)
+        enumerate(asked, std::to_string(lanes) + (lanes == 1 ? " lane" : " lanes"));
     throw InputError(asked + ": there is no such kernel; `kagero list strategies` shows those there are");
 }
 
@@ -149,7 +153,8 @@ void Comparer::choose_rows() {
 
 void Comparer::check_method(const Plan& plan, const std::string& method) const {
     std::vector<std::string> known;
-    for (std::uint32_t i = 0; i < plan.module().integrator_count; ++i) known.push_back(plan.module().integrators[i].name);
+    for (std::uint32_t i = 0; i < plan.module().integrator_count; ++i)
+        known.push_back(plan.module().integrators[i].name);
     const auto place = std::find(known.begin(), known.end(), method);
     if (place == known.end())
         throw InputError("--methods: there is no integrator \"" + method + "\"" + suggestion(method, known));
@@ -178,14 +183,16 @@ void Comparer::choose_by_method(const Plan& plan, const std::string& method) {
         if (!is_yardstick(*kernel) && !wanted(*kernel)) continue;
         auto variant = find_variant(plan, method, *kernel, 0);
         if (!variant) {
-            const auto integrator = find_variant(plan, method, Strategy::scalar, Precision::float64, 0)->method.integrator;
+            const auto integrator =
+                find_variant(plan, method, Strategy::scalar, Precision::float64, 0)->method.integrator;
             const char* why = refusal_of(*plan.scene, *kernel, {integrator, plan.run.method.rescaled});
             result_.left_out.push_back({words_for(plan, *kernel) + ", " + method, why ? why : "the method is refused"});
             continue;
         }
         const IntegratorDescription& scene = plan.description().integrator;
         variant->step = info_of(plan, *variant).adaptive ? plan.run.tolerance
-                                                         : scene.step_place ? kernel_step(plan, *variant, scene.step) : usual_step(plan, *variant);
+                        : scene.step_place               ? kernel_step(plan, *variant, scene.step)
+                                                         : usual_step(plan, *variant);
         add(plan, *variant, yardstick);
     }
 }
@@ -196,7 +203,8 @@ void Comparer::choose_by_error(const Plan& plan, const Candidates& candidates) {
         if (stopped()) return;
         if (!is_yardstick(*kernel) && !wanted(*kernel)) continue;
         if (kernel->form == Form::gang && options_.lanes.empty()) {
-            result_.left_out.push_back({words_for(plan, *kernel), "it takes the steps of its packets, and is searched for with --lanes alone"});
+            result_.left_out.push_back({words_for(plan, *kernel),
+                                        "it takes the steps of its packets, and is searched for with --lanes alone"});
             continue;
         }
         const auto variant = cheapest_for(plan, *kernel, candidates, stop_);
@@ -223,7 +231,8 @@ void Comparer::add(const Plan& plan, const Variant& variant, std::size_t& yardst
     runners_.push_back(runner);
     // Rows of the picture, as in the paper, for the packets taken unasked; a tile must hold them.
     constexpr std::uint32_t widest_run = 32;
-    if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > widest_run || !plan.job().camera) return;
+    if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > widest_run || !plan.job().camera)
+        return;
     runner.plan.run.scanlines = true, row.shape = shape_of(plan, kernel, true);
     runners_.push_back(runner);
 }
@@ -244,7 +253,8 @@ void Comparer::compare_pictures() {
         runner.row.drawn = true;
         result_.rays = report.rays;
         const Counters& work = report.counters;
-        if (work.issued_lane_steps) runner.row.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
+        if (work.issued_lane_steps)
+            runner.row.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
         if (runner.yardstick == i) {
             films.clear();  // rows of one yardstick follow each other
             films.emplace(i, std::move(film));
@@ -257,8 +267,9 @@ void Comparer::compare_pictures() {
                 at(should, "status", k) == at(film, "status", k) && at(should, "object", k) == at(film, "object", k);
             if (!same) ++runner.row.flips;
             for (std::size_t c = 0; same && c < 3; ++c)
-                runner.row.max_difference = std::max(
-                    runner.row.max_difference, double(std::abs(at(should, "color", 3 * k + c) - at(film, "color", 3 * k + c))));
+                runner.row.max_difference =
+                    std::max(runner.row.max_difference,
+                             double(std::abs(at(should, "color", 3 * k + c) - at(film, "color", 3 * k + c))));
         }
         tell(double(i + 1) / double(runners_.size() * (options_.rounds + 1)));
     }
@@ -281,7 +292,8 @@ void Comparer::finish(Runner& runner) {
     const auto& yardstick = runners_[runner.yardstick].seconds;
     runner.seconds.resize(result_.rounds);  // of a round that was interrupted nothing counts
     std::vector<double> ratios;
-    for (unsigned round = 0; round < result_.rounds; ++round) ratios.push_back(yardstick[round] / runner.seconds[round]);
+    for (unsigned round = 0; round < result_.rounds; ++round)
+        ratios.push_back(yardstick[round] / runner.seconds[round]);
     runner.row.speedup = timing_of(ratios).median;
     runner.row.seconds = timing_of(runner.seconds);
     runner.row.rays_per_second = double(result_.rays) / runner.row.seconds.median;

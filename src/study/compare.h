@@ -15,7 +15,8 @@ struct CompareOptions {
     std::vector<std::uint32_t> lanes;  ///< empty: every number of lanes
     std::optional<Strategy> strategy;  ///< none: every one
     std::optional<Precision> precision;
-    double equal_error = 0;  ///< pixels; each kernel by its own cheapest method for it. 0: all by the same method and step
+    double equal_error =
+        0;  ///< pixels; each kernel by its own cheapest method for it. 0: all by the same method and step
     unsigned rounds = 5, threads = 1;
 };
 

@@ -22,7 +22,8 @@ struct Candidate {
 using Candidates = std::vector<Candidate>;
 Candidates find_candidates(const Plan& plan, double pixels, const std::atomic<bool>* stop);
 
-/// The candidate that is the quickest by this kernel, of a sample of the picture's tiles; nothing where none is in its precision, or it refuses them all.
+/// The candidate that is the quickest by this kernel, of a sample of the picture's tiles; nothing where none is in its
+/// precision, or it refuses them all.
 std::optional<Variant> cheapest_for(const Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
                                     const std::atomic<bool>* stop);
 

@@ -21,8 +21,8 @@ constexpr double seconds_per_quick_point = 0.25;
 /// Of the pictures that are compared, in pixels.
 constexpr std::uint32_t picture_width = 128;
 
-/// As many steps as 99 % of the rays take: what a ray may go on for where nothing stops it. In a space where light runs in circles it would
-/// else go round for as long as the scene allows.
+/// As many steps as 99 % of the rays take: what a ray may go on for where nothing stops it. In a space where light runs
+/// in circles it would else go round for as long as the scene allows.
 std::uint32_t enough_steps(const std::vector<RayEnd>& ends) {
     std::vector<double> steps;
     for (const RayEnd& end : ends) steps.push_back(end.steps);
@@ -70,7 +70,8 @@ private:
     void choose_drift_rays();
     void choose_timed_rays();
     void climb_all();
-    bool time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& report, const std::vector<RayEnd>& ends);
+    bool time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& report,
+              const std::vector<RayEnd>& ends);
     void choose_shown();
     void take_times();
     void keep_times();
@@ -140,13 +141,13 @@ void Study::choose_timed_rays() {
 
 void Study::climb_all() {
     builder_.climb_all([&](double done) { report(climbing() * done); },
-                       [&](const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run, const std::vector<RayEnd>& ends) {
-                           return time(variant, curve, point, run, ends);
-                       });
+                       [&](const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
+                           const std::vector<RayEnd>& ends) { return time(variant, curve, point, run, ends); });
 }
 
 /// A first time of a point, and how well its method keeps H. False where there was no time.
-bool Study::time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run, const std::vector<RayEnd>& ends) {
+bool Study::time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
+                 const std::vector<RayEnd>& ends) {
     Timed timed{variant, curve, builder_.curves().curves[curve].points.size(), 0, 0, enough_steps(ends)};
     const bool quick = study_.options.quick;
     double seconds = run.seconds;
@@ -171,8 +172,9 @@ bool Study::time(const Variant& variant, std::size_t curve, StudyPoint& point, c
 /// Packets in double precision; where they were not studied, what was.
 void Study::choose_shown() {
     const auto studied = [&](Strategy strategy, Precision precision) {
-        return std::any_of(study_.curves.begin(), study_.curves.end(),
-                           [&](const StudyCurve& curve) { return curve.strategy == strategy && curve.precision == precision; });
+        return std::any_of(study_.curves.begin(), study_.curves.end(), [&](const StudyCurve& curve) {
+            return curve.strategy == strategy && curve.precision == precision;
+        });
     };
     for (const Strategy strategy : {Strategy::packet, Strategy::scalar})
         for (const Precision precision : {Precision::float64, Precision::float32})
@@ -191,7 +193,8 @@ void Study::take_times() {
         const double wanted = std::min(4.0, std::ceil(seconds_per_point / (timed.estimate * study_.options.repeats)));
         timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, wanted));
         if (study_.options.quick)
-            timed.repeats = static_cast<unsigned>(std::clamp(seconds_per_quick_point / timed.estimate, 1.0, double(timed.repeats)));
+            timed.repeats =
+                static_cast<unsigned>(std::clamp(seconds_per_quick_point / timed.estimate, 1.0, double(timed.repeats)));
         total += timed.estimate * timed.repeats, done += timed.estimate * double(timed.with.size());
         most = std::max(most, timed.repeats);
     }
@@ -203,7 +206,8 @@ void Study::take_times() {
             if (repeat >= timed.repeats || repeat < timed.with.size()) continue;
             std::vector<RayEnd> ends;
             const RunReport with = trace(on_timed_threads(timed.variant), timed_rays_, ends, builder_.watch());
-            const RunReport without = trace(without_surfaces(on_timed_threads(timed.variant), timed.most_steps), timed_rays_, ends, builder_.watch());
+            const RunReport without = trace(without_surfaces(on_timed_threads(timed.variant), timed.most_steps),
+                                            timed_rays_, ends, builder_.watch());
             if (with.interrupted || without.interrupted) return keep_times();
             timed.with.push_back(1e9 * with.seconds / rays), timed.without.push_back(1e9 * without.seconds / rays);
             done += timed.estimate;
@@ -296,7 +300,8 @@ void Study::compare_pictures() {
 
 }  // namespace
 
-ErrorStudy study_error(const Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop) {
+ErrorStudy study_error(const Plan& plan, const StudyOptions& options, const Progress& progress,
+                       const std::atomic<bool>* stop) {
     return Study(plan, options, progress, stop).run();
 }
 

@@ -1,5 +1,5 @@
-/// Error against run time for a scene's own rays: methods × steps × precisions, through the kernels and the loop that `render`
-/// uses.
+/// Error against run time for a scene's own rays: methods × steps × precisions, through the kernels and the loop that
+/// `render` uses.
 #pragma once
 
 #include "accuracy/error_curves.h"
@@ -13,7 +13,8 @@ struct StudyOptions : CurveOptions {
     unsigned repeats = 5;  ///< at least; of a quick study 1, for runs that take long
 };
 
-/// The quickest point whose 99th percentile of an error stays below a bound, and of whose rays at most 1 % end otherwise.
+/// The quickest point whose 99th percentile of an error stays below a bound, and of whose rays at most 1 % end
+/// otherwise.
 struct Cheapest {
     double error = 0;
     const char* measure = "";  ///< "pixels" or "direction"
@@ -34,6 +35,7 @@ struct ErrorStudy : ErrorCurves {
     double seconds = 0;
 };
 
-ErrorStudy study_error(const Plan& plan, const StudyOptions& options, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+ErrorStudy study_error(const Plan& plan, const StudyOptions& options, const Progress& progress = {},
+                       const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

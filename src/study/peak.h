@@ -5,7 +5,8 @@
 
 namespace kagero {
 
-/// How many floating-point operations per second a number of threads reach together when nothing but multiply-adds runs.
+/// How many floating-point operations per second a number of threads reach together when nothing but multiply-adds
+/// runs.
 class Peak {
 public:
     Peak(const Module& module, Precision precision);

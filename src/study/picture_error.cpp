@@ -15,7 +15,9 @@ namespace {
 Plan small_plan(const Plan& plan, std::uint32_t width, std::uint32_t rays_per_pixel) {
     SceneDescription scene = plan.description();
     const double share = std::min(1.0, double(width) / scene.film.width);
-    const auto scaled = [&](std::uint32_t n) { return std::max(1u, static_cast<std::uint32_t>(std::lround(n * share))); };
+    const auto scaled = [&](std::uint32_t n) {
+        return std::max(1u, static_cast<std::uint32_t>(std::lround(n * share)));
+    };
     scene.film.width = scaled(scene.film.width), scene.film.height = scaled(scene.film.height);
     scene.film.spp = rays_per_pixel;
     scene.film.layers = {"color"};
@@ -23,7 +25,8 @@ Plan small_plan(const Plan& plan, std::uint32_t width, std::uint32_t rays_per_pi
 }
 
 /// Null where the run was interrupted.
-std::unique_ptr<Film> picture(const Plan& plan, const Variant& variant, const std::atomic<bool>* stop, double& seconds) {
+std::unique_ptr<Film> picture(const Plan& plan, const Variant& variant, const std::atomic<bool>* stop,
+                              double& seconds) {
     const FilmDescription& size = plan.description().film;
     auto film = std::make_unique<Film>(size.width, size.height, std::vector<std::string>{"color"});
     const RunReport report = render(plan_by(plan, variant), *film, {.stop = stop});
@@ -83,7 +86,8 @@ std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, 
         const auto is = should ? picture(small, variant, stop, error.seconds) : nullptr;
         if (!is) break;
         const IntegratorInfo& info = info_of(plan, variant);
-        error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision, error.step = stated_step(plan, variant);
+        error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision,
+        error.step = stated_step(plan, variant);
         compare(*should, *is, error);
         errors.push_back(std::move(error));
     }

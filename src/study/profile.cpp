@@ -50,8 +50,8 @@ std::vector<unsigned> thread_counts(unsigned most) {
     return counts;
 }
 
-/// Every schedule on all threads, the plan's own last; that with a recording, and on fewer threads. What is compared stands close
-/// together, and behind runs of as many threads: after those of fewer a core needs a while to wake up.
+/// Every schedule on all threads, the plan's own last; that with a recording, and on fewer threads. What is compared
+/// stands close together, and behind runs of as many threads: after those of fewer a core needs a while to wake up.
 std::vector<Way> ways_of(unsigned threads, Schedule own) {
     std::vector<Way> ways;
     for (std::size_t i = 0; i < schedule_names().size(); ++i)
@@ -63,8 +63,8 @@ std::vector<Way> ways_of(unsigned threads, Schedule own) {
     return ways;
 }
 
-/// A tile costs the least that it took in any run: what else the machine did is not its cost. Every run hands out the same tiles in the
-/// same order, as nothing is predicted by the clock.
+/// A tile costs the least that it took in any run: what else the machine did is not its cost. Every run hands out the
+/// same tiles in the same order, as nothing is predicted by the clock.
 void keep_least(const Recording& before, Recording& now) {
     for (std::size_t i = 0; i < before.tiles.size(); ++i)
         now.tiles[i].processor = std::min(now.tiles[i].processor, before.tiles[i].processor);
@@ -104,7 +104,8 @@ StageTimes stages_of(const RunReport& report, const Recording& recording) {
         tracing += tile.traced - tile.listed;
         stages.shade += tile.end - tile.traced;
         if (!tile.looked_into) continue;
-        all += double(tile.ticks), query += double(tile.counters.query_ticks), refine += double(tile.counters.landing_ticks);
+        all += double(tile.ticks), query += double(tile.counters.query_ticks),
+            refine += double(tile.counters.landing_ticks);
     }
     if (all > 0) stages.query = tracing * query / all, stages.refine = tracing * refine / all;
     stages.integrate = tracing - stages.query - stages.refine;
@@ -113,7 +114,8 @@ StageTimes stages_of(const RunReport& report, const Recording& recording) {
 
 std::optional<double> correlation_of(const Recording& recording) {
     std::vector<double> predicted, measured;
-    for (const TileRecord& tile : recording.tiles) predicted.push_back(tile.predicted), measured.push_back(tile.processor);
+    for (const TileRecord& tile : recording.tiles)
+        predicted.push_back(tile.predicted), measured.push_back(tile.processor);
     return correlation(predicted, measured);
 }
 
@@ -145,8 +147,8 @@ void summarize(const std::vector<Way>& ways, const std::vector<Roof>& roofs, Sch
               [](const ScheduleTime& a, const ScheduleTime& b) { return a.schedule < b.schedule; });
     for (const Roof& roof : roofs) {
         const Way& way = way_of(roof.threads);
-        profile.scaling.push_back(
-            {roof.threads, way.seconds(), median_ratio(one.times, way.times), median_ratio(roof.rates, roofs.front().rates)});
+        profile.scaling.push_back({roof.threads, way.seconds(), median_ratio(one.times, way.times),
+                                   median_ratio(roof.rates, roofs.front().rates)});
     }
     profile.peak_of_one = roofs.front().best(), profile.peak_of_all = roofs.back().best();
 }
@@ -166,7 +168,8 @@ std::optional<double> correlation(const std::vector<double>& a, const std::vecto
     return std::clamp(ab / size, -1.0, 1.0);
 }
 
-Profile profile(const Plan& plan, Film& film, unsigned repeats, const Progress& progress, const std::atomic<bool>* stop) {
+Profile profile(const Plan& plan, Film& film, unsigned repeats, const Progress& progress,
+                const std::atomic<bool>* stop) {
     const auto begin = std::chrono::steady_clock::now();
     const unsigned threads = plan.run.threads;
     const Schedule own = schedule_of(plan);

@@ -27,7 +27,8 @@ struct ThreadsTime {
     unsigned threads;
     double seconds = 0;
     double speedup = 1;  ///< over one thread: the median over rounds
-    double machine = 1;  ///< the same of multiply-adds alone: what these threads are worth while others use the machine too
+    double machine =
+        1;  ///< the same of multiply-adds alone: what these threads are worth while others use the machine too
 };
 
 struct Profile {
@@ -41,14 +42,16 @@ struct Profile {
     std::vector<ThreadsTime> scaling;                ///< the plan's schedule, on 1 … N threads
     Operations operations{};                         ///< of one ray; nothing where rays are straight
     double all_operations = 0;
-    double peak_of_one = 0, peak_of_all = 0;  ///< multiply-adds alone, operations per second: one thread, all of the plan's
+    double peak_of_one = 0,
+           peak_of_all = 0;  ///< multiply-adds alone, operations per second: one thread, all of the plan's
     unsigned repeats = 0;                     ///< runs of each kind; times are those of the quickest
     bool interrupted = false;
 };
 
-/// Renders `film` over and over, all ways in turn.
-/// `repeats`: how many rounds; 0: three, and up to fifty where the picture takes so little time that one round says little.
-Profile profile(const Plan& plan, Film& film, unsigned repeats, const Progress& progress = {}, const std::atomic<bool>* stop = nullptr);
+/// Renders `film` over and over, all ways in turn. `repeats`: how many rounds; 0: three, and up to fifty where the
+/// picture takes so little time that one round says little.
+Profile profile(const Plan& plan, Film& film, unsigned repeats, const Progress& progress = {},
+                const std::atomic<bool>* stop = nullptr);
 
 /// Pearson's; nothing where one of them does not vary.
 std::optional<double> correlation(const std::vector<double>& a, const std::vector<double>& b);

@@ -15,8 +15,8 @@ struct StrategyTime {
     Timing time;  ///< ns per ray
 };
 
-/// The best instruction set first; only that of the plan where its options name one. The runs are interleaved, three of each at
-/// least, and no ray takes more than the plan's steps.
+/// The best instruction set first; only that of the plan where its options name one. The runs are interleaved, three of
+/// each at least, and no ray takes more than the plan's steps.
 std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<RayStart>& rays, unsigned threads,
                                          const std::atomic<bool>* stop);
 

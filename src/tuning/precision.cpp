@@ -31,7 +31,8 @@ std::string plain_reason(const Plan& plan) {
     if (plan.run.kernel->strategy != Strategy::packet) return "one ray at a time is hardly quicker in float";
     for (const std::string& layer : film.layers) {
         if (needs_of(layer) & need_any_error) return "float would be most of what layer " + layer + " shows";
-        if (needs_of(layer) & need_footprint) return "layer " + layer + " shows differences of neighbours, and of their roundings in float";
+        if (needs_of(layer) & need_footprint)
+            return "layer " + layer + " shows differences of neighbours, and of their roundings in float";
     }
     if (plan.method().adaptive && !plan.scene->straight && plan.run.tolerance < least_float_tolerance)
         return "integrator.tolerance is below what float can hold";
@@ -62,7 +63,8 @@ const KernelInfo* kernel_in_float(const Plan& plan) {
 /// The reason for double in the ends of rays that are traced in both precisions; empty if there is none.
 std::string measured_reason(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
     std::vector<RayStart> starts;
-    for (const auto& [x, y] : sample_pixels(plan.description().film, trial_grid, trial_grid)) starts.push_back(film_ray(plan, x, y));
+    for (const auto& [x, y] : sample_pixels(plan.description().film, trial_grid, trial_grid))
+        starts.push_back(film_ray(plan, x, y));
     const std::vector<RayEnd> in_double = ends_of(plan, starts), in_float = ends_of(plan_in_float, starts);
     std::vector<double> apart;
     std::size_t strays = 0;
@@ -91,13 +93,16 @@ Plan choose_precision(Plan plan) {
         Plan in_float = plan;
         in_float.run.kernel = kernel_in_float(plan);
         if (!in_float.run.kernel) trial.why_not = "no kernel in float serves the method and integrator.lanes";
-        else if (camera_needs_double(*plan.scene, plan.view)) trial.why_not = "so near a horizon float cannot hold the momentum";
+        else if (camera_needs_double(*plan.scene, plan.view))
+            trial.why_not = "so near a horizon float cannot hold the momentum";
         else trial.why_not = measured_reason(plan, in_float, trial);
         if (trial.why_not.empty()) plan.run.kernel = in_float.run.kernel;
     }
     const bool taken = trial.why_not.empty();
-    plan.decisions.tuning.push_back({taken ? "float: 99 % of " + std::to_string(trial.rays) + " rays ended within " + plain_number(trial.apart) +
-                                                 " pixels of where double ends them" : "float", taken, trial.why_not});
+    plan.decisions.tuning.push_back({taken ? "float: 99 % of " + std::to_string(trial.rays) + " rays ended within " +
+                                                 plain_number(trial.apart) + " pixels of where double ends them"
+                                           : "float",
+                                     taken, trial.why_not});
     plan.precision_trial = trial;
     return plan;
 }

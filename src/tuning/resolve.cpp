@@ -11,7 +11,8 @@ Plan resolve(SceneDescription description, const Options& options, Purpose purpo
 }
 
 Plan tuned(Plan plan, const TrialWatch& watch) {
-    if (plan.description().integrator.max_pixel_error > 0) return autotune(std::move(plan), watch.progress, watch.time_limit);
+    if (plan.description().integrator.max_pixel_error > 0)
+        return autotune(std::move(plan), watch.progress, watch.time_limit);
     plan.decisions.tuning.push_back({"a pilot that chooses method, step and precision", false,
                                      "the scene states them, or takes the space's (integrator.max_pixel_error)"});
     return choose_precision(std::move(plan));

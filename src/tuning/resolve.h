@@ -12,9 +12,11 @@ struct TrialWatch {
     double time_limit = std::numeric_limits<double>::infinity();  ///< seconds
 };
 
-/// From a scene to a plan with every `auto` resolved. Of a picture, method, step and precision are chosen by trial rays where the scene
-/// bounds the error (max_pixel_error), else the precision alone. Throws InputError for what cannot be done.
-Plan resolve(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture, const TrialWatch& watch = {});
+/// From a scene to a plan with every `auto` resolved. Of a picture, method, step and precision are chosen by trial rays
+/// where the scene bounds the error (max_pixel_error), else the precision alone. Throws InputError for what cannot be
+/// done.
+Plan resolve(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture,
+             const TrialWatch& watch = {});
 
 /// The decisions from trial rays alone, for a plan of a picture.
 Plan tuned(Plan plan, const TrialWatch& watch = {});

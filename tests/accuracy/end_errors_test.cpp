@@ -31,20 +31,25 @@ TEST(PositionError, IsTheTrueErrorAroundAHole) {
          {Way{"verlet", 0.05}, {"suzuki4-nine", 0.1}, {"rk4", 0.05}, {"gauss4", 0.1}, {"gauss8", 0.3}, {"dp54", 1e-6}})
         expect_estimates(hole_scene, way, exact_escape, "double");
     // Where the space bounds steps, and not the tolerance.
-    for (const Way& way : {Way{"dp54", 0.1}, {"rkf78", 1e-3}, {"dp85", 1e-3}}) expect_estimates(hole_scene, way, exact_escape, "double");
+    for (const Way& way : {Way{"dp54", 0.1}, {"rkf78", 1e-3}, {"dp85", 1e-3}})
+        expect_estimates(hole_scene, way, exact_escape, "double");
     expect_estimates(hole_scene, {"gauss8", 0.1}, exact_escape, "float");
 }
 
 TEST(PositionError, IsTheTrueErrorInAFisheye) {
-    for (const Way& way : {Way{"verlet", 0.02}, {"srkn6", 0.1}, {"rk4", 0.05}, {"gauss4", 0.1}, {"gauss8", 0.3}, {"dp54", 1e-6}})
+    for (const Way& way :
+         {Way{"verlet", 0.02}, {"srkn6", 0.1}, {"rk4", 0.05}, {"gauss4", 0.1}, {"gauss8", 0.3}, {"dp54", 1e-6}})
         expect_estimates(fisheye_scene, way, exact_hit, "double");
     expect_estimates(fisheye_scene, {"rk4", 0.02}, exact_hit, "float");
 }
 
-// Where hits lie on chords the error is that of the picture's chords, of second order, whatever else the rays are traced by.
+// Where hits lie on chords the error is that of the picture's chords, of second order, whatever else the rays are
+// traced by.
 TEST(PositionError, OfChordsFallsWithTheStep) {
     const auto median = [](double step) {
-        const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", {"film.size=[48,48]", "integrator.hit=chord", "integrator.method=rk4", "integrator.step=" + std::to_string(step)});
+        const auto plan = plan_of_file(KAGERO_SCENES "/room.toml",
+                                       {"film.size=[48,48]", "integrator.hit=chord", "integrator.method=rk4",
+                                        "integrator.step=" + std::to_string(step)});
         Film film(48, 48, {"position_error"});
         render_with_errors(*plan, film);
         const float* errors = film.plane("position_error");
@@ -55,7 +60,8 @@ TEST(PositionError, OfChordsFallsWithTheStep) {
     EXPECT_NEAR(median(0.06) / median(0.015), 16, 6);
 }
 
-// Nothing is known of a ray that ends elsewhere when it is traced otherwise; of one that is captured there is nothing to know.
+// Nothing is known of a ray that ends elsewhere when it is traced otherwise; of one that is captured there is nothing
+// to know.
 TEST(PositionError, IsNotANumberWhereThereIsNone) {
     const auto plan = plan_of_text(hole_scene, {"integrator.method=\"gauss8\"", "integrator.max_steps=20"});
     Film film(48, 48, {"status", "position_error"});
@@ -84,7 +90,8 @@ TEST(IterationsAndOccupancy, BelongToRaysAndToPackets) {
     double least = 1;
     for (const char* method : {"gauss8", "verlet"}) {
         const Overrides how{std::string("integrator.method=") + method, "integrator.step=0.8"};
-        const auto in_packets = plan_of_text(hole_scene, how), alone = plan_of_text(hole_scene, how, with_strategy("scalar"));
+        const auto in_packets = plan_of_text(hole_scene, how),
+                   alone = plan_of_text(hole_scene, how, with_strategy("scalar"));
         report = render(*in_packets, packets);
         render(*alone, single);
         least = 1;

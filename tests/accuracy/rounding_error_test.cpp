@@ -31,15 +31,17 @@ RayEnd exact_line(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
     const long double size = std::hypot(static_cast<long double>(ray.p[0]), ray.p[1], ray.p[2]);
     long double d[3], along = 0, square = 0;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = ray.p[k] / size, along += d[k] * ray.q[k], square += static_cast<long double>(ray.q[k]) * ray.q[k];
-    const long double radius = end.status == Status::hit ? 3 : 20, root = std::sqrt(along * along - square + radius * radius);
+    for (std::size_t k = 0; k < 3; ++k)
+        d[k] = ray.p[k] / size, along += d[k] * ray.q[k], square += static_cast<long double>(ray.q[k]) * ray.q[k];
+    const long double radius = end.status == Status::hit ? 3 : 20,
+                      root = std::sqrt(along * along - square + radius * radius);
     const long double t = -along + (end.status == Status::hit ? -root : root);
     for (std::size_t k = 0; k < 3; ++k) exact.q[k] = double(ray.q[k] + t * d[k]), exact.v[k] = double(d[k]);
     return exact;
 }
 
-/// Ends of the picture's rays with other roundings: by steps longer by one part in 10^12 or so, which changes the method's error as
-/// little (Vignes, Math. Comput. Simul. 35, 1993, perturbs single roundings to the same end).
+/// Ends of the picture's rays with other roundings: by steps longer by one part in 10^12 or so, which changes the
+/// method's error as little (Vignes, Math. Comput. Simul. 35, 1993, perturbs single roundings to the same end).
 std::vector<RayEnd> ends_of(Plan& plan, double longer) {
     const double step = plan.run.step, tolerance = plan.run.tolerance;
     plan.run.step *= longer, plan.run.tolerance *= longer;
@@ -68,12 +70,14 @@ Tightness tightness(Plan& plan) {
     std::vector<double> squares(ends.size());
     for (int run = 1; run <= runs; ++run) {
         const std::vector<RayEnd> others = ends_of(plan, 1 + run * slightly);
-        for (std::size_t i = 0; i < ends.size(); ++i) squares[i] += std::pow(pixel_error(plan, others[i], ends[i]), 2) / runs;
+        for (std::size_t i = 0; i < ends.size(); ++i)
+            squares[i] += std::pow(pixel_error(plan, others[i], ends[i]), 2) / runs;
     }
     Tightness result;
     std::vector<double> ratios;
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        const double bound = film.plane("rounding_error")[i], spread = std::sqrt(0.5 * squares[i]);  // both ends are rounded
+        const double bound = film.plane("rounding_error")[i],
+                     spread = std::sqrt(0.5 * squares[i]);  // both ends are rounded
         if (!has_end(ends[i]) || std::isnan(spread)) continue;
         if (std::isnan(bound)) {
             ++result.unknown;
@@ -159,7 +163,8 @@ TEST(RoundingError, BoundsTheTrueError) {
 
 TEST(RoundingError, BoundsTheTrueErrorOfStraightRays) {
     for (const char* camera : {"perspective", "orthographic"}) {
-        const Compared compared = compare(straight_scene, "gauss8", 0.05, exact_line, "rounding_error", "float", 0, {std::string("camera.type=") + camera});
+        const Compared compared = compare(straight_scene, "gauss8", 0.05, exact_line, "rounding_error", "float", 0,
+                                          {std::string("camera.type=") + camera});
         ASSERT_GT(compared.pairs.size(), 2000u);
         std::size_t holding = 0;
         std::vector<double> ratios;

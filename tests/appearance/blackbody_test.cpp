@@ -8,8 +8,8 @@
 namespace kagero::test {
 namespace {
 
-// Chromaticities of black bodies (CIE 15:2004): illuminant A, and Planck's locus at 6500 K and 10000 K; the fits of the observer
-// are good to some thousandths.
+// Chromaticities of black bodies (CIE 15:2004): illuminant A, and Planck's locus at 6500 K and 10000 K; the fits of the
+// observer are good to some thousandths.
 TEST(Blackbody, HasTheColorsOfTheTables) {
     struct Row {
         double kelvin, x, y;
@@ -24,7 +24,8 @@ TEST(Blackbody, HasTheColorsOfTheTables) {
     }
 }
 
-// The luminance is Planck's law times the observer's ȳ (Wyman, Sloan and Shirley 2013, table 1), here summed in steps of 0.01 nm.
+// The luminance is Planck's law times the observer's ȳ (Wyman, Sloan and Shirley 2013, table 1), here summed in steps
+// of 0.01 nm.
 TEST(Blackbody, SumsPlancksLaw) {
     const auto lobe = [](double l, double height, double middle, double below, double above) {
         const double t = (l - middle) / (l < middle ? below : above);

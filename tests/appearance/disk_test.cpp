@@ -64,14 +64,16 @@ struct Traced {
     }
 };
 
-/// Frequency seen over that at infinity: 1/√(1 − r_g/r) at rest; falling from rest with the speed v = √(r_g/r) it is 1/(1 + v cos
-/// χ) at the angle χ of the ray from the outward direction, because the energy at infinity is that of ∂_t = u + v e_r.
+/// Frequency seen over that at infinity: 1/√(1 − r_g/r) at rest; falling from rest with the speed v = √(r_g/r) it is
+/// 1/(1 + v cos χ) at the angle χ of the ray from the outward direction, because the energy at infinity is that of ∂_t
+/// = u + v e_r.
 double frequency_of_infinity(const Plan& plan, const RayStart& s, std::uint32_t i) {
     const double r = std::hypot(s.q[0], s.q[1], s.q[2]);
     if (plan.description().camera.observer != ObserverKind::falling) return 1 / std::sqrt(1 - 1 / r);
     const CameraRays& c = plan.view.camera;
     Double3 d;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + (i % c.width + 0.5) * c.right[k] + (i / c.width + 0.5) * c.down[k];
+    for (std::size_t k = 0; k < 3; ++k)
+        d[k] = c.corner[k] + (i % c.width + 0.5) * c.right[k] + (i / c.width + 0.5) * c.down[k];
     return 1 / (1 + std::sqrt(1 / r) * dot(unit(d), {s.q[0] / r, s.q[1] / r, s.q[2] / r}));
 }
 
@@ -80,8 +82,9 @@ double frequency_of_infinity(const Plan& plan, const RayStart& s, std::uint32_t 
 TEST(Redshift, OfCircularOrbitsIsTheClosedForm) {
     for (const auto& [center, observer] :
          {std::pair{"[0,0,0]", "static"}, {"[0.5,1,-0.25]", "static"}, {"[0,0,0]", "zamo"}, {"[0,0,0]", "falling"}}) {
-        const auto plan = plan_of_text(disk, {std::string("space.center=") + center, std::string("object.disk.center=") + center,
-                                              std::string("camera.observer=") + observer});
+        const auto plan =
+            plan_of_text(disk, {std::string("space.center=") + center, std::string("object.disk.center=") + center,
+                                std::string("camera.observer=") + observer});
         const Traced traced(*plan);
         int hits = 0;
         double least = 10, greatest = 0;
@@ -105,7 +108,8 @@ TEST(Redshift, OfCircularOrbitsIsTheClosedForm) {
     }
 }
 
-// Matter orbits in the right-handed sense about the normal: seen from −y with the normal up, the left side comes nearer.
+// Matter orbits in the right-handed sense about the normal: seen from −y with the normal up, the left side comes
+// nearer.
 TEST(Redshift, TheApproachingSideIsBlue) {
     const auto up = plan_of_text(disk, {}), down = plan_of_text(disk, {"object.disk.normal=[0,0,-1]"});
     Film a = picture(*up), b = picture(*down);
@@ -135,7 +139,8 @@ TEST(Redshift, OfAColorIsItsFourthPower) {
 // The edges are Embree's to find, alone and in packets.
 TEST(Disk, IsTheSamePictureWhateverTheStrategyAndTheThreads) {
     Options options = with_strategy("packet");
-    Film packet = picture(*plan_of_text(disk, {}, options)), scalar = picture(*plan_of_text(disk, {}, with_strategy("scalar")));
+    Film packet = picture(*plan_of_text(disk, {}, options)),
+         scalar = picture(*plan_of_text(disk, {}, with_strategy("scalar")));
     options.threads = 3;
     Film threaded = picture(*plan_of_text(disk, {}, options));
     for (const char* layer : {"color", "redshift", "status"})
@@ -167,7 +172,8 @@ TEST(Redshift, OfTheSkyIsTheObservers) {
                        is_captured = traced.ends[i].status == Status::captured;
             escaped += is_escaped, captured += is_captured;
             if (is_escaped) {
-                EXPECT_NEAR(g, frequency_of_infinity(*plan, traced.rays[i].start, static_cast<std::uint32_t>(i)), 32 * epsilon);
+                EXPECT_NEAR(g, frequency_of_infinity(*plan, traced.rays[i].start, static_cast<std::uint32_t>(i)),
+                            32 * epsilon);
             }
             if (is_captured) {
                 EXPECT_EQ(g, 0);
@@ -192,7 +198,8 @@ TEST(Redshift, NothingOrbitsWithinTheOrbitOfLight) {
 TEST(Redshift, OfKerrsOrbitsIsTheClosedForm) {
     const Catalogue known = catalogue("auto");
     bool built = false;
-    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i) built |= std::string(known.hamiltonians[i].name) == "kerr";
+    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i)
+        built |= std::string(known.hamiltonians[i].name) == "kerr";
     if (!built) GTEST_SKIP() << "without kerr";
     for (const double sense : {1.0, -1.0}) {
         const auto plan = plan_of_text(disk, {"space={hamiltonian=\"kerr\", mass=0.5, spin=0.8}", "object.disk.inner=4",
@@ -214,17 +221,24 @@ TEST(Redshift, OfKerrsOrbitsIsTheClosedForm) {
     }
 }
 
-// Within the ergosphere matter sends light of negative energy, which no sky does: it is seen there, by a zamo and by whoever rests in the
-// coordinates, and has its redshift. The frequency sent is the closed form above.
+// Within the ergosphere matter sends light of negative energy, which no sky does: it is seen there, by a zamo and by
+// whoever rests in the coordinates, and has its redshift. The frequency sent is the closed form above.
 TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
     const Catalogue known = catalogue("auto");
     bool built = false;
-    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i) built |= std::string(known.hamiltonians[i].name) == "kerr";
+    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i)
+        built |= std::string(known.hamiltonians[i].name) == "kerr";
     if (!built) GTEST_SKIP() << "without kerr";
     for (const auto& [observer, look_at] : {std::pair{"zamo", "[10,-1.9,0]"}, {"coordinate", "[0,-10,0]"}}) {
-        const Overrides overrides{"space={hamiltonian=\"kerr\", mass=1, spin=0.998}", "object.disk.inner=1.62", "object.disk.outer=9",
-                                  "camera.position=[0,-1.9,0.25]", "camera.fov=80", "film.size=[24,16]", "integrator.max_steps=100000",
-                                  std::string("camera.observer=") + observer, std::string("camera.look_at=") + look_at};
+        const Overrides overrides{"space={hamiltonian=\"kerr\", mass=1, spin=0.998}",
+                                  "object.disk.inner=1.62",
+                                  "object.disk.outer=9",
+                                  "camera.position=[0,-1.9,0.25]",
+                                  "camera.fov=80",
+                                  "film.size=[24,16]",
+                                  "integrator.max_steps=100000",
+                                  std::string("camera.observer=") + observer,
+                                  std::string("camera.look_at=") + look_at};
         const auto plan = plan_of_text(disk, overrides);
         const Traced traced(*plan);
         int negative = 0;
@@ -234,7 +248,8 @@ TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
             EXPECT_FALSE(below && end.status == Status::escaped) << i;
             if (end.status != Status::hit || !below) continue;
             ++negative;
-            const double a = 0.998, r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a), rr = std::pow(r, 1.5);
+            const double a = 0.998, r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a),
+                         rr = std::pow(r, 1.5);
             const double ut = (rr + a) / (std::pow(r, 0.75) * std::sqrt(rr - 3 * std::sqrt(r) + 2 * a));
             const double sent = ut * (end.pt + (end.q[0] * end.p[1] - end.q[1] * end.p[0]) / (rr + a));
             const double g = redshift_of(*plan, {&end, &traced.rays[i]});
@@ -243,8 +258,9 @@ TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
         }
         EXPECT_GT(negative, 10) << observer;
         // Where there is the sky alone such a ray ends at once.
-        const auto sky = plan_of_text(std::string(disk).substr(0, std::string(disk).find("[[object]]")),
-                                      {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
+        const auto sky =
+            plan_of_text(std::string(disk).substr(0, std::string(disk).find("[[object]]")),
+                         {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
         const Traced alone(*sky);
         for (std::size_t i = 0; i < alone.ends.size(); ++i)
             EXPECT_TRUE(alone.rays[i].start.pt > 0 || alone.ends[i].status == Status::captured) << observer << ' ' << i;
@@ -252,9 +268,9 @@ TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
 }
 
 TEST(Disk, HasRoundEdgesAndAHole) {
-    const auto plan = plan_of_text(
-        disk, {"space={hamiltonian=\"flat\"}", "camera.type=orthographic", "camera.position=[0,0,5]", "camera.up=[0,1,0]",
-               "camera.height=4", "film.size=[240,160]", "object.disk.inner=0.7", "object.disk.outer=1.8"});
+    const auto plan = plan_of_text(disk, {"space={hamiltonian=\"flat\"}", "camera.type=orthographic",
+                                          "camera.position=[0,0,5]", "camera.up=[0,1,0]", "camera.height=4",
+                                          "film.size=[240,160]", "object.disk.inner=0.7", "object.disk.outer=1.8"});
     Film film = picture(*plan);
     for (std::uint32_t y = 0; y < 160; ++y)
         for (std::uint32_t x = 0; x < 240; ++x) {
@@ -269,7 +285,9 @@ TEST(Disk, HasRoundEdgesAndAHole) {
 // u runs once around from +x in the right-handed sense about the normal, v from the inner to the outer edge.
 TEST(Disk, PaintGoesAroundAndOutward) {
     const auto plan = plan_of_text(disk, {"object.disk.inner=1", "object.disk.outer=3", "object.disk.checker=[2,2]"});
-    const auto bright = [&](double x, double y) { return plan->scene->paints->surface_color(0, 0, {x, y, 0}, {0, 0, -1})[0] == 1; };
+    const auto bright = [&](double x, double y) {
+        return plan->scene->paints->surface_color(0, 0, {x, y, 0}, {0, 0, -1})[0] == 1;
+    };
     for (const double along : {-0.9, -0.1, 0.1, 0.9})
         for (const double r : {1.1, 1.9, 2.1, 2.9}) {
             const double across = std::sqrt(1 - along * along);
@@ -283,11 +301,14 @@ TEST(Disk, IsHottestAtItsInnerEdge) {
     const std::string paint = "color = [1, 1, 1]";
     text.replace(text.find(paint), paint.size(), "temperature = 6000");
     const auto plan = plan_of_text(text, {});
-    const auto seen = [&](double r, double g) { return plan->scene->paints->surface_color(0, 0, {0, r, 0}, {0, 0, -1}, g); };
+    const auto seen = [&](double r, double g) {
+        return plan->scene->paints->surface_color(0, 0, {0, r, 0}, {0, 0, -1}, g);
+    };
     const auto expect_color = [](const Float3& color, double kelvin) {
         const auto expected = blackbody_color(kelvin);
         const double unit = blackbody_luminance(6000);
-        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(color[k], expected[k] / unit, 1e-6 * expected[0] / unit) << kelvin;
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(color[k], expected[k] / unit, 1e-6 * expected[0] / unit) << kelvin;
     };
     expect_color(seen(1.6, 1), 6000);
     expect_color(seen(1.6, 1.5), 9000);
@@ -304,8 +325,9 @@ TEST(Disk, NeedsOrbits) {
         }
         return "";
     };
-    EXPECT_EQ(refusal("object.disk.center=[0,0,1]"), "-D object.disk.center=[0,0,1]: object.disk.center = [0, 0, 1]: expected space.center, "
-                                                     "[0, 0, 0], as a disk's matter orbits the hole");
+    EXPECT_EQ(refusal("object.disk.center=[0,0,1]"),
+              "-D object.disk.center=[0,0,1]: object.disk.center = [0, 0, 1]: expected space.center, "
+              "[0, 0, 0], as a disk's matter orbits the hole");
     EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.center=[0,0,1]", "space.rg=0"}));
     EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.normal=[0,1,1]"}));
 }

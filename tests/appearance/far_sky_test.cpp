@@ -29,7 +29,8 @@ TEST(SkyView, StraightThroughIsStraightOut) {
     EXPECT_EQ(view.direction, (Double3{0, 0, 1}));
 }
 
-// The other universe's own coordinates are q R²/|q|²: a short way along d in q is one along the direction found in those.
+// The other universe's own coordinates are q R²/|q|²: a short way along d in q is one along the direction found in
+// those.
 TEST(SkyView, TheDirectionIsTheInversionsDifferential) {
     std::mt19937 random(5);
     std::normal_distribution<double> normal;

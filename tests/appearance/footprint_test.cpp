@@ -15,7 +15,8 @@ namespace kagero::test {
 namespace {
 
 Image noise(int width, int height) {
-    Image image{width, height, std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
+    Image image{width, height,
+                std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
     std::mt19937 random(3);
     for (float& value : image.rgb) value = float(random() % 1024) / 1024;
     return image;
@@ -29,7 +30,8 @@ TEST(Pyramid, EndsWithTheMeanOverTheSphere) {
         double sum = 0;
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
-                const double band = std::cos(std::numbers::pi * y / height) - std::cos(std::numbers::pi * (y + 1) / height);
+                const double band =
+                    std::cos(std::numbers::pi * y / height) - std::cos(std::numbers::pi * (y + 1) / height);
                 sum += image.rgb[3 * static_cast<std::size_t>(y * width + x)] * band / (2 * width);
             }
         EXPECT_NEAR(coarser.back().rgb[0], sum, 1e-5) << width << "x" << height;  // sums of floats
@@ -58,7 +60,8 @@ TEST(SkyTexture, LongFootprintsAverageAlongTheirLength) {
     for (std::size_t y = 0; y < 128; ++y)
         for (std::size_t i = 0; i < 3 * 256; ++i) image.rgb[3 * 256 * y + i] = y % 2 ? 1.0f : 0.0f;
     const auto coarser = coarser_images(image);
-    const double texel = std::numbers::pi / 128, latitude = 0.5 * texel;  // in the middle of the row above the equator, y = 63
+    const double texel = std::numbers::pi / 128,
+                 latitude = 0.5 * texel;  // in the middle of the row above the equator, y = 63
     const Double3 d{std::cos(latitude), 0, std::sin(latitude)}, pole{0, 0, 1};
     const Footprint along{{0, 8 * texel, 0}, {0, 0, texel}}, across{{0, 0, 8 * texel}, {0, texel, 0}};
     const Footprint round{{0, 8 * texel, 0}, {0, 0, 8 * texel}};
@@ -84,7 +87,9 @@ TEST(SkyTexture, WideImagesAreAveragedAlongTheirRows) {
 TEST(SkyTexture, ProbesAreAsManyAsAFootprintIsLong) {
     const Image image = noise(64, 32);
     const double texel = std::numbers::pi / 32;
-    const auto probes = [&](double along, double across) { return sky_probes(image, {{0, along * texel, 0}, {0, 0, across * texel}}); };
+    const auto probes = [&](double along, double across) {
+        return sky_probes(image, {{0, along * texel, 0}, {0, 0, across * texel}});
+    };
     EXPECT_EQ(probes(0, 0), 1);
     EXPECT_EQ(probes(0.5, 0.1), 1);
     EXPECT_EQ(probes(6, 0.1), 6);
@@ -92,8 +97,8 @@ TEST(SkyTexture, ProbesAreAsManyAsAFootprintIsLong) {
     EXPECT_EQ(probes(100, 1), 16);
 }
 
-// A linear map of places to directions, sampled in a block: its singular values are the axes.
-// A cap of two degrees, white on black: a pixel of a fifth of a degree sees nothing else, however long the way around it is in longitude.
+// A linear map of places to directions, sampled in a block: its singular values are the axes. A cap of two degrees,
+// white on black: a pixel of a fifth of a degree sees nothing else, however long the way around it is in longitude.
 TEST(SphereTexture, IsAsSharpAtThePolesAsElsewhere) {
     Image image{2048, 1024, std::vector<float>(3 * 2048 * 1024, 0.0f)};
     std::fill_n(image.rgb.begin(), 3 * 2048 * 12, 1.0f);
@@ -101,10 +106,13 @@ TEST(SphereTexture, IsAsSharpAtThePolesAsElsewhere) {
     const double pixel = 0.2 * std::numbers::pi / 180, radius = 3;
     for (const double polar : {0.0, 0.003, 0.01, 0.02, 0.033}) {
         const Double3 point{radius * std::sin(polar), 0, radius * std::cos(polar)};
-        EXPECT_GT(sphere_texture_color(image, coarser, point, {radius * pixel, 0, 0}, {0, radius * pixel, 0})[0], 0.95) << polar;
+        EXPECT_GT(sphere_texture_color(image, coarser, point, {radius * pixel, 0, 0}, {0, radius * pixel, 0})[0], 0.95)
+            << polar;
     }
     const double beyond = 0.042;
-    EXPECT_LT(sphere_texture_color(image, coarser, {std::sin(beyond), 0, std::cos(beyond)}, {pixel, 0, 0}, {0, pixel, 0})[0], 0.05);
+    EXPECT_LT(sphere_texture_color(image, coarser, {std::sin(beyond), 0, std::cos(beyond)}, {pixel, 0, 0},
+                                   {0, pixel, 0})[0],
+              0.05);
 }
 
 TEST(Spread, IsThatOfALinearMap) {
@@ -150,8 +158,8 @@ Film picture(const Plan& plan) {
     return film;
 }
 
-// A pixel is some ten texels wide, so its mean is that of a hundred: far nearer to ½ than the single texels, which spread by
-// 0.29.
+// A pixel is some ten texels wide, so its mean is that of a hundred: far nearer to ½ than the single texels, which
+// spread by 0.29.
 TEST(FilteredSky, DoesNotSparkle) {
     for (const char* rg : {"space.rg=0", "space.rg=1"}) {
         const Film film = picture(*noisy({rg}));

@@ -1,5 +1,5 @@
-// Averages over pieces of surfaces: coordinates and their gradients, the mean of a checker, the piece that a ray stands for, and
-// what they do to pictures.
+// Averages over pieces of surfaces: coordinates and their gradients, the mean of a checker, the piece that a ray stands
+// for, and what they do to pictures.
 #include "tests/support/plan_fixture.h"
 #include "appearance/footprint.h"
 #include "appearance/pyramid.h"
@@ -35,7 +35,8 @@ TEST(Chart, GradientsAreThoseOfUAndV) {
         expect_gradients([](const Double3& p) { return on_sphere(p); }, point, across);
         expect_gradients([&](const Double3& d) { return on_sky(d, axis); }, direction, unit(across));
         const Double3 flat = cross(axis, point);
-        expect_gradients([&](const Double3& p) { return on_disk(axis, 0, 100, p); }, flat, cross(axis, random_point(random)));
+        expect_gradients([&](const Double3& p) { return on_disk(axis, 0, 100, p); }, flat,
+                         cross(axis, random_point(random)));
     }
 }
 
@@ -83,21 +84,24 @@ TEST(Checker, MeansOverRectanglesAlongTheSquaresAreExact) {
     for (int n = 0; n < 40; ++n) {
         const double x = place(random), y = place(random), width = size(random), height = size(random);
         const double seen = checker_color(white_checker(4, 2), x / 4, y / 2, {{width / 4, 0}, {0, height / 2}})[0];
-        EXPECT_NEAR(seen, ruler_mean(x, y, {{width, 0}, {0, height}}), 0.01) << x << " " << y << " " << width << " " << height;
+        EXPECT_NEAR(seen, ruler_mean(x, y, {{width, 0}, {0, height}}), 0.01)
+            << x << " " << y << " " << width << " " << height;
     }
     EXPECT_NEAR(checker_color(white_checker(1, 1), 0, 0.5, {{0.5, 0}, {0, 0.5}})[0], 0.625, 1e-7);
     EXPECT_NEAR(checker_color(white_checker(1, 1), 0.25, 0.5, {{1, 0}, {0, 0.5}})[0], 0.8125, 1e-7);
     EXPECT_NEAR(checker_color(white_checker(1, 1), 17.3, 0.5, {{2, 0}, {0, 0.5}})[0], 0.625, 1e-7);
 }
 
-// Of five squares around a sphere the last and the first have one colour, and beside the edge of a wall there is no square.
+// Of five squares around a sphere the last and the first have one colour, and beside the edge of a wall there is no
+// square.
 TEST(Checker, IsAveragedOverSquaresThatAreThere) {
     for (const double u : {-0.001, 0.0, 0.001, 0.999, 1.0}) {
         EXPECT_NEAR(checker_color(white_checker(5, 3), u, 0.1, {{0.01, 0}, {0, 0.01}}, around)[0], 1, 1e-7) << u;
         EXPECT_NEAR(checker_color(white_checker(5, 3), 0.1, u, {{0.01, 0}, {0, 0.01}}, framed)[0], 1, 1e-7) << u;
     }
     EXPECT_NEAR(checker_color(white_checker(4, 3), 0, 0.1, {{0.01, 0}, {0, 0.01}}, around)[0], 0.625, 1e-7);
-    EXPECT_NEAR(checker_color(white_checker(5, 3), 0.3, 0.1, {{7, 0}, {0, 0.01}}, around)[0], 0.6 * 1 + 0.4 * 0.25, 1e-7);
+    EXPECT_NEAR(checker_color(white_checker(5, 3), 0.3, 0.1, {{7, 0}, {0, 0.01}}, around)[0], 0.6 * 1 + 0.4 * 0.25,
+                1e-7);
     EXPECT_NEAR(checker_color(white_checker(3, 3), 0.5, 0.1, {{7, 0}, {0, 0.01}}, framed)[0], 0.75, 1e-7);
 }
 
@@ -120,7 +124,8 @@ TEST(Checker, MeansOverAnyParallelogramAreNear) {
 
 TEST(Checker, ALineAlongADiagonalSeesOneColour) {
     for (const double length : {0.3, 2.0, 40.0})
-        EXPECT_NEAR(checker_color(white_checker(1, 1), 0, 0, {{length, length}, {0, 0}})[0], 1, 0.02 * length + 0.01) << length;
+        EXPECT_NEAR(checker_color(white_checker(1, 1), 0, 0, {{length, length}, {0, 0}})[0], 1, 0.02 * length + 0.01)
+            << length;
 }
 
 TEST(SurfaceTexture, IsAveragedOverItsPatch) {
@@ -199,7 +204,8 @@ TEST(FilteredFloor, IsTheMeanOverEachPixel) {
     Film film(width, height, plan->description().film.layers);
     render(*plan, film);
     std::vector<double> filtered, sampled;
-    for (std::uint32_t y = height / 2 + 2; y < height; ++y)  // a pixel at the horizon sees the sky, or where the floor ends
+    for (std::uint32_t y = height / 2 + 2; y < height;
+         ++y)  // a pixel at the horizon sees the sky, or where the floor ends
         for (std::uint32_t x = 0; x < width; ++x) {
             double mean = 0;
             constexpr int n = 16;
@@ -223,20 +229,27 @@ TEST(FilteredFloor, IsFlatTowardsTheHorizon) {
     EXPECT_LT(rms(off), 0.01);  // of single rays: 0.375
 }
 
-// Two parts of a mesh, one far behind the other, each within one bright square: between them no pixel sees the dark one.
+// Two parts of a mesh, one far behind the other, each within one bright square: between them no pixel sees the dark
+// one.
 TEST(FilteredMesh, IsNotAveragedAcrossItsSilhouette) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-parts-" + std::to_string(::getpid()) + ".obj");
-    std::ofstream(path) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -60 -60 -100\nv 60 -60 -100\nv 60 60 -100\nv -60 60 -100\n"
-                           "vt 0.05 0.1\nvt 0.15 0.1\nvt 0.15 0.2\nvt 0.05 0.2\nvt 0.55 0.1\nvt 0.65 0.1\nvt 0.65 0.2\nvt 0.55 0.2\n"
-                           "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n";
+    std::ofstream(path)
+        << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -60 -60 -100\nv 60 -60 -100\nv 60 60 -100\nv -60 60 -100\n"
+           "vt 0.05 0.1\nvt 0.15 0.1\nvt 0.15 0.2\nvt 0.05 0.2\nvt 0.55 0.1\nvt 0.65 0.1\nvt 0.65 0.2\nvt 0.55 0.2\n"
+           "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n";
     for (const char* spp : {"film.spp=1", "film.spp=4"}) {
-        const auto plan = plan_of_text("space.hamiltonian = \"flat\"\nintegrator.escape_radius = 500\n"
-                                       "camera = { position = [0.013, 0.021, 3], look_at = [0.013, 0.021, 0], up = [0, 1, 0], fov = 40 }\nfilm.size = [60, 40]\n"
-                                       "[[object]]\nshape = \"mesh\"\nfile = \"" + path.string() + "\"\nchecker = [4, 1]\ncolor = [1, 1, 1]\n", {spp});
+        const auto plan = plan_of_text(
+            "space.hamiltonian = \"flat\"\nintegrator.escape_radius = 500\n"
+            "camera = { position = [0.013, 0.021, 3], look_at = [0.013, 0.021, 0], up = [0, 1, 0], fov = 40 "
+            "}\nfilm.size = [60, 40]\n"
+            "[[object]]\nshape = \"mesh\"\nfile = \"" +
+                path.string() + "\"\nchecker = [4, 1]\ncolor = [1, 1, 1]\n",
+            {spp});
         Film film(60, 40, plan->description().film.layers);
         render(*plan, film);
         for (std::uint32_t y = 0; y < 40; ++y)
-            for (std::uint32_t x = 0; x < 60; ++x) ASSERT_NEAR(*film.pixel("color", x, y), 1, 1e-6) << spp << " " << x << "," << y;
+            for (std::uint32_t x = 0; x < 60; ++x)
+                ASSERT_NEAR(*film.pixel("color", x, y), 1, 1e-6) << spp << " " << x << "," << y;
     }
     std::filesystem::remove(path);
 }
@@ -244,7 +257,8 @@ TEST(FilteredMesh, IsNotAveragedAcrossItsSilhouette) {
 /// The room with its hole, as single rays see it without their neighbours.
 double single_ray_color(const Plan& plan, const RayEnd& end, std::size_t channel) {
     if (end.status != Status::hit) return 0;
-    return plan.scene->paints->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]})[channel];
+    return plan.scene->paints->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]},
+                                             {end.v[0], end.v[1], end.v[2]})[channel];
 }
 
 TEST(FilteredRoom, IsNearerToTheMeanOfManyRaysThanSingleRaysAre) {
@@ -283,7 +297,9 @@ void expect_same_part(const std::function<std::unique_ptr<Plan>(const Overrides&
 }
 
 TEST(FilteredRoom, DependsOnNeitherTilesNorCrops) {
-    expect_same_part([](const Overrides& overrides, const Options& options) { return plan_of_file(KAGERO_SCENES "/room.toml", overrides, options); });
+    expect_same_part([](const Overrides& overrides, const Options& options) {
+        return plan_of_file(KAGERO_SCENES "/room.toml", overrides, options);
+    });
 }
 
 // So rough that of three rays the first and the last may meet what the middle one does, and not what each other does.
@@ -294,8 +310,11 @@ TEST(FilteredMesh, DependsOnNeitherTilesNorCrops) {
         std::mt19937 random(1);
         std::uniform_real_distribution<double> rise(0, 1.15 / n);
         std::ofstream file(path);
-        for (int i = 0; i < (n + 1) * (n + 1); ++i) file << "v " << double(i % (n + 1)) / n - 0.5 << ' ' << double(i / (n + 1)) / n - 0.5 << ' ' << rise(random) << '\n';
-        for (int i = 0; i < (n + 1) * (n + 1); ++i) file << "vt " << double(i % (n + 1)) / n << ' ' << double(i / (n + 1)) / n << '\n';
+        for (int i = 0; i < (n + 1) * (n + 1); ++i)
+            file << "v " << double(i % (n + 1)) / n - 0.5 << ' ' << double(i / (n + 1)) / n - 0.5 << ' ' << rise(random)
+                 << '\n';
+        for (int i = 0; i < (n + 1) * (n + 1); ++i)
+            file << "vt " << double(i % (n + 1)) / n << ' ' << double(i / (n + 1)) / n << '\n';
         for (int i = 0; i < n * n; ++i) {
             const int a = i / n * (n + 1) + i % n + 1, b = a + 1, c = a + n + 1, d = c + 1;
             for (const auto& [p, q, r] : {std::array{a, b, d}, std::array{a, d, c}})
@@ -303,8 +322,12 @@ TEST(FilteredMesh, DependsOnNeitherTilesNorCrops) {
         }
     }
     expect_same_part([&](const Overrides& overrides, const Options& options) {
-        return plan_of_text("space.hamiltonian = \"flat\"\ncamera = { position = [0, 0, 2], look_at = [0, 0, 0], up = [0, 1, 0], fov = 30 }\n"
-                            "[[object]]\nshape = \"mesh\"\nfile = \"" + path.string() + "\"\nchecker = [30, 30]\ncolor = [1, 1, 1]\n", overrides, options);
+        return plan_of_text(
+            "space.hamiltonian = \"flat\"\ncamera = { position = [0, 0, 2], look_at = [0, 0, 0], up = [0, 1, 0], fov = "
+            "30 }\n"
+            "[[object]]\nshape = \"mesh\"\nfile = \"" +
+                path.string() + "\"\nchecker = [30, 30]\ncolor = [1, 1, 1]\n",
+            overrides, options);
     });
     std::filesystem::remove(path);
 }

@@ -14,8 +14,8 @@ class Cli : public HoleTest {};
 
 TEST_F(Cli, HelpAndVersionAreResults) {
     for (const char* arguments :
-         {"--help", "render --help", "trace --help", "explain --help", "check --help", "print --help", "compare --help", "error --help",
-          "stability --help", "profile --help", "list --help"}) {
+         {"--help", "render --help", "trace --help", "explain --help", "check --help", "print --help", "compare --help",
+          "error --help", "stability --help", "profile --help", "list --help"}) {
         const Outcome help = run(arguments);
         EXPECT_EQ(help.status, 0) << arguments;
         EXPECT_NE(help.out.find("Usage: kagero"), std::string::npos) << arguments;
@@ -43,7 +43,8 @@ TEST_F(Cli, ListShowsEveryTopic) {
     const Outcome all = run("list --json");
     ASSERT_EQ(all.status, 0) << all.err;
     const json topics = json::parse(all.out);
-    // The scenes of the source are found from build/PRESET/bin; a build elsewhere has none beside it until it is installed.
+    // The scenes of the source are found from build/PRESET/bin; a build elsewhere has none beside it until it is
+    // installed.
     const bool has_scenes = fs::is_directory(fs::path(KAGERO_BINARY).parent_path() / "../../../scenes");
     for (const char* topic : {"hamiltonians", "integrators", "strategies", "isas", "scenes", "layers"}) {
         ASSERT_TRUE(topics.contains(topic)) << topic;
@@ -65,8 +66,10 @@ TEST_F(Cli, CheckAndPrintAgreeWithThemselves) {
     write("again.toml", once.out);
     EXPECT_EQ(run("print again.toml").out, once.out);
     // The method of a space may not serve H as another expression rescales it.
-    write("eye.toml", "[space]\nhamiltonian = \"fisheye\"\n[integrator]\nrescale = \"1 + r^2\"\n[camera]\nposition = [-2, 0, 0]\nlook_at = [0, 0, 0]\n"
-                      "[film]\nsize = [4, 4]\n");
+    write("eye.toml",
+          "[space]\nhamiltonian = \"fisheye\"\n[integrator]\nrescale = \"1 + r^2\"\n[camera]\nposition = [-2, 0, "
+          "0]\nlook_at = [0, 0, 0]\n"
+          "[film]\nsize = [4, 4]\n");
     const Outcome rescaled = run("print eye.toml -o eye-again.toml");
     ASSERT_EQ(rescaled.status, 0) << rescaled.err;
     const Outcome loaded = run("check eye-again.toml");
@@ -91,7 +94,8 @@ TEST_F(Cli, RenderReportsAndWritesBesideTheWorkingDirectory) {
     EXPECT_EQ(ends, 16u * 8u);
     EXPECT_TRUE(report["energy_error"]["max"].is_number());
     EXPECT_EQ(report["vectorization_ratio"], 1);  // rays and ends by packets, and nothing to meet
-    const double with_listed_rays = json::parse(run("render hole.toml --json --quiet --size 16x8 -D film.spp=2").out)["vectorization_ratio"];
+    const double with_listed_rays =
+        json::parse(run("render hole.toml --json --quiet --size 16x8 -D film.spp=2").out)["vectorization_ratio"];
     EXPECT_GT(with_listed_rays, 0.9);
     EXPECT_LT(with_listed_rays, 1);
     EXPECT_EQ(json::parse(run("render hole.toml --json --quiet --strategy scalar").out)["vectorization_ratio"], 0);
@@ -131,8 +135,8 @@ TEST_F(Cli, PixelWritesItsPath) {
 }
 
 TEST_F(Cli, TraceAnswersEveryRayInOrder) {
-    // Columns in another order, as a spreadsheet on another system writes them; one ray that leaves, one that falls in, two
-    // unusable.
+    // Columns in another order, as a spreadsheet on another system writes them; one ray that leaves, one that falls in,
+    // two unusable.
     write("rays.csv", "dx,dy,dz,x,y,z\r\n0,-1,0,0,-2,0\r\n\r\n0,+1,0,0,-2,0\r\n 0, 0, 0,0,-2,0\r\nnan,0,0,0,-2,0\r\n");
     const Outcome outcome = run("trace hole.toml", "<rays.csv");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -152,8 +156,8 @@ TEST_F(Cli, TraceReportsWithoutRows) {
     const Outcome alone = run("trace hole.toml --rays rays.csv --json --repeat 3");
     ASSERT_EQ(alone.status, 0) << alone.err;
     const json report = json::parse(alone.out);
-    for (const char* key : {"rays", "threads", "strategy", "precision", "isa", "ns_per_ray", "steps_per_ray", "gradients_per_ray",
-                            "lane_occupancy", "status"})
+    for (const char* key : {"rays", "threads", "strategy", "precision", "isa", "ns_per_ray", "steps_per_ray",
+                            "gradients_per_ray", "lane_occupancy", "status"})
         EXPECT_TRUE(report.contains(key)) << key;
     EXPECT_EQ(report["rays"], 2);
     EXPECT_LE(report["ns_per_ray"]["min"], report["ns_per_ray"]["median"]);
@@ -186,7 +190,8 @@ TEST_F(Cli, RaysThatCannotStartHaveNoDirection) {
         const auto lines = lines_of(outcome.out);
         ASSERT_EQ(lines.size(), 5u);
         for (std::size_t i = 1; i < lines.size(); ++i)
-            EXPECT_NE(lines[i].find(",0,0,0,0,0,0,0,0,0,0,nan,"), std::string::npos) << lines[i];  // direction to energy_error
+            EXPECT_NE(lines[i].find(",0,0,0,0,0,0,0,0,0,0,nan,"), std::string::npos)
+                << lines[i];  // direction to energy_error
         EXPECT_NE(lines[4].find("too far out"), std::string::npos) << lines[4];
     }
 }
@@ -216,7 +221,8 @@ TEST_F(Cli, CheckReportsWhatIsWrong) {
 TEST_F(Cli, RaysThatPassTheEscapeSphereByEscape) {
     // From beyond a sphere of radius 50: one misses it, one crosses it and is delivered onto it.
     write("rays.csv", "x,y,z,dx,dy,dz\n100,60,0,-1,0,0\n100,30,0,-1,0,0\n");
-    for (const char* how : {"-D space.rg=0", "-D space.rg=0 --path", "", "--integrator gauss8 --step 0.2", "--integrator dp5 --step 0.2 --precision float"}) {
+    for (const char* how : {"-D space.rg=0", "-D space.rg=0 --path", "", "--integrator gauss8 --step 0.2",
+                            "--integrator dp5 --step 0.2 --precision float"}) {
         SCOPED_TRACE(how);
         const Outcome outcome = run(std::string("trace hole.toml --rays rays.csv ") + how);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -238,13 +244,17 @@ TEST_F(Cli, PathsEndOnceWhereAFailedRayDid) {
     ASSERT_EQ(end.rfind("0,failed,,", 0), 0u) << end;
     std::set<std::string> steps;
     const Outcome path = run(how + " --path");
-    for (const std::string& line : lines_of(path.out)) EXPECT_TRUE(steps.insert(line.substr(0, line.find(',', 2))).second) << line;
+    for (const std::string& line : lines_of(path.out))
+        EXPECT_TRUE(steps.insert(line.substr(0, line.find(',', 2))).second) << line;
     EXPECT_NE(path.out.find(end.substr(10, end.find(',', 10) - 10)), std::string::npos) << path.out;
 }
 
-// Where the space's own method serves its H rescaled alone, and λ is asked for, another one is taken; one that is stated is refused.
+// Where the space's own method serves its H rescaled alone, and λ is asked for, another one is taken; one that is
+// stated is refused.
 TEST_F(Cli, AParameterIsReachedWhereTheDefaultMethodCannot) {
-    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
+    write("air.toml",
+          "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, "
+          "1]\n[film]\nsize = [8, 8]\n");
     write("ray.csv", "x,y,z,dx,dy,dz\n0,0,0,1,0,0\n");
     const Outcome outcome = run("trace air.toml --rays ray.csv --parameter 3");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -262,13 +272,16 @@ TEST_F(Cli, AFullDiskIsAFailureWhileRunning) {
     EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
-// Two threads take minutes for these pictures; as many threads as a large machine has processors might be done before the signal comes.
+// Two threads take minutes for these pictures; as many threads as a large machine has processors might be done before
+// the signal comes.
 TEST_F(Cli, InterruptedRenderingWritesWhatIsDone) {
     // The shell waits for the scene to be loaded, however long that takes, and interrupts once.
     write("interrupt.sh",
           "\"$@\" 2>log & until grep -q loaded log; do kill -0 $! || break; sleep 0.05; done; kill -INT $!; wait $!\n");
     const Outcome outcome =
-        run("render hole.toml --size 512x512 -D integrator.step=0.0005 --threads 2 -o part.exr --json report.json --verbose", "sh interrupt.sh");
+        run("render hole.toml --size 512x512 -D integrator.step=0.0005 --threads 2 -o part.exr --json report.json "
+            "--verbose",
+            "sh interrupt.sh");
     EXPECT_EQ(outcome.status, 130) << read("log");
     EXPECT_TRUE(json::parse(read("report.json"))["interrupted"].get<bool>());
     EXPECT_EQ(files(), (std::set<std::string>{"hole.toml", "interrupt.sh", "log", "part.exr", "report.json"}));
@@ -276,7 +289,8 @@ TEST_F(Cli, InterruptedRenderingWritesWhatIsDone) {
 
 TEST_F(Cli, ATimeLimitWritesWhatIsDone) {
     const Outcome outcome =
-        run("render hole.toml --size 512x512 -D integrator.step=0.0005 --threads 2 -o part.exr --time-limit 0.5 --json report.json");
+        run("render hole.toml --size 512x512 -D integrator.step=0.0005 --threads 2 -o part.exr --time-limit 0.5 --json "
+            "report.json");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("the time is up"), std::string::npos) << outcome.err;
     const json report = json::parse(read("report.json"));
@@ -294,8 +308,9 @@ TEST_F(Cli, ASnapshotIsAPictureAndTheWorkGoesOn) {
     write("ask.sh",
           "\"$@\" 2>log & until grep -q loaded log; do kill -0 $! || break; sleep 0.05; done; kill -USR1 $!\n"
           "until test -s part.exr; do kill -0 $! || break; sleep 0.05; done; cp part.exr early.exr; wait $!\n");
-    const Outcome outcome =
-        run("render hole.toml --size 2048x2048 -D integrator.step=0.001 --threads 2 -o part.exr --time-limit 3 --verbose", "sh ask.sh");
+    const Outcome outcome = run(
+        "render hole.toml --size 2048x2048 -D integrator.step=0.001 --threads 2 -o part.exr --time-limit 3 --verbose",
+        "sh ask.sh");
     EXPECT_EQ(outcome.status, 0) << outcome.err << read("log");
     EXPECT_NE(read("log").find("a snapshot is in part.exr"), std::string::npos) << read("log");
     const auto early = OIIO::ImageInput::open((directory_ / "early.exr").string());
@@ -317,7 +332,8 @@ TEST_F(Cli, SchedulesAreNamed) {
 }
 
 TEST_F(Cli, MapsShowLayersWithAScale) {
-    ASSERT_EQ(run("render hole.toml --quiet --size 64x48 --layers color,steps,energy_error --maps -o seen.png").status, 0);
+    ASSERT_EQ(run("render hole.toml --quiet --size 64x48 --layers color,steps,energy_error --maps -o seen.png").status,
+              0);
     EXPECT_EQ(files(), (std::set<std::string>{"hole.toml", "seen.png", "seen-steps.png", "seen-energy_error.png"}));
     const Outcome none = run("render hole.toml --quiet --layers color --maps -o seen.png");
     EXPECT_EQ(none.status, 2);

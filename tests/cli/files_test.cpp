@@ -24,9 +24,10 @@ protected:
 TEST_F(Files, OutputsAreNeverInputs) {
     std::filesystem::create_hard_link(directory_ / "hole.toml", directory_ / "linked");
     for (const char* arguments :
-         {"render hole.toml -o a.exr --json hole.toml", "render hole.toml -o a.exr --json ./linked", "trace hole.toml --rays rays.csv -o hole.toml",
-          "trace hole.toml --rays rays.csv --json rays.csv", "explain hole.toml --json hole.toml", "compare hole.toml --json hole.toml",
-          "render sky.toml -o sky.png", "print sky.toml -o sky.png", "error hole.toml -o . --json hole.toml", "profile sky.toml --json sky.png",
+         {"render hole.toml -o a.exr --json hole.toml", "render hole.toml -o a.exr --json ./linked",
+          "trace hole.toml --rays rays.csv -o hole.toml", "trace hole.toml --rays rays.csv --json rays.csv",
+          "explain hole.toml --json hole.toml", "compare hole.toml --json hole.toml", "render sky.toml -o sky.png",
+          "print sky.toml -o sky.png", "error hole.toml -o . --json hole.toml", "profile sky.toml --json sky.png",
           "render hole.toml --layers color,steps --maps -o a.exr --json a-steps.png"}) {
         const auto before = files();
         const std::string scene = read("hole.toml"), rays = read("rays.csv"), sky = read("sky.png");
@@ -50,7 +51,9 @@ TEST_F(Files, AFullDiskLeavesWhatWasThere) {
         EXPECT_NE(outcome.err.find("kagero: error: "), std::string::npos) << name << '\n' << outcome.err;
         EXPECT_EQ(read(name), "what was there") << name;
         EXPECT_EQ(files(), before) << name;
-        EXPECT_EQ(run("render hole.toml --quiet -o /dev/full", "ln -sf /dev/full full." + std::string(extension) + ";").status, 2);
+        EXPECT_EQ(run("render hole.toml --quiet -o /dev/full", "ln -sf /dev/full full." + std::string(extension) + ";")
+                      .status,
+                  2);
         EXPECT_EQ(run("render hole.toml --quiet -o full." + std::string(extension)).status, 1) << name;
         std::filesystem::remove(directory_ / ("full." + std::string(extension)));
     }
@@ -87,28 +90,36 @@ TEST_F(Files, APictureDoesNotDependOnTheReport) {
     EXPECT_NE(read("a.exr").find("kagero/energy_error"), std::string::npos);
 }
 
-// Interrupts a program that has installed its signal handler and has computed for 0.3 s of processor time (30 ticks), however long that takes.
+// Interrupts a program that has installed its signal handler and has computed for 0.3 s of processor time (30 ticks),
+// however long that takes.
 constexpr const char* interrupt_at_work =
     "\"$@\" 2>log & until grep -q '^SigCgt:.*[2367abef]$' /proc/$!/status; do kill -0 $! || break; sleep 0.02; done\n"
-    "until test \"$(cut -d ' ' -f 14 /proc/$!/stat)\" -ge 30; do kill -0 $! || break; sleep 0.02; done; kill -INT $!; wait $!\n";
+    "until test \"$(cut -d ' ' -f 14 /proc/$!/stat)\" -ge 30; do kill -0 $! || break; sleep 0.02; done; kill -INT $!; "
+    "wait $!\n";
 
 TEST_F(Files, InterruptedTracingWritesWhatIsDone) {
     std::string rays = "x,y,z,dx,dy,dz\n";
     for (int i = 0; i < 20000; ++i) rays += "-20," + std::to_string(0.3 + 1e-6 * i) + ",0,1,0,0\n";
     write("many.csv", rays);
     write("interrupt.sh", interrupt_at_work);
-    const Outcome outcome = run("trace hole.toml --rays many.csv --integrator gauss8 --step 0.0002 --threads 1 -o ends.csv", "sh interrupt.sh");
+    const Outcome outcome =
+        run("trace hole.toml --rays many.csv --integrator gauss8 --step 0.0002 --threads 1 -o ends.csv",
+            "sh interrupt.sh");
     EXPECT_EQ(outcome.status, 130) << read("log");
     const auto rows = lines_of(read("ends.csv"));
     ASSERT_EQ(rows.size(), 20001u);
-    const auto untraced = std::count_if(rows.begin(), rows.end(), [](const std::string& row) { return row.ends_with("interrupted before this ray was traced"); });
+    const auto untraced = std::count_if(rows.begin(), rows.end(), [](const std::string& row) {
+        return row.ends_with("interrupted before this ray was traced");
+    });
     EXPECT_GT(untraced, 0);
 }
 
 // A tile that takes minutes is given up; what is done is the rest of the picture.
 TEST_F(Files, AnEndDoesNotWaitForATile) {
     write("interrupt.sh", interrupt_at_work);
-    const std::string endless = "render hole.toml --size 4x4 --spp 4096 --quiet --precision double --integrator gauss16 --step 1e-6 -D integrator.max_steps=4000000000 --threads 1 ";
+    const std::string endless =
+        "render hole.toml --size 4x4 --spp 4096 --quiet --precision double --integrator gauss16 --step 1e-6 -D "
+        "integrator.max_steps=4000000000 --threads 1 ";
     EXPECT_EQ(run(endless + "-o a.exr", "timeout 300 sh interrupt.sh").status, 130);
     EXPECT_TRUE(exists("a.exr"));
     EXPECT_EQ(run(endless + "-o b.exr --time-limit 0.5", "timeout 300").status, 0);
@@ -117,7 +128,9 @@ TEST_F(Files, AnEndDoesNotWaitForATile) {
 
 TEST_F(Files, AnErrorStudyWithoutAReferenceLeavesNoDirectory) {
     write("interrupt.sh", interrupt_at_work);
-    const std::string long_study = "error hole.toml --sample 512x512 -D integrator.escape_radius=1e5 -D integrator.symmetry=none -D integrator.step=1e-4 -D integrator.max_steps=4000000000 -o new/report";
+    const std::string long_study =
+        "error hole.toml --sample 512x512 -D integrator.escape_radius=1e5 -D integrator.symmetry=none -D "
+        "integrator.step=1e-4 -D integrator.max_steps=4000000000 -o new/report";
     EXPECT_EQ(run(long_study, "timeout 300 sh interrupt.sh").status, 130) << read("log");
     EXPECT_FALSE(exists("new"));
     EXPECT_EQ(run("error hole.toml --quick -D integrator.max_steps=1 -o new").status, 1);
@@ -126,7 +139,9 @@ TEST_F(Files, AnErrorStudyWithoutAReferenceLeavesNoDirectory) {
 
 TEST_F(Files, AProfileWithoutARoundLeavesNoDirectory) {
     write("interrupt.sh", interrupt_at_work);
-    const std::string endless = "profile hole.toml --size 4x4 --spp 4096 --precision double --integrator gauss16 --step 1e-6 -D integrator.max_steps=4000000000 --threads 1 ";
+    const std::string endless =
+        "profile hole.toml --size 4x4 --spp 4096 --precision double --integrator gauss16 --step 1e-6 -D "
+        "integrator.max_steps=4000000000 --threads 1 ";
     EXPECT_EQ(run(endless + "-o new", "timeout 300 sh interrupt.sh").status, 130);
     EXPECT_FALSE(exists("new"));
     EXPECT_EQ(run("profile hole.toml --size 8x8 --repeat 1 -o old").status, 0);
@@ -139,15 +154,24 @@ TEST_F(Files, RaysWithoutAPathAreTold) {
     const Outcome outcome = run("trace hole.toml --rays rays.csv --path");
     ASSERT_EQ(outcome.status, 0);
     EXPECT_EQ(outcome.out.find("\n1,"), std::string::npos);
-    EXPECT_NE(outcome.err.find("1 ray has no path: ray 1 fails where it starts: the direction has length zero"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("1 ray has no path: ray 1 fails where it starts: the direction has length zero"),
+              std::string::npos)
+        << outcome.err;
     // Within the ergosphere light can have negative energy: to an observer there it falls in, and is not followed.
-    write("kerr.toml", "space = { hamiltonian = \"kerr\", spin = 0.9 }\ncamera = { position = [1.8358, 0, 0], look_at = [1.8358, 1, 0], up = [0, 0, 1], observer = \"zamo\" }\n"
-                       "film.size = [9, 9]\n");
+    write("kerr.toml",
+          "space = { hamiltonian = \"kerr\", spin = 0.9 }\ncamera = { position = [1.8358, 0, 0], look_at = [1.8358, 1, "
+          "0], up = [0, 0, 1], observer = \"zamo\" }\n"
+          "film.size = [9, 9]\n");
     write("rays.csv", "x,y,z,dx,dy,dz\n1.8358,0,0,0,1,0\n1.8358,0,0,0,-1,0\n");
-    EXPECT_NE(run("trace kerr.toml --observer zamo --rays rays.csv --path").err.find("1 ray has no path: ray 0 is captured where it starts"), std::string::npos);
-    write("inside.toml", "space.hamiltonian = \"schwarzschild\"\ncamera = { type = \"orthographic\", position = [3, 0, 0], look_at = [3, 1, 0], up = [0, 0, 1], height = 8 }\n"
-                         "film.size = [64, 64]\n");
-    EXPECT_NE(run("render inside.toml --pixel 8,32").err.find("1 ray has no path: ray 0 fails where it starts: "), std::string::npos);
+    EXPECT_NE(run("trace kerr.toml --observer zamo --rays rays.csv --path")
+                  .err.find("1 ray has no path: ray 0 is captured where it starts"),
+              std::string::npos);
+    write("inside.toml",
+          "space.hamiltonian = \"schwarzschild\"\ncamera = { type = \"orthographic\", position = [3, 0, 0], look_at = "
+          "[3, 1, 0], up = [0, 0, 1], height = 8 }\n"
+          "film.size = [64, 64]\n");
+    EXPECT_NE(run("render inside.toml --pixel 8,32").err.find("1 ray has no path: ray 0 fails where it starts: "),
+              std::string::npos);
 }
 
 TEST_F(Files, PathsOfManyRaysAreThoseOfEach) {
@@ -195,14 +219,20 @@ TEST_F(Files, AToleranceIsKept) {
 // Rays that are cut off are told like those that fail: where it is more than a few.
 TEST_F(Files, RaysWithoutAnEndAreTold) {
     const auto told_with = [&](const char* max_steps) {
-        return run(std::string("render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 -D integrator.max_steps=") + max_steps).err;
+        return run(std::string(
+                       "render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 -D integrator.max_steps=") +
+                   max_steps)
+            .err;
     };
     EXPECT_NE(told_with("3").find("no ray ended within integrator.max_steps = 3 steps"), std::string::npos);
-    const json report = json::parse(run("render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 --quiet --json -D integrator.max_steps=20").out);
+    const json report = json::parse(run("render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 --quiet "
+                                        "--json -D integrator.max_steps=20")
+                                        .out);
     const int endless = report["status"]["step_limit"];
     ASSERT_GT(endless, 2);
     ASSERT_LT(endless, 256);
-    EXPECT_NE(told_with("20").find(std::to_string(endless) + " of 256 rays did not end"), std::string::npos) << told_with("20");
+    EXPECT_NE(told_with("20").find(std::to_string(endless) + " of 256 rays did not end"), std::string::npos)
+        << told_with("20");
     EXPECT_EQ(told_with("10000").find("max_steps"), std::string::npos);
 }
 

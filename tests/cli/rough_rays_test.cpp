@@ -1,4 +1,5 @@
-// Rays that cannot be followed fail one by one, with a reason: they never end the process, and never change their neighbours.
+// Rays that cannot be followed fail one by one, with a reason: they never end the process, and never change their
+// neighbours.
 #include "tests/support/program.h"
 
 #include <algorithm>
@@ -109,7 +110,8 @@ INSTANTIATE_TEST_SUITE_P(Spaces, RoughRays,
                          testing::Values(std::pair{"empty.toml", ""}, std::pair{"walls.toml", ""},
                                          std::pair{"walls.toml", "--strategy scalar"},
                                          std::pair{"walls.toml", "-D integrator.cull=none -D integrator.max_steps=200"},
-                                         std::pair{"walls.toml", "-D integrator.rescale=none -D integrator.max_steps=200"},
+                                         std::pair{"walls.toml",
+                                                   "-D integrator.rescale=none -D integrator.max_steps=200"},
                                          std::pair{"walls.toml", "-D space.rg=0"}));
 
 TEST_F(ProgramTest, HugeStepsEndEveryRay) {

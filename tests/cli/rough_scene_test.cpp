@@ -56,18 +56,20 @@ TEST_P(RoughScenes, EndWithStatus2AndLeaveNoFile) {
     EXPECT_EQ(outcome.status, 2) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(files(), before);
-    for (const char* part : rough.says) EXPECT_NE(outcome.err.find(part), std::string::npos) << part << "\n" << outcome.err;
+    for (const char* part : rough.says)
+        EXPECT_NE(outcome.err.find(part), std::string::npos) << part << "\n" << outcome.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Text, RoughScenes,
-    testing::Values(RoughScene{"Syntax", "fov = 90", "fov = = 90", {"scene.toml:10:"}},
-                    RoughScene{"UnknownKey", "escape_radius", "escape_radios", {"scene.toml:5:1", "\"escape_radius\"?"}},
-                    RoughScene{"WrongType", "fov = 90", "fov = \"wide\"", {"scene.toml:10:7", "camera.fov", "wide", "number"}},
-                    RoughScene{"OutOfRange", "fov = 90", "fov = 180", {"scene.toml:10:7", "180", "0 < value < 180"}},
-                    RoughScene{"NotFinite", "rg = 0.08", "rg = nan", {"scene.toml:3:6", "nan", "finite"}},
-                    RoughScene{"Negative", "rg = 0.08", "rg = -1", {"scene.toml:3:6", "-1", "0 <= value"}},
-                    RoughScene{"FilmOfNoPixels", "size = [8, 8]", "size = [8, 0]", {"scene.toml:12:", "film.size", "65536"}}),
+    testing::Values(
+        RoughScene{"Syntax", "fov = 90", "fov = = 90", {"scene.toml:10:"}},
+        RoughScene{"UnknownKey", "escape_radius", "escape_radios", {"scene.toml:5:1", "\"escape_radius\"?"}},
+        RoughScene{"WrongType", "fov = 90", "fov = \"wide\"", {"scene.toml:10:7", "camera.fov", "wide", "number"}},
+        RoughScene{"OutOfRange", "fov = 90", "fov = 180", {"scene.toml:10:7", "180", "0 < value < 180"}},
+        RoughScene{"NotFinite", "rg = 0.08", "rg = nan", {"scene.toml:3:6", "nan", "finite"}},
+        RoughScene{"Negative", "rg = 0.08", "rg = -1", {"scene.toml:3:6", "-1", "0 <= value"}},
+        RoughScene{"FilmOfNoPixels", "size = [8, 8]", "size = [8, 0]", {"scene.toml:12:", "film.size", "65536"}}),
     [](const auto& chosen) { return chosen.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
@@ -83,13 +85,14 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Cameras, RoughScenes,
-    testing::Values(RoughScene{"AtTheCentre",
-                               "position = [0.2, -0.9, 0.1]\nlook_at = [0, 0, 0]",
-                               "position = [0, 0, 0]\nlook_at = [1, 0, 0]",
-                               {"scene.toml:7:", "camera.position"}},
-                    RoughScene{"InsideTheHorizon", "[0.2, -0.9, 0.1]", "[0.0, -0.05, 0]", {"scene.toml:7:", "camera.position"}},
-                    RoughScene{"OnTheHorizon", "[0.2, -0.9, 0.1]", "[0.0, -0.08, 0]", {"scene.toml:7:", "camera.position"}},
-                    RoughScene{"InAWall", "[0.2, -0.9, 0.1]", "[0.2, -1, 0.1]", {"scene.toml:7:", "[0.2, -1, 0.1]", "surface"}}),
+    testing::Values(
+        RoughScene{"AtTheCentre",
+                   "position = [0.2, -0.9, 0.1]\nlook_at = [0, 0, 0]",
+                   "position = [0, 0, 0]\nlook_at = [1, 0, 0]",
+                   {"scene.toml:7:", "camera.position"}},
+        RoughScene{"InsideTheHorizon", "[0.2, -0.9, 0.1]", "[0.0, -0.05, 0]", {"scene.toml:7:", "camera.position"}},
+        RoughScene{"OnTheHorizon", "[0.2, -0.9, 0.1]", "[0.0, -0.08, 0]", {"scene.toml:7:", "camera.position"}},
+        RoughScene{"InAWall", "[0.2, -0.9, 0.1]", "[0.2, -1, 0.1]", {"scene.toml:7:", "[0.2, -1, 0.1]", "surface"}}),
     [](const auto& chosen) { return chosen.param.name; });
 
 class RoughOutputs : public ProgramTest {

@@ -74,9 +74,12 @@ TYPED_TEST(LanesOf, FusedOperationsFuseInPacketsExactlyIfInScalars) {
     Random random(2);
     for (int round = 0; round < rounds; ++round) {
         const V a = random_packet<V>(random, 1), b = random_packet<V>(random, 1), product = a * b;
-        expect_lanewise<V>("fms", [](const auto& x, const auto& y, const auto& z) { return fms(x, y, z); }, a, b, product);
-        expect_lanewise<V>("fma", [](const auto& x, const auto& y, const auto& z) { return fma(x, y, -z); }, a, b, product);
-        expect_lanewise<V>("fnma", [](const auto& x, const auto& y, const auto& z) { return fnma(x, y, z); }, a, b, product);
+        expect_lanewise<V>(
+            "fms", [](const auto& x, const auto& y, const auto& z) { return fms(x, y, z); }, a, b, product);
+        expect_lanewise<V>(
+            "fma", [](const auto& x, const auto& y, const auto& z) { return fma(x, y, -z); }, a, b, product);
+        expect_lanewise<V>(
+            "fnma", [](const auto& x, const auto& y, const auto& z) { return fnma(x, y, z); }, a, b, product);
     }
 }
 
@@ -85,7 +88,8 @@ TYPED_TEST(LanesOf, ReciprocalsAreGoodToFourUlp) {
     using S = ScalarOf<V>;
     Random random(3);
     for (int round = 0; round < 10 * rounds; ++round) {
-        const V x = absolute(random_packet<V>(random, std::is_same_v<S, double> ? 100 : 15)), root = rsqrt(x), one_over = recip(x);
+        const V x = absolute(random_packet<V>(random, std::is_same_v<S, double> ? 100 : 15)), root = rsqrt(x),
+                one_over = recip(x);
         for (int i = 0; i < lane_count<V>; ++i) {
             const Quad exact = get_lane(x, i), tolerance = 4 * static_cast<Quad>(machine_epsilon<S>);
             EXPECT_LE(static_cast<double>(abs(get_lane(root, i) * sqrt(exact) - 1)), static_cast<double>(tolerance));
@@ -125,7 +129,8 @@ TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
     const auto check = [](const char* name, const V& together, const V& x, const auto& exact) {
         for (int i = 0; i < lane_count<V>; ++i) {
             const double y = exact(static_cast<double>(get_lane(x, i)));
-            EXPECT_NEAR(static_cast<double>(get_lane(together, i)), y, 4 * static_cast<double>(machine_epsilon<S>) * (1 + std::abs(y)))
+            EXPECT_NEAR(static_cast<double>(get_lane(together, i)), y,
+                        4 * static_cast<double>(machine_epsilon<S>) * (1 + std::abs(y)))
                 << name << " of " << get_lane(x, i);
         }
     };
@@ -139,7 +144,8 @@ TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
         check("tan", tan(x), x, [](double a) { return std::tan(a); });
         check("tanh", tanh(x), x, [](double a) { return std::tanh(a); });
         for (const double other : {0.7, -0.7, 0.0})
-            check("atan2", atan2(x, V(S(other))), x, [other](double a) { return std::atan2(a, static_cast<double>(S(other))); });
+            check("atan2", atan2(x, V(S(other))), x,
+                  [other](double a) { return std::atan2(a, static_cast<double>(S(other))); });
     }
     for (const double other : {0.7, -0.7, 0.0, -0.0}) {
         const V angle = atan2(V(S(0)), V(S(other)));
@@ -147,7 +153,8 @@ TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
     }
 }
 
-// Over many turns and beyond where turns can be counted; in each lane what the same number gives alone, whatever stands beside it.
+// Over many turns and beyond where turns can be counted; in each lane what the same number gives alone, whatever stands
+// beside it.
 TYPED_TEST(LanesOf, CircularFunctionsOverManyTurns) {
     using V = TypeParam;
     using S = ScalarOf<V>;
@@ -178,8 +185,10 @@ TYPED_TEST(LanesOf, ComparisonsMasksAndPicks) {
     for (int round = 0; round < rounds; ++round) {
         V a, b;
         for (int i = 0; i < lane_count<V>; ++i) set_lane(a, i, S(random.below(3))), set_lane(b, i, S(random.below(3)));
-        const std::uint64_t less = to_bits(a < b), at_most = to_bits(a <= b), greater = to_bits(a > b), at_least = to_bits(a >= b);
-        const std::uint64_t both = to_bits((a <= b) & (a >= b)), either = to_bits((a < b) | (a > b)), neither = to_bits(!(a < b));
+        const std::uint64_t less = to_bits(a < b), at_most = to_bits(a <= b), greater = to_bits(a > b),
+                            at_least = to_bits(a >= b);
+        const std::uint64_t both = to_bits((a <= b) & (a >= b)), either = to_bits((a < b) | (a > b)),
+                            neither = to_bits(!(a < b));
         const V picked = select(a < b, a, b);
         for (int i = 0; i < lane_count<V>; ++i) {
             const S x = get_lane(a, i), y = get_lane(b, i);
@@ -216,7 +225,14 @@ TYPED_TEST(LanesOf, FiniteIsNeitherInfinityNorNan) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     using Limits = std::numeric_limits<S>;
-    const S values[] = {0, 1, -1, Limits::max(), -Limits::max(), Limits::denorm_min(), Limits::infinity(), -Limits::infinity(),
+    const S values[] = {0,
+                        1,
+                        -1,
+                        Limits::max(),
+                        -Limits::max(),
+                        Limits::denorm_min(),
+                        Limits::infinity(),
+                        -Limits::infinity(),
                         Limits::quiet_NaN()};
     for (const S value : values) {
         for (int lane = 0; lane < lane_count<V>; ++lane) {
@@ -235,7 +251,8 @@ TYPED_TEST(LanesOf, NanIsTreatedAlike) {
     using S = ScalarOf<V>;
     const S nan = std::numeric_limits<S>::quiet_NaN();
     const V all_nan(nan), ones(S(1));
-    EXPECT_EQ(to_bits(all_nan < ones) | to_bits(all_nan <= ones) | to_bits(all_nan > ones) | to_bits(all_nan >= ones), 0u);
+    EXPECT_EQ(to_bits(all_nan < ones) | to_bits(all_nan <= ones) | to_bits(all_nan > ones) | to_bits(all_nan >= ones),
+              0u);
     for (const auto& [a, b] : {std::pair(nan, S(1)), std::pair(S(1), nan)}) {
         const S packet_min = get_lane(min(V(a), V(b)), 0), packet_max = get_lane(max(V(a), V(b)), 0);
         EXPECT_EQ(std::isnan(packet_min), std::isnan(min(a, b)));

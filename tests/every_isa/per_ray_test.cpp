@@ -1,6 +1,6 @@
-// One ray per vector: steps with the stages of a Gauss method in the lanes are those of the scalar strategy to the last bit, for
-// the sums run in the same order; with the components of the gradient in the lanes, and forward instead of reverse, they agree to
-// rounding.
+// One ray per vector: steps with the stages of a Gauss method in the lanes are those of the scalar strategy to the last
+// bit, for the sums run in the same order; with the components of the gradient in the lanes, and forward instead of
+// reverse, they agree to rounding.
 #include "tests/support/greatest.h"
 #include "tests/kernels/steps.h"
 
@@ -26,7 +26,8 @@ double difference(const StepperState<double>& a, const StepperState<double>& b) 
         worst = greatest(worst, std::abs(x - y) / (1 + std::abs(y)));
     };
     for (int k = 0; k < 7; ++k) look(a.end.y[k], b.end.y[k]);
-    look(a.end.velocity.x, b.end.velocity.x), look(a.end.velocity.y, b.end.velocity.y), look(a.end.velocity.z, b.end.velocity.z);
+    look(a.end.velocity.x, b.end.velocity.x), look(a.end.velocity.y, b.end.velocity.y),
+        look(a.end.velocity.z, b.end.velocity.z);
     look(a.end.parameter, b.end.parameter), look(a.energy, b.energy);
     return worst;
 }
@@ -61,9 +62,10 @@ TYPED_TEST(PerRay, StagesAreScalarToTheLastBit) {
 }
 
 TYPED_TEST(PerRay, GradientsAgreeToRounding) {
-    compare_with_scalar<TypeParam, PerRayGradient>([](const auto& one, const auto& other, int steps, const Method& method) {
-        EXPECT_LE(difference(one, other), 100 * steps * stages_of(method) * machine_epsilon<double>);
-    });
+    compare_with_scalar<TypeParam, PerRayGradient>(
+        [](const auto& one, const auto& other, int steps, const Method& method) {
+            EXPECT_LE(difference(one, other), 100 * steps * stages_of(method) * machine_epsilon<double>);
+        });
 }
 
 TYPED_TEST(PerRay, WhatTheCompilerVectorizesIsScalarToTheLastBit) {
@@ -92,7 +94,8 @@ void expect_lanes_are_scalars() {
             auto alone = Steps<S>::template in<H>(method, rescaled);
             alone.begin(state_of<S>(rays[static_cast<std::size_t>(i)]), h);
             alone.advance(8);
-            for (int k = 0; k < 7; ++k) EXPECT_EQ(get_lane(together.flow.end.y[k], i), alone.flow.end.y[k]) << "lane " << i;
+            for (int k = 0; k < 7; ++k)
+                EXPECT_EQ(get_lane(together.flow.end.y[k], i), alone.flow.end.y[k]) << "lane " << i;
         }
     });
     EXPECT_GT(served, 0);

@@ -1,4 +1,5 @@
-// Rays that no method can follow, through the kernels' own entry: each ends in a status of its own and moves no other ray.
+// Rays that no method can follow, through the kernels' own entry: each ends in a status of its own and moves no other
+// ray.
 #include "tests/kernels/places.h"
 
 #include "kernels/abi.h"
@@ -48,17 +49,21 @@ struct Space {
     const Place& place = place_in(module().hamiltonians[hamiltonian].name);
     std::uint32_t max_steps = 500;
 
-    bool is(const char* hamiltonian_name) const { return std::string(module().hamiltonians[hamiltonian].name) == hamiltonian_name; }
+    bool is(const char* hamiltonian_name) const {
+        return std::string(module().hamiltonians[hamiltonian].name) == hamiltonian_name;
+    }
     std::string name() const {
         return std::string(module().hamiltonians[hamiltonian].name) + ", " + module().integrators[integrator].name +
                (rescaled ? ", rescaled" : "");
     }
     Traced trace(const KernelInfo& kernel, const std::vector<RayStart>& rays) const {
         Job job{};
-        job.hamiltonian = hamiltonian, job.integrator = integrator, job.parameters = parameters.data(), job.rescaled = rescaled;
+        job.hamiltonian = hamiltonian, job.integrator = integrator, job.parameters = parameters.data(),
+        job.rescaled = rescaled;
         job.step = step, job.max_steps = max_steps, job.escape_radius = escape_radius, job.parameter_limit = infinity;
         job.bends_within = module().bends_within(hamiltonian, parameters.data());
-        job.tolerance = 1e-6, job.hit = HitModel::hermite, job.outputs = output_energy | output_parameter, job.rays = rays.data();
+        job.tolerance = 1e-6, job.hit = HitModel::hermite, job.outputs = output_energy | output_parameter,
+        job.rays = rays.data();
         Traced run{std::vector<RayEnd>(rays.size()), {}};
         const Tile tile{0, 0, static_cast<std::uint32_t>(rays.size()), 1};
         kernel.trace(&job, &tile, run.ends.data(), &run.counters);
@@ -91,7 +96,8 @@ std::vector<Space> spaces_of(const KernelInfo& kernel) {
     return spaces;
 }
 
-/// A random selection in which each Hamiltonian and each kind of step, with and without step control, occurs at least once.
+/// A random selection in which each Hamiltonian and each kind of step, with and without step control, occurs at least
+/// once.
 std::vector<Space> sample_of(const std::vector<Space>& spaces, unsigned seed) {
     std::vector<std::size_t> order(spaces.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
@@ -109,13 +115,15 @@ std::vector<Space> sample_of(const std::vector<Space>& spaces, unsigned seed) {
     return sample;
 }
 
-/// Calls check(space, kernel) for every Hamiltonian × integrator that serves it × kernel that serves both, except that gangs take a sample.
+/// Calls check(space, kernel) for every Hamiltonian × integrator that serves it × kernel that serves both, except that
+/// gangs take a sample.
 ///
-/// The kernels are packets and scalar code in double and float, which serve all spaces, and those of other widths and one ray per vector.
-/// A gang calls the step code of packets, which its own kernel tests in full, and adds a loop over packets. That loop depends on the
-/// Hamiltonian (edges, captures, creases) and on the kind of step (rejected and unsolved steps), but not on their combination. The sample of
-/// each gang therefore contains each Hamiltonian and each kind of step; the combinations differ from gang to gang. The whole product takes
-/// minutes: KAGERO_EVERY_COMBINATION=1 in the environment, as in .ci/extra.
+/// The kernels are packets and scalar code in double and float, which serve all spaces, and those of other widths and
+/// one ray per vector. A gang calls the step code of packets, which its own kernel tests in full, and adds a loop over
+/// packets. That loop depends on the Hamiltonian (edges, captures, creases) and on the kind of step (rejected and
+/// unsolved steps), but not on their combination. The sample of each gang therefore contains each Hamiltonian and each
+/// kind of step; the combinations differ from gang to gang. The whole product takes minutes: KAGERO_EVERY_COMBINATION=1
+/// in the environment, as in .ci/extra.
 template <class Check>
 void for_everything(const Check& check) {
     const Module& m = module();
@@ -144,12 +152,13 @@ void expect_clean(const RayEnd& e) {
     const bool failed = e.status == Status::failed, has_reason = e.failure != Failure::none;
     EXPECT_EQ(failed, has_reason) << "failure " << static_cast<int>(e.failure);
     EXPECT_TRUE(finite_state(e) || e.status == Status::failed || e.status == Status::captured)
-        << "status " << static_cast<int>(e.status) << " at " << e.q[0] << ' ' << e.q[1] << ' ' << e.q[2] << ", parameter " << e.parameter
-        << " after " << e.steps << " steps";
+        << "status " << static_cast<int>(e.status) << " at " << e.q[0] << ' ' << e.q[1] << ' ' << e.q[2]
+        << ", parameter " << e.parameter << " after " << e.steps << " steps";
 }
 
 void expect_same(const RayEnd& a, const RayEnd& b) {
-    for (int k = 0; k < 3; ++k) EXPECT_TRUE(a.q[k] == b.q[k] && a.p[k] == b.p[k] && a.v[k] == b.v[k]) << "component " << k;
+    for (int k = 0; k < 3; ++k)
+        EXPECT_TRUE(a.q[k] == b.q[k] && a.p[k] == b.p[k] && a.v[k] == b.v[k]) << "component " << k;
     EXPECT_EQ(a.parameter, b.parameter);
     EXPECT_EQ(a.energy_error, b.energy_error);
     EXPECT_EQ(a.steps, b.steps);
@@ -186,9 +195,10 @@ TEST(RoughRays, EndInAStatusAndMoveNoOtherRay) {
         const auto healthy = space.fan(n);
         const Traced expected = space.trace(kernel, healthy);
         for (const RayEnd& e : expected.ends) {
-            // Eq. (9) and what is printed on top of it have no solution where the step is too long for it: a clean failure.
-            // Near the end of the mirage, where 1/n grows without bound, compositions with long negative parts may have none either.
-            // Far out in the fisheye H is hardly larger than what Verlet, or a method with a tolerance, has lost of it further in.
+            // Eq. (9) and what is printed on top of it have no solution where the step is too long for it: a clean
+            // failure. Near the end of the mirage, where 1/n grows without bound, compositions with long negative parts
+            // may have none either. Far out in the fisheye H is hardly larger than what Verlet, or a method with a
+            // tolerance, has lost of it further in.
             const IntegratorInfo& method = module().integrators[space.integrator];
             const bool rough_in_fisheye = space.is("fisheye") && (method.order == 2 || method.adaptive);
             if (method.order > 1 && !space.is("mirage") && !rough_in_fisheye) {

@@ -1,5 +1,6 @@
-// Every ray of a packet takes the steps that it takes alone, to the last bit, whatever its neighbours do. Packets have their own sines
-// and exponentials, as good as the standard library's but not the same: where H uses one, the steps agree to rounding.
+// Every ray of a packet takes the steps that it takes alone, to the last bit, whatever its neighbours do. Packets have
+// their own sines and exponentials, as good as the standard library's but not the same: where H uses one, the steps
+// agree to rounding.
 #include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
@@ -22,7 +23,8 @@ std::vector<ScalarOf<V>> outcome(const StepperState<V>& f, int lane) {
     const auto add = [&](const V& v) { values.push_back(get_lane(v, lane)); };
     for (int k = 0; k < 7; ++k) add(f.end.y[k]);
     add(f.end.velocity.x), add(f.end.velocity.y), add(f.end.velocity.z);
-    add(f.end.parameter), add(f.energy), add(f.energy_error), add(f.end.domain), add(f.end.captured), add(f.gradients), add(f.open_iterations);
+    add(f.end.parameter), add(f.energy), add(f.energy_error), add(f.end.domain), add(f.end.captured), add(f.gradients),
+        add(f.open_iterations);
     values.push_back(static_cast<ScalarOf<V>>((to_bits(f.solved) >> lane) & 1));
     return values;
 }
@@ -30,7 +32,8 @@ std::vector<ScalarOf<V>> outcome(const StepperState<V>& f, int lane) {
 template <class S>
 void expect_same(const std::vector<S>& a, const std::vector<S>& b, const std::string& what) {
     for (std::size_t i = 0; i < a.size(); ++i)
-        EXPECT_TRUE(same(a[i], b[i])) << what << ", value " << i << ": " << a[i] << " and " << b[i] << ", apart by " << a[i] - b[i];
+        EXPECT_TRUE(same(a[i], b[i])) << what << ", value " << i << ": " << a[i] << " and " << b[i] << ", apart by "
+                                      << a[i] - b[i];
 }
 
 template <class V>
@@ -73,7 +76,8 @@ void expect_lanes_are_scalars() {
             together.advance(steps), taken += steps;
             for (int i = 0; i < lane_count<V>; ++i) {
                 alone[i].advance(steps);
-                if (!is_transcendental<H>()) expect_same(outcome(together.flow, i), outcome(alone[i].flow, 0), "lane " + std::to_string(i));
+                if (!is_transcendental<H>())
+                    expect_same(outcome(together.flow, i), outcome(alone[i].flow, 0), "lane " + std::to_string(i));
                 else expect_near(together.flow, i, alone[i].flow, 100 * taken * stages_of(method) * machine_epsilon<S>);
             }
         }
@@ -134,7 +138,8 @@ TYPED_TEST(Strategies, AStepOfLengthZeroIsTheIdentity) {
             for (int k = 0; k < 7; ++k) {
                 // The exact split goes through r and n = q/r even then: to rounding.
                 const double is = get_lane(steps.flow.end.y[k], i), was = get_lane(start.y[k], i);
-                if (method.kind == Kind::exact_split) EXPECT_NEAR(is, was, 256 * machine_epsilon<double> * (1 + std::abs(was)));
+                if (method.kind == Kind::exact_split)
+                    EXPECT_NEAR(is, was, 256 * machine_epsilon<double> * (1 + std::abs(was)));
                 else EXPECT_EQ(is, was);
             }
         }

@@ -107,9 +107,11 @@ TEST_F(FilmOnDisk, ExrHoldsEveryLayerAndAttribute) {
         for (std::size_t c = 0; c < layer.channels.size(); ++c, ++channels) {
             const int where = spec.channelindex(layer.name + "." + layer.channels[c]);
             ASSERT_GE(where, 0) << layer.name << "." << layer.channels[c];
-            EXPECT_EQ(spec.channelformat(where), layer.half() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) << layer.name;
+            EXPECT_EQ(spec.channelformat(where), layer.half() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT)
+                << layer.name;
             for (std::uint32_t i = 0; i < width * height; ++i)
-                EXPECT_EQ(pixels[i * spec.nchannels + where], film.pixel(layer.name, i % width, i / width)[c]) << layer.name;
+                EXPECT_EQ(pixels[i * spec.nchannels + where], film.pixel(layer.name, i % width, i / width)[c])
+                    << layer.name;
         }
     EXPECT_EQ(spec.nchannels, channels);
 }
@@ -171,7 +173,9 @@ TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
     float stored[36];
     for (int i = 0; i < 36; ++i) stored[i] = float(i + 1);
     const auto out = OIIO::ImageOutput::create("part.exr");
-    ASSERT_TRUE(out && out->open(path("part.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) && out->close()) << out->geterror();
+    ASSERT_TRUE(out && out->open(path("part.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) &&
+                out->close())
+        << out->geterror();
     const Image image = read_image(path("part.exr"), {});
     ASSERT_EQ(image.width, 4);
     ASSERT_EQ(image.height, 3);
@@ -182,7 +186,8 @@ TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
                 EXPECT_EQ(image.rgb[std::size_t(3 * (4 * y + x) + c)], meant) << x << " " << y << " " << c;
             }
     spec.full_width = spec.full_height = (1 << 30) - 1;
-    ASSERT_TRUE(out->open(path("large.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) && out->close()) << out->geterror();
+    ASSERT_TRUE(out->open(path("large.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) && out->close())
+        << out->geterror();
     try {
         read_image(path("large.exr"), {});
         ADD_FAILURE() << "read";
@@ -252,7 +257,8 @@ TEST_F(FilmOnDisk, CheckWritableRefusesWhatCannotBeWritten) {
     EXPECT_THROW(check_writable(path("missing/a.exr"), {"color"}, 8, 6), InputError);
     fs::create_directory(path("folder.exr"));
     EXPECT_THROW(check_writable(path("folder.exr"), {"color"}, 8, 6), InputError);
-    for (const auto& [name, most] : {std::pair{"a.jpg", 65500u}, std::pair{"a.webp", 16383u}, std::pair{"a.tga", 65535u}}) {
+    for (const auto& [name, most] :
+         {std::pair{"a.jpg", 65500u}, std::pair{"a.webp", 16383u}, std::pair{"a.tga", 65535u}}) {
         EXPECT_NO_THROW(check_writable(path(name), {"color"}, 1, most)) << name;
         EXPECT_THROW(check_writable(path(name), {"color"}, most + 1, 1), InputError) << name;
     }

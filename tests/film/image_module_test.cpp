@@ -38,7 +38,8 @@ TEST_F(ImageModule, IsMissedByThoseAlone) {
     fs::create_directories(directory_ / "bin");
     fs::create_directories(directory_ / "lib/kagero");
     fs::copy(KAGERO_BINARY, directory_ / "bin");
-    for (const IsaInfo& isa : find_isas()) fs::create_symlink(isa.path, directory_ / "lib/kagero" / fs::path(isa.path).filename());
+    for (const IsaInfo& isa : find_isas())
+        fs::create_symlink(isa.path, directory_ / "lib/kagero" / fs::path(isa.path).filename());
     const std::string program = (directory_ / "bin/kagero").string();
     EXPECT_EQ(run_program(program, std::string("render ") + tiny + "a.pfm").status, 0);
     const Outcome outcome = run_program(program, std::string("render ") + tiny + "a.png");

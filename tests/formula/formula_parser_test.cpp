@@ -38,7 +38,8 @@ TEST(Formula, PrecedenceAndAssociativity) {
         {"sqrt(x*8)", 4}, {"exp(x)", std::exp(2)}, {"log(x)", std::log(2)}, {"sin(x)", std::sin(2)}, {"cos(x)", std::cos(2)},
         {"tan(x)", std::tan(2)}, {"tanh(x)", std::tanh(2)}, {"atan2(y, x)", std::atan2(3, 2)}, {"abs(pt)", 1}, {"abs(-z)", 5},
         {"min(x, y)", 2}, {"max(x, y)", 3}, {"max(min(x, y), -z)", 2}, {"sin(pi)", std::sin(3.14159265358979323846)}};
-    for (const auto& [text, expected] : table) EXPECT_NEAR(value_of(text), expected, 4e-15 * std::abs(expected)) << text;
+    for (const auto& [text, expected] : table)
+        EXPECT_NEAR(value_of(text), expected, 4e-15 * std::abs(expected)) << text;
 }
 
 struct Malformed {
@@ -72,7 +73,8 @@ const Malformed malformed[] = {
 TEST(Formula, EveryMistakeIsPlaced) {
     static_assert(std::size(malformed) >= 50);
     for (const auto& [text, position, says] : malformed) {
-        const std::string message = message_of(text), where = "scene.toml:3:5: space.H, position " + std::to_string(position) + ": ";
+        const std::string message = message_of(text),
+                          where = "scene.toml:3:5: space.H, position " + std::to_string(position) + ": ";
         EXPECT_EQ(message.rfind(where, 0), 0u) << "'" << text << "': " << message;
         EXPECT_NE(message.find(says), std::string::npos) << "'" << text << "': " << message;
         EXPECT_EQ(message.back(), '^') << message;
@@ -80,9 +82,11 @@ TEST(Formula, EveryMistakeIsPlaced) {
 }
 
 TEST(Formula, TheCaretStandsBelowTheMistake) {
-    EXPECT_NE(message_of("0.5 * foo").find("\n    0.5 * foo\n          ^"), std::string::npos) << message_of("0.5 * foo");
+    EXPECT_NE(message_of("0.5 * foo").find("\n    0.5 * foo\n          ^"), std::string::npos)
+        << message_of("0.5 * foo");
     // Characters count, not bytes; only the line with the mistake is shown, and of a long one only what is near.
-    EXPECT_NE(message_of("x +\ny * foo").find("\n    y * foo\n        ^"), std::string::npos) << message_of("x +\ny * foo");
+    EXPECT_NE(message_of("x +\ny * foo").find("\n    y * foo\n        ^"), std::string::npos)
+        << message_of("x +\ny * foo");
     const std::string far = message_of(std::string(500, ' ') + "foo");
     EXPECT_LT(far.size(), 500u);
     EXPECT_NE(far.find("position 501"), std::string::npos);
@@ -106,8 +110,10 @@ TEST(Formula, NamesAreGivenOnce) {
     FormulaScope scope = formula_scope();
     define(scope, "rg", number_node(scope, 2), {});
     EXPECT_EQ(evaluate(scope, parse_formula(scope, {"rg*x", "h", {}}), somewhere), 4);
-    for (const char* taken : {"x", "pz", "pt", "pi", "rg", "sin", "max"}) EXPECT_THROW(define(scope, taken, 0, {}), InputError) << taken;
-    for (const char* no_name : {"", "2x", "a-b", "a b", "\u00e9", "a.b"}) EXPECT_THROW(define(scope, no_name, 0, {}), InputError) << no_name;
+    for (const char* taken : {"x", "pz", "pt", "pi", "rg", "sin", "max"})
+        EXPECT_THROW(define(scope, taken, 0, {}), InputError) << taken;
+    for (const char* no_name : {"", "2x", "a-b", "a b", "\u00e9", "a.b"})
+        EXPECT_THROW(define(scope, no_name, 0, {}), InputError) << no_name;
 }
 
 }  // namespace

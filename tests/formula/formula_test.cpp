@@ -21,8 +21,8 @@ struct Pair {
     const char* escape_radius = "9";  ///< less in media that keep rays for thousands of steps
 };
 
-/// H as in the header of each Hamiltonian that can be written so: a formula knows no far side (wormhole), no surface on which steps end
-/// (luneburg) and no seed (shimmer).
+/// H as in the header of each Hamiltonian that can be written so: a formula knows no far side (wormhole), no surface on
+/// which steps end (luneburg) and no seed (shimmer).
 const Pair pairs[] = {
     {"flat", "[space]\nhamiltonian = \"flat\"\n", "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n", {-3, 0.5, 0.25}},
     {"schwarzschild", "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.5\n",
@@ -60,12 +60,13 @@ bool is_built(const std::string& name) {
 
 std::vector<RayInput> fan(const double (&origin)[3]) {
     std::vector<RayInput> rays;
-    for (int i = 0; i < 37; ++i) rays.push_back({{origin[0], origin[1], origin[2]}, {1, 0.04 * i - 0.9, 0.3 - 0.01 * i}});
+    for (int i = 0; i < 37; ++i)
+        rays.push_back({{origin[0], origin[1], origin[2]}, {1, 0.04 * i - 0.9, 0.3 - 0.01 * i}});
     return rays;
 }
 
-std::vector<RayEnd> traced(const std::string& text, const Overrides& overrides, const std::string& strategy, const std::vector<RayInput>& rays,
-                           const std::string& isa = "auto") {
+std::vector<RayEnd> traced(const std::string& text, const Overrides& overrides, const std::string& strategy,
+                           const std::vector<RayInput>& rays, const std::string& isa = "auto") {
     Options options = with_strategy(strategy);
     options.isa = isa;
     options.energy_error = true;
@@ -95,8 +96,8 @@ TEST_P(FormulaOn, HasTheRaysOfTheBuiltIn) {
     for (const Pair& pair : pairs) {
         if (!is_built(pair.name)) continue;
         for (const char* method : {"verlet", "gauss8", "gauss4", "rk4", "suzuki4-nine"}) {
-            const Overrides same{"integrator.rescale=none", std::string("integrator.method=") + method, "integrator.step=0.05",
-                                 std::string("integrator.escape_radius=") + pair.escape_radius};
+            const Overrides same{"integrator.rescale=none", std::string("integrator.method=") + method,
+                                 "integrator.step=0.05", std::string("integrator.escape_radius=") + pair.escape_radius};
             for (const char* strategy : {"packet", "scalar"}) {
                 SCOPED_TRACE(std::string(pair.name) + ", " + method + ", " + strategy);
                 const auto rays = fan(pair.origin);
@@ -109,7 +110,8 @@ TEST_P(FormulaOn, HasTheRaysOfTheBuiltIn) {
                     if (a[i].status != Status::escaped) continue;
                     if (a[i].steps > 450) continue;  // a ray that nearly stays makes much more of a rounding
                     const double tolerance = 1e-12;
-                    expect_close(a[i].q, b[i].q, tolerance), expect_close(a[i].p, b[i].p, tolerance), expect_close(a[i].v, b[i].v, tolerance);
+                    expect_close(a[i].q, b[i].q, tolerance), expect_close(a[i].p, b[i].p, tolerance),
+                        expect_close(a[i].v, b[i].v, tolerance);
                     // Straight rays are known to be straight, and take one long step.
                     const bool same_steps = pair.name == std::string("flat") || a[i].steps == b[i].steps;
                     EXPECT_TRUE(same_steps) << i;
@@ -127,65 +129,84 @@ const std::string index = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 +
 TEST_P(FormulaOn, BoundsHoldWhereExponentialsOverflow) {
     const std::vector<RayInput> rays{{{3, 0, 0}, {1, 0, 0}}};
     for (const char* strategy : {"packet", "scalar"}) {
-        const auto steps = [&](const char* bound) { return traced(index + bound, {"integrator.step=1"}, strategy, rays, GetParam())[0].steps; };
+        const auto steps = [&](const char* bound) {
+            return traced(index + bound, {"integrator.step=1"}, strategy, rays, GetParam())[0].steps;
+        };
         EXPECT_EQ(steps("length_scale = \"0.25 + 1/(1 + exp(1000*x))\"\n"), steps("length_scale = \"0.25\"\n"));
         EXPECT_EQ(steps("length_scale = \"min(0.25, 1/(y^2 + z^2))\"\n"), steps("length_scale = \"0.25\"\n"));
-        const RayEnd outside = traced(index + "domain = \"1/(1 + exp(1000*(x - 2))) - 0.5\"\n", {}, strategy, rays, GetParam())[0];
+        const RayEnd outside =
+            traced(index + "domain = \"1/(1 + exp(1000*(x - 2))) - 0.5\"\n", {}, strategy, rays, GetParam())[0];
         EXPECT_EQ(outside.status, Status::escaped);
         EXPECT_EQ(outside.steps, 0u);
         EXPECT_EQ(outside.q[0], 3);
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryIsa, FormulaOn, testing::ValuesIn(supported_isas()), [](const auto& isa) { return isa.param; });
+INSTANTIATE_TEST_SUITE_P(EveryIsa, FormulaOn, testing::ValuesIn(supported_isas()),
+                         [](const auto& isa) { return isa.param; });
 
 // Light in a spacetime is seen by the same observers, at the same frequency, whether its H is built in or written.
 TEST(FormulaSpace, SpacetimesHaveRestFrames) {
     for (const Pair& pair : pairs) {
-        if (!is_built(pair.name) || (std::string(pair.name) != "kerr" && std::string(pair.name) != "schwarzschild")) continue;
+        if (!is_built(pair.name) || (std::string(pair.name) != "kerr" && std::string(pair.name) != "schwarzschild"))
+            continue;
         for (const std::string observer : {"static", "coordinate"}) {
-            const std::string camera = "[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\nobserver = \"" + observer + "\"\n[film]\nsize = [9, 7]\n";
-            const auto written = plan_of_text(pair.formula + camera, {}), built = plan_of_text(pair.built_in + camera, {});
+            const std::string camera = "[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\nobserver = \"" +
+                                       observer + "\"\n[film]\nsize = [9, 7]\n";
+            const auto written = plan_of_text(pair.formula + camera, {}),
+                       built = plan_of_text(pair.built_in + camera, {});
             for (std::uint32_t y = 0; y < 7; ++y)
                 for (std::uint32_t x = 0; x < 9; ++x) {
-                    const CameraRay a = camera_ray(*written, x + 0.5, y + 0.5), b = camera_ray(*built, x + 0.5, y + 0.5);
+                    const CameraRay a = camera_ray(*written, x + 0.5, y + 0.5),
+                                    b = camera_ray(*built, x + 0.5, y + 0.5);
                     // A built-in's ray at rest in the slicing keeps its p_t, a formula's has that of the formula.
                     const double scale = a.start.pt / b.start.pt;
-                    for (int k = 0; k < 3; ++k) EXPECT_NEAR(a.start.p[k], scale * b.start.p[k], 1e-12) << pair.name << ' ' << observer;
+                    for (int k = 0; k < 3; ++k)
+                        EXPECT_NEAR(a.start.p[k], scale * b.start.p[k], 1e-12) << pair.name << ' ' << observer;
                     EXPECT_NEAR(a.frequency, scale * b.frequency, 1e-12);
                     RayEnd end{}, same{};
                     end.status = same.status = Status::escaped, end.pt = a.start.pt, same.pt = b.start.pt;
                     EXPECT_NEAR(redshift_of(*written, {&end, &a}), redshift_of(*built, {&same, &b}), 1e-12);
                 }
         }
-        EXPECT_NE(refusal(pair.formula, {"camera.observer=zamo"}).find("here can be: static, coordinate"), std::string::npos);
+        EXPECT_NE(refusal(pair.formula, {"camera.observer=zamo"}).find("here can be: static, coordinate"),
+                  std::string::npos);
     }
 }
 
-// A formula quadratic in p gives the camera a map from directions to momenta: it is that of the built-in, in every direction.
+// A formula quadratic in p gives the camera a map from directions to momenta: it is that of the built-in, in every
+// direction.
 TEST(FormulaSpace, CamerasOfQuadraticFormsNeedNoSolve) {
-    const std::string form = "[space]\nhamiltonian = \"formula\"\nH = \"px^2 + 0.5*(py^2 + pz^2) + 0.3*px*py + 0.2*px*x - 0.1*pz\"\nH0 = 0.5\n";
-    const std::string camera = "[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\nobserver = \"coordinate\"\n[film]\nsize = [9, 7]\n";
+    const std::string form =
+        "[space]\nhamiltonian = \"formula\"\nH = \"px^2 + 0.5*(py^2 + pz^2) + 0.3*px*py + 0.2*px*x - 0.1*pz\"\nH0 = "
+        "0.5\n";
+    const std::string camera =
+        "[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\nobserver = \"coordinate\"\n[film]\nsize = [9, 7]\n";
     const auto plan = plan_of_text(form + camera, {});
     EXPECT_FALSE(plan->view.each_direction);
     for (std::uint32_t y = 0; y < 7; ++y)
         for (std::uint32_t x = 0; x < 9; ++x) {
             const RayStart seen = pixel_ray(*plan, x, y);
             Double3 d;
-            for (std::size_t k = 0; k < 3; ++k) d[k] = plan->view.camera.corner[k] + (x + 0.5) * plan->view.camera.right[k] + (y + 0.5) * plan->view.camera.down[k];
+            for (std::size_t k = 0; k < 3; ++k)
+                d[k] = plan->view.camera.corner[k] + (x + 0.5) * plan->view.camera.right[k] +
+                       (y + 0.5) * plan->view.camera.down[k];
             const RayStart solved = plan->scene->space.start(plan->view.camera.position, d);
             expect_close(seen.p, solved.p, 1e-12);
         }
-    const auto quartic = plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + 2*py^2 + pz^2)^2 - 1\"\n" + rest, {});
+    const auto quartic =
+        plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + 2*py^2 + pz^2)^2 - 1\"\n" + rest, {});
     EXPECT_TRUE(quartic->view.each_direction);
 }
 
 TEST(FormulaSpace, IsTheSameInUnitsOfAnySize) {
     const auto end_of = [](const std::string& size) {
-        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) - 0.5*(1.5 - (x^2 + y^2)/L^2)\"\n"
-                                       "constants = {L = " + size + "}\n[integrator]\nmethod = \"srkn6\"\nstep = 0.01\nescape_radius = 3e" +
-                                       size.substr(2) + "\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\n[film]\nsize = [8, 8]\n",
-                                       {}, with_strategy("scalar"), false);
+        const auto plan = plan_of_text(
+            "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) - 0.5*(1.5 - (x^2 + y^2)/L^2)\"\n"
+            "constants = {L = " +
+                size + "}\n[integrator]\nmethod = \"srkn6\"\nstep = 0.01\nescape_radius = 3e" + size.substr(2) +
+                "\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\n[film]\nsize = [8, 8]\n",
+            {}, with_strategy("scalar"), false);
         const double unit = std::stod(size);
         plan->run.step *= unit;
         std::vector<RayEnd> ends;
@@ -205,7 +226,8 @@ TEST(FormulaSpace, RescalesAndSeparates) {
     Overrides stated = same;
     stated.push_back("integrator.rescale=\"1/n\"");
     for (const char* strategy : {"packet", "scalar"}) {
-        const auto a = traced(mirage.built_in, same, strategy, rays), b = traced(mirage.formula, stated, strategy, rays);
+        const auto a = traced(mirage.built_in, same, strategy, rays),
+                   b = traced(mirage.formula, stated, strategy, rays);
         for (std::size_t i = 0; i < a.size(); ++i) {
             ASSERT_EQ(a[i].status, b[i].status);
             expect_close(a[i].q, b[i].q, 1e-12);
@@ -216,11 +238,14 @@ TEST(FormulaSpace, RescalesAndSeparates) {
 }
 
 TEST(FormulaSpace, PacketsAndSingleRaysAgree) {
-    const std::string strange = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*u + 0.1*u^2*tanh(1 + sin(x)*exp(-y^2)) + 0.1*atan2(z, 3)*px*max(x, y)\"\nH0 = 0.5\n"
-                                "[space.let]\nu = \"px^2 + 1.5*py^2 + pz^2\"\n";
+    const std::string strange =
+        "[space]\nhamiltonian = \"formula\"\nH = \"0.5*u + 0.1*u^2*tanh(1 + sin(x)*exp(-y^2)) + 0.1*atan2(z, "
+        "3)*px*max(x, y)\"\nH0 = 0.5\n"
+        "[space.let]\nu = \"px^2 + 1.5*py^2 + pz^2\"\n";
     const auto rays = fan({-2, 0.1, 0.2});
     for (const char* method : {"verlet", "gauss8", "dp54"}) {
-        const Overrides with{std::string("integrator.method=") + method, "integrator.escape_radius=4", "integrator.step=0.05"};
+        const Overrides with{std::string("integrator.method=") + method, "integrator.escape_radius=4",
+                             "integrator.step=0.05"};
         const auto a = traced(strange, with, "packet", rays), b = traced(strange, with, "scalar", rays);
         for (std::size_t i = 0; i < a.size(); ++i) {
             ASSERT_EQ(a[i].status, b[i].status) << method << ' ' << i << ' ' << static_cast<int>(a[i].failure);
@@ -231,13 +256,22 @@ TEST(FormulaSpace, PacketsAndSingleRaysAgree) {
 }
 
 TEST(FormulaSpace, StartsAlongTheDirection) {
-    const char* const energies[] = {"0.5*(px^2 + 2*py^2 + pz^2 + px*py)", "0.25*(px^4 + py^4 + pz^4) + 0.1*px*py", "sqrt(px^2 + py^2 + 3*pz^2)",
-                                    "0.5*((px - y)^2 + (py + x)^2 + pz^2)", "exp(px^2 + py^2 + pz^2) - 1",
-                                    "px^4 + py^4 + pz^4", "1e-8*(px^6 + py^6 + pz^6)", "2 - px^4 - 2*py^4 - pz^4",
+    const char* const energies[] = {"0.5*(px^2 + 2*py^2 + pz^2 + px*py)",
+                                    "0.25*(px^4 + py^4 + pz^4) + 0.1*px*py",
+                                    "sqrt(px^2 + py^2 + 3*pz^2)",
+                                    "0.5*((px - y)^2 + (py + x)^2 + pz^2)",
+                                    "exp(px^2 + py^2 + pz^2) - 1",
+                                    "px^4 + py^4 + pz^4",
+                                    "1e-8*(px^6 + py^6 + pz^6)",
+                                    "2 - px^4 - 2*py^4 - pz^4",
                                     "(px - 1000)^4 + (py + 500)^4 + (pz - 3000)^4"};
     for (const std::string energy : energies) {
-        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = 0.5\nH = \"" + energy + "\"\n" + rest, {}, {}, false);
-        const std::vector<RayInput> rays{{{0.3, 0.2, 0.1}, {1, 2, 3}}, {{0.3, 0.2, 0.1}, {-2, 0.1, 0.4}}, {{0, 0, 0}, {0.1, -1, 0.2}}, {{0, 0, 0}, {0, 1, 1e-3}}};
+        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = 0.5\nH = \"" + energy + "\"\n" + rest,
+                                       {}, {}, false);
+        const std::vector<RayInput> rays{{{0.3, 0.2, 0.1}, {1, 2, 3}},
+                                         {{0.3, 0.2, 0.1}, {-2, 0.1, 0.4}},
+                                         {{0, 0, 0}, {0.1, -1, 0.2}},
+                                         {{0, 0, 0}, {0, 1, 1e-3}}};
         std::vector<RayEnd> ends;
         const auto starts = start_rays(*plan, rays);
         const auto points = trace_paths(*plan, starts, ends);
@@ -250,9 +284,11 @@ TEST(FormulaSpace, StartsAlongTheDirection) {
         }
         for (const RayStart& start : starts) EXPECT_EQ(start.failure, Failure::none) << energy;
     }
-    const auto none = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = -1\nH = \"px^2 + py^2 + pz^2\"\n" + rest, {}, {}, false);
+    const auto none =
+        plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = -1\nH = \"px^2 + py^2 + pz^2\"\n" + rest, {}, {}, false);
     EXPECT_EQ(start_rays(*none, {{{0, 0, 0}, {1, 0, 0}}})[0].failure, Failure::no_momentum);
-    const auto singular = plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + py^2 + pz^2)/x - 1\"\n" + rest, {}, {}, false);
+    const auto singular =
+        plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + py^2 + pz^2)/x - 1\"\n" + rest, {}, {}, false);
     EXPECT_EQ(start_rays(*singular, {{{0, 0, 0}, {1, 0, 0}}})[0].failure, Failure::singular_start);
 }
 
@@ -262,32 +298,37 @@ TEST(FormulaSpace, EndsWhereTheSceneSays) {
     EXPECT_EQ(edge.status, Status::escaped);
     EXPECT_NEAR(edge.q[0], 2, 1e-12);
     EXPECT_EQ(traced(index + "capture = \"2 - x\"\n", {}, "packet", rays)[0].status, Status::captured);
-    const auto free = traced(index, {"integrator.step=1"}, "packet", rays)[0], bound = traced(index + "length_scale = \"0.25\"\n", {"integrator.step=1"}, "packet", rays)[0];
+    const auto free = traced(index, {"integrator.step=1"}, "packet", rays)[0],
+               bound = traced(index + "length_scale = \"0.25\"\n", {"integrator.step=1"}, "packet", rays)[0];
     EXPECT_EQ(bound.steps, 4 * free.steps);
 }
 
 TEST(FormulaSpace, PartsAreCheckedAndUsed) {
     const std::string parts = index + "parts = [\"0.5*(px^2 + py^2)\", \"0.5*(pz^2 - 1)\"]\n";
     EXPECT_EQ(refusal(parts, {"integrator.method=satoh4"}), "");
-    EXPECT_EQ(traced(parts, {"integrator.method=satoh4"}, "packet", {{{0, 0, 0}, {1, 1, 0}}})[0].status, Status::escaped);
+    EXPECT_EQ(traced(parts, {"integrator.method=satoh4"}, "packet", {{{0, 0, 0}, {1, 1, 0}}})[0].status,
+              Status::escaped);
     // Parts leave the rest of the scene's formulas alone.
     const std::string scale = "length_scale = \"0.05 + 0.01*abs(z)\"\ndomain = \"8 - abs(x)\"\n";
     const auto rays = fan({-3, 0.5, 0.25});
-    const auto with = traced(parts + scale, {"integrator.step=1"}, "packet", rays), without = traced(index + scale, {"integrator.step=1"}, "packet", rays);
+    const auto with = traced(parts + scale, {"integrator.step=1"}, "packet", rays),
+               without = traced(index + scale, {"integrator.step=1"}, "packet", rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         EXPECT_EQ(with[i].steps, without[i].steps);
         EXPECT_EQ(with[i].q[0], without[i].q[0]);
     }
     EXPECT_NE(refusal(index, {"integrator.method=satoh4"}).find("states no parts"), std::string::npos);
-    EXPECT_NE(refusal(index + "parts = [\"0.5*(px^2 + py^2)\", \"0.5*pz^2\"]\n").find("do not sum to space.H"), std::string::npos);
+    EXPECT_NE(refusal(index + "parts = [\"0.5*(px^2 + py^2)\", \"0.5*pz^2\"]\n").find("do not sum to space.H"),
+              std::string::npos);
     EXPECT_NE(refusal(index + "parts = [\"0.5*px^2\"]\n").find("two formulas"), std::string::npos);
 }
 
-// A value from the command line takes the place of the one before: helpers use those above them, and names that paints have elsewhere are
-// names like others.
+// A value from the command line takes the place of the one before: helpers use those above them, and names that paints
+// have elsewhere are names like others.
 TEST(FormulaSpace, OverridesLeaveTheRest) {
-    const std::string text = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - color*texture/(1 + r4))\"\n"
-                             "[space.constants]\ncolor = 2\ntexture = 3\n[space.let]\nr2 = \"x^2 + y^2 + z^2\"\nr4 = \"r2^2\"\n";
+    const std::string text =
+        "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - color*texture/(1 + r4))\"\n"
+        "[space.constants]\ncolor = 2\ntexture = 3\n[space.let]\nr2 = \"x^2 + y^2 + z^2\"\nr4 = \"r2^2\"\n";
     const auto plan = plan_of_text(text + rest, {"space.let.r2=x^2+y^2", "space.constants.color=5"});
     const FormulaDescription& formula = *plan->description().space.formula;
     EXPECT_EQ(formula.helpers[0], (std::pair<std::string, std::string>{"r2", "x^2+y^2"}));
@@ -311,7 +352,8 @@ TEST(FormulaSpace, RefusesWhatItCannotUse) {
         {index + "[integrator]\nrescale = \"px\"\n", "it may depend on x y z and r alone"},
         {index + "[integrator]\nrescale = \"q\"\n", "integrator.rescale, position 1: unknown name q"},
     };
-    for (const auto& [text, says] : table) EXPECT_NE(refusal(text).find(says), std::string::npos) << text << refusal(text);
+    for (const auto& [text, says] : table)
+        EXPECT_NE(refusal(text).find(says), std::string::npos) << text << refusal(text);
 }
 
 TEST(FormulaSpace, TooLargeOnesAreRefusedAtOnce) {
@@ -322,12 +364,15 @@ TEST(FormulaSpace, TooLargeOnesAreRefusedAtOnce) {
     EXPECT_NE(refusal(large.str()).find("too large"), std::string::npos) << refusal(large.str());
 }
 
-// As trees these formulas have 2^60 leaves. A shared helper is read, and printed, once; otherwise this test would not end.
+// As trees these formulas have 2^60 leaves. A shared helper is read, and printed, once; otherwise this test would not
+// end.
 TEST(FormulaSpace, HelpersOfHelpersAreReadOnce) {
     for (const char* helper : {" + ", "*"}) {
         std::ostringstream deep;
-        deep << "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) + 1e-30*a60\"\n[integrator]\nrescale = \"z\"\n[space.let]\na0 = \"x + 1/z\"\n";
-        for (int i = 1; i <= 60; ++i) deep << 'a' << i << " = \"(a" << i - 1 << " + x)" << helper << 'a' << i - 1 << "\"\n";
+        deep << "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) + "
+                "1e-30*a60\"\n[integrator]\nrescale = \"z\"\n[space.let]\na0 = \"x + 1/z\"\n";
+        for (int i = 1; i <= 60; ++i)
+            deep << 'a' << i << " = \"(a" << i - 1 << " + x)" << helper << 'a' << i - 1 << "\"\n";
         refusal(deep.str());  // no ray starts, because the numbers are too large; the message does not matter here
     }
 }

@@ -2,8 +2,8 @@
 //
 //     scene_fuzz [--seconds N] [--seed N] FILE|DIRECTORY ...
 //
-// An input that the target takes joins the corpus. One on which it crashes, or takes ten seconds of processor time (which does not depend on
-// what else the machine does), is written to fuzz-NAME.input here.
+// An input that the target takes joins the corpus. One on which it crashes, or takes ten seconds of processor time
+// (which does not depend on what else the machine does), is written to fuzz-NAME.input here.
 #include "target.h"
 
 #include <sys/time.h>
@@ -58,7 +58,8 @@ std::pair<std::size_t, std::size_t> part(Random& random, const std::string& text
     return {from, below(random, 1 + (random() % 4 == 0 ? room : std::min<std::size_t>(room, 12)))};
 }
 
-void change(Random& random, std::string& text, const std::vector<std::string>& corpus, const std::vector<std::string>& words) {
+void change(Random& random, std::string& text, const std::vector<std::string>& corpus,
+            const std::vector<std::string>& words) {
     const auto [from, count] = part(random, text);
     switch (random() % 7) {
         case 0: text.erase(from, count); break;

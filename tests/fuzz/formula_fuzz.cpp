@@ -9,7 +9,8 @@
 #include <string>
 
 const char* const fuzz_words =
-    "x y z px py pz pt pi sqrt( exp( log( sin( cos( tan( tanh( abs( atan2( min( max( ) ( , + - * / ^ ^2 ^0.5 ^-1 ^(1/3) 1e308 1e-308 0 "
+    "x y z px py pz pt pi sqrt( exp( log( sin( cos( tan( tanh( abs( atan2( min( max( ) ( , + - * / ^ ^2 ^0.5 ^-1 "
+    "^(1/3) 1e308 1e-308 0 "
     "0.5 .5 1e 1e+ (px^2+py^2+pz^2) (x*x+y*y+z*z) -- ** x^x^x ((((";
 
 namespace {

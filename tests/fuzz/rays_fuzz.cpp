@@ -5,7 +5,8 @@
 
 #include <sstream>
 
-const char* const fuzz_words = "x y z dx dy dz x,y,z,dx,dy,dz , \" \"\" ; 1e308 -1e-320 nan inf -inf 0x1p3 1e 1e+ . - + \\r\\n # \xef\xbb\xbf";
+const char* const fuzz_words =
+    "x y z dx dy dz x,y,z,dx,dy,dz , \" \"\" ; 1e308 -1e-320 nan inf -inf 0x1p3 1e 1e+ . - + \\r\\n # \xef\xbb\xbf";
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     std::istringstream in(std::string(reinterpret_cast<const char*>(data), size));

@@ -1,5 +1,5 @@
-// The reader of scenes: any text gives a scene, which is itself again when printed and read, or an InputError. Files that a scene names
-// are not opened.
+// The reader of scenes: any text gives a scene, which is itself again when printed and read, or an InputError. Files
+// that a scene names are not opened.
 #include "error.h"
 #include "plan/scene.h"
 #include "scene/load.h"
@@ -9,12 +9,18 @@
 #include <string>
 
 const char* const fuzz_words =
-    "[space] [integrator] [camera] [film] [sky] [sky.far] [[object]] [object.faces] [space.constants] [space.let] = [ ] { } , # \" ''' "
-    "hamiltonian rg center spin mass throat seed method step tolerance solver_tolerance max_steps escape_radius hit cull rescale refill "
-    "lanes max_pixel_error type position look_at up fov height observer size spp layers color texture checker pole name shape origin "
-    "edge_u edge_v min max faces px nx py ny pz nz center radius normal inner outer temperature file translate rotate scale shading "
-    "formula schwarzschild kerr wormhole mirage shimmer fisheye luneburg fiber layer flat gauss8 verlet dp54 satoh4 perspective static "
-    "orthographic equirectangular rectangle box room sphere mesh disk true false nan inf -inf 1e400 -0.0 0x10 1_000 1979-05-27 x y z";
+    "[space] [integrator] [camera] [film] [sky] [sky.far] [[object]] [object.faces] [space.constants] [space.let] = [ "
+    "] { } , # \" ''' "
+    "hamiltonian rg center spin mass throat seed method step tolerance solver_tolerance max_steps escape_radius hit "
+    "cull rescale refill "
+    "lanes max_pixel_error type position look_at up fov height observer size spp layers color texture checker pole "
+    "name shape origin "
+    "edge_u edge_v min max faces px nx py ny pz nz center radius normal inner outer temperature file translate rotate "
+    "scale shading "
+    "formula schwarzschild kerr wormhole mirage shimmer fisheye luneburg fiber layer flat gauss8 verlet dp54 satoh4 "
+    "perspective static "
+    "orthographic equirectangular rectangle box room sphere mesh disk true false nan inf -inf 1e400 -0.0 0x10 1_000 "
+    "1979-05-27 x y z";
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace kagero;

@@ -23,17 +23,24 @@ std::string clutter() {
         for (const double number : list) text += (text.empty() ? "[" : ", ") + std::to_string(number);
         return text + "]";
     };
-    std::string text = "space = { hamiltonian = \"schwarzschild\", rg = 0.2 }\ncamera = { position = [0.4, -1.7, 0.3], look_at = [0, 0, 0], up = [0, 0, 1], fov = 100 }\n"
-                       "integrator.escape_radius = 12\n";
+    std::string text =
+        "space = { hamiltonian = \"schwarzschild\", rg = 0.2 }\ncamera = { position = [0.4, -1.7, 0.3], look_at = [0, "
+        "0, 0], up = [0, 0, 1], fov = 100 }\n"
+        "integrator.escape_radius = 12\n";
     for (int i = 0; i < 60; ++i) {
         const double x = place(random), y = place(random), z = place(random);
         if (std::hypot(x, y, z) < 0.8 || std::hypot(x - 0.4, y + 1.7, z - 0.3) < 0.6) continue;
         text += "[[object]]\n";
-        if (i % 3 == 0) text += "shape = \"sphere\"\ncenter = " + numbers({x, y, z}) + "\nradius = " + std::to_string(size(random)) + "\n";
-        if (i % 3 == 1) text += "shape = \"box\"\nmin = " + numbers({x, y, z}) + "\nmax = " + numbers({x + size(random), y + size(random), z + size(random)}) + "\n";
+        if (i % 3 == 0)
+            text += "shape = \"sphere\"\ncenter = " + numbers({x, y, z}) +
+                    "\nradius = " + std::to_string(size(random)) + "\n";
+        if (i % 3 == 1)
+            text += "shape = \"box\"\nmin = " + numbers({x, y, z}) +
+                    "\nmax = " + numbers({x + size(random), y + size(random), z + size(random)}) + "\n";
         if (i % 3 == 2)
-            text += "shape = \"rectangle\"\norigin = " + numbers({x, y, z}) + "\nedge_u = " + numbers({size(random), share(random), 0.3}) + "\nedge_v = " +
-                    numbers({-0.4, size(random), share(random)}) + "\n";
+            text += "shape = \"rectangle\"\norigin = " + numbers({x, y, z}) +
+                    "\nedge_u = " + numbers({size(random), share(random), 0.3}) +
+                    "\nedge_v = " + numbers({-0.4, size(random), share(random)}) + "\n";
     }
     return text;
 }
@@ -46,7 +53,9 @@ const Scene scenes[] = {{"clutter", clutter()},
 class Culling : public testing::TestWithParam<Scene> {};
 
 TEST_P(Culling, ChangesNoPixel) {
-    const Overrides methods[] = {{}, {"integrator.method=gauss8", "integrator.step=0.7"}, {"integrator.method=verlet", "integrator.step=0.1"}};
+    const Overrides methods[] = {{},
+                                 {"integrator.method=gauss8", "integrator.step=0.7"},
+                                 {"integrator.method=verlet", "integrator.step=0.1"}};
     for (const Overrides& method : methods)
         for (const char* precision : {"double", "float"}) {
             Options options = with_strategy("packet");
@@ -55,7 +64,8 @@ TEST_P(Culling, ChangesNoPixel) {
             std::vector<Film> films;
             for (const bool culls : {true, false}) {
                 Overrides all = method;
-                all.insert(all.end(), {"film.size=[96,72]", "film.layers=[\"color\",\"status\",\"object\",\"steps\"]", culls ? "integrator.cull=auto" : "integrator.cull=none"});
+                all.insert(all.end(), {"film.size=[96,72]", "film.layers=[\"color\",\"status\",\"object\",\"steps\"]",
+                                       culls ? "integrator.cull=auto" : "integrator.cull=none"});
                 const auto plan = plan_of_text(GetParam().text, all, options);
                 films.emplace_back(96, 72, plan->description().film.layers);
                 queries[!culls] = render(*plan, films.back()).counters.queries;
@@ -63,7 +73,8 @@ TEST_P(Culling, ChangesNoPixel) {
             for (const char* layer : {"color", "status", "object", "steps"})
                 for (std::uint32_t y = 0; y < 72; ++y)
                     for (std::uint32_t x = 0; x < 96; ++x)
-                        ASSERT_EQ(*films[0].pixel(layer, x, y), *films[1].pixel(layer, x, y)) << layer << " " << x << "," << y << " in " << precision;
+                        ASSERT_EQ(*films[0].pixel(layer, x, y), *films[1].pixel(layer, x, y))
+                            << layer << " " << x << "," << y << " in " << precision;
             EXPECT_LT(queries[0], 0.7 * double(queries[1])) << precision;
         }
 }

@@ -60,7 +60,8 @@ TEST_F(SceneSurfaces, CheckerCountsSquaresAlongTheEdges) {
         for (int j = 0; j < 2; ++j) {
             const float expected = (i + j) % 2 == 0 ? 1.0f : 0.25f;
             for (const std::uint32_t triangle : {0u, 1u}) {  // barycentric coordinates reach beyond a triangle
-                const Float3 color = loaded.paints.surface_color(0, triangle, {-1 + (i + 0.5) / 2, 0, (j + 0.5) / 2}, {0, 1, 0});
+                const Float3 color =
+                    loaded.paints.surface_color(0, triangle, {-1 + (i + 0.5) / 2, 0, (j + 0.5) / 2}, {0, 1, 0});
                 EXPECT_EQ(color, (Float3{expected, expected, expected})) << i << ' ' << j;
             }
         }
@@ -109,7 +110,8 @@ TEST_F(SceneSurfaces, SkyHasItsZeroMeridianInTheMiddleAndEastToTheLeft) {
 
     const auto middle = sky_coordinates({1, 0, 0}, Double3{0, 0, 1});
     EXPECT_EQ(middle, (std::array<double, 2>{0.5, 0.5}));
-    for (const Double3& pole : {Double3{0, 0, 2}, Double3{0, 3, 0}, Double3{1, 0, 0}, Double3{-1, 0, 0}, Double3{1, 2, 3}}) {
+    for (const Double3& pole :
+         {Double3{0, 0, 2}, Double3{0, 3, 0}, Double3{1, 0, 0}, Double3{-1, 0, 0}, Double3{1, 2, 3}}) {
         EXPECT_NEAR(sky_coordinates(unit(pole), pole)[1], 1, 1e-7);
         const Double3 side = unit(cross(pole, {0.3, -0.5, 0.7}));
         EXPECT_NEAR(sky_coordinates(side, pole)[1], 0.5, 1e-15);
@@ -122,16 +124,18 @@ TEST_F(SceneSurfaces, SpheresCarryAMapOfTheWorld) {
                                              "texture = \"four.ppm\"\nshading = \"lambert\"\n"));
     const double s = std::sqrt(2.0);
     const float light = static_cast<float>(1 / s);
-    EXPECT_TRUE(
-        close(loaded.paints.surface_color(0, 0, {1, 2 - s, 3 + s}, {0, 1, 0}), {light, 0, 0}));  // west, seen from outside: left
+    EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 - s, 3 + s}, {0, 1, 0}),
+                      {light, 0, 0}));  // west, seen from outside: left
     EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 + s, 3 + s}, {0, -1, 0}), {0, light, 0}));
     const double high = std::sqrt(4 - 0.04 * 0.04);
-    EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 - 0.04, 3 + high}, {0, 0, -1}), {static_cast<float>(high / 2), 0, 0}));  // no south in the north
+    EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 - 0.04, 3 + high}, {0, 0, -1}),
+                      {static_cast<float>(high / 2), 0, 0}));  // no south in the north
 }
 
 TEST_F(SceneSurfaces, PowersOfTwoScaleTheSceneToOrderOne) {
-    const SceneGeometry geometry(load(head + "space.center = [100, 0, 0]\n[[object]]\nshape = \"sphere\"\ncenter = [100, 0, 0]\n"
-                                             "radius = 300\n"));
+    const SceneGeometry geometry(
+        load(head + "space.center = [100, 0, 0]\n[[object]]\nshape = \"sphere\"\ncenter = [100, 0, 0]\n"
+                    "radius = 300\n"));
     const Geometry* view = geometry.kernel_view();
     ASSERT_NE(view, nullptr);
     EXPECT_EQ(view->scale, 1.0 / 512);
@@ -140,7 +144,8 @@ TEST_F(SceneSurfaces, PowersOfTwoScaleTheSceneToOrderOne) {
 }
 
 TEST_F(SceneSurfaces, RefusesObjectsThatFloatCannotTell) {
-    EXPECT_THROW(SceneGeometry(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 1e-20\n")), InputError);
+    EXPECT_THROW(SceneGeometry(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 1e-20\n")),
+                 InputError);
 }
 
 ClearBox<double> box_at(const ClearanceGrid& grid, const Double3& q) {
@@ -154,7 +159,8 @@ std::array<double, 2> distances_to(const ClearBox<double>& box, const Double3& c
     const double lower[3] = {box.lower.x, box.lower.y, box.lower.z}, upper[3] = {box.upper.x, box.upper.y, box.upper.z};
     double nearest2 = 0, farthest2 = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-        const double aside = std::max({lower[k] - c[k], c[k] - upper[k], 0.0}), far = std::max(c[k] - lower[k], upper[k] - c[k]);
+        const double aside = std::max({lower[k] - c[k], c[k] - upper[k], 0.0}),
+                     far = std::max(c[k] - lower[k], upper[k] - c[k]);
         nearest2 += aside * aside, farthest2 += far * far;
     }
     return {std::sqrt(nearest2), std::sqrt(farthest2)};
@@ -168,8 +174,11 @@ bool holds_cube(const ClearBox<double>& box, const Double3& q, double half) {
 /// No box has a surface in it, and most have nearly all the room around a place that there is.
 TEST_F(SceneSurfaces, SaysWhatIsTooSmallBesideTheOthers) {
     const auto remarks_with = [&](const char* distance) -> std::vector<std::string> {
-        return SceneGeometry(load(head + "[[object]]\nname = \"sun\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 100\n"
-                                   "[[object]]\nname = \"planet\"\nshape = \"sphere\"\ncenter = [" + std::string(distance) + ", 0, 0]\nradius = 1\n")).remarks();
+        return SceneGeometry(load(head +
+                                  "[[object]]\nname = \"sun\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 100\n"
+                                  "[[object]]\nname = \"planet\"\nshape = \"sphere\"\ncenter = [" +
+                                  std::string(distance) + ", 0, 0]\nradius = 1\n"))
+            .remarks();
     };
     EXPECT_TRUE(remarks_with("10000").empty());
     const auto remarks = remarks_with("1000000");
@@ -192,8 +201,10 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
         const ClearBox<double> box = box_at(grid, q);
         if (!holds_cube(box, q, 0)) continue;  // around a surface there may be none
         const bool in_room = std::abs(q[0]) < 1 && std::abs(q[1]) < 1 && std::abs(q[2]) < 1;
-        const bool stays_in_room = box.lower.x > -1 && box.lower.y > -1 && box.lower.z > -1 && box.upper.x < 1 && box.upper.y < 1 && box.upper.z < 1;
-        const bool stays_out = box.lower.x > 1 || box.lower.y > 1 || box.lower.z > 1 || box.upper.x < -1 || box.upper.y < -1 || box.upper.z < -1;
+        const bool stays_in_room = box.lower.x > -1 && box.lower.y > -1 && box.lower.z > -1 && box.upper.x < 1 &&
+                                   box.upper.y < 1 && box.upper.z < 1;
+        const bool stays_out = box.lower.x > 1 || box.lower.y > 1 || box.lower.z > 1 || box.upper.x < -1 ||
+                               box.upper.y < -1 || box.upper.z < -1;
         ASSERT_TRUE(in_room ? stays_in_room : stays_out) << q[0] << ' ' << q[1] << ' ' << q[2];
         const auto [nearest, farthest] = distances_to(box, {0.2, 0.3, 0});
         ASSERT_TRUE(nearest > 0.2 || farthest < 0.2) << q[0] << ' ' << q[1] << ' ' << q[2];
@@ -201,12 +212,14 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
     int close_to_walls = 0;
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{coordinate(random) / 1.5, coordinate(random) / 1.5, coordinate(random) / 1.5};
-        const double ball = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2), distance = std::min(ball, distance_to_box_shell(q, 1));
+        const double ball = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2),
+                     distance = std::min(ball, distance_to_box_shell(q, 1));
         const ClearBox<double> box = box_at(grid, q);
         const double cube = distance / std::sqrt(3.0) - 1.5 * grid.cell[0];
         ASSERT_TRUE(cube <= 0 || holds_cube(box, q, cube)) << q[0] << ' ' << q[1] << ' ' << q[2];
         // Of a plane along the axes a box is told exactly how near it may come.
-        if (ball > 0.3) close_to_walls += box.upper.x > 0.99 || box.lower.x < -0.99 || box.upper.y > 0.99 || box.lower.y < -0.99;
+        if (ball > 0.3)
+            close_to_walls += box.upper.x > 0.99 || box.lower.x < -0.99 || box.upper.y > 0.99 || box.lower.y < -0.99;
     }
     EXPECT_GT(close_to_walls, 5000);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -215,11 +228,14 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
     }
 }
 
-/// Between a wide floor and a wide ceiling a box reaches from one to the other, and as far aside as nothing stands there.
+/// Between a wide floor and a wide ceiling a box reaches from one to the other, and as far aside as nothing stands
+/// there.
 TEST_F(SceneSurfaces, ClearBoxesOfAFlatSceneAreWide) {
-    const SceneGeometry geometry(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, -1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
-                                             "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, 1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
-                                             "[[object]]\nshape = \"sphere\"\ncenter = [10, 5, 0]\nradius = 0.5\n"));
+    const SceneGeometry geometry(
+        load(head +
+             "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, -1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
+             "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, 1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
+             "[[object]]\nshape = \"sphere\"\ncenter = [10, 5, 0]\nradius = 0.5\n"));
     const ClearanceGrid& grid = *geometry.kernel_view()->clearance;
     EXPECT_EQ(grid.cell[0], grid.cell[1]);
     EXPECT_NEAR(grid.cell[0] / grid.cell[2], 25, 1e-9);
@@ -233,7 +249,8 @@ TEST_F(SceneSurfaces, ClearBoxesOfAFlatSceneAreWide) {
         if (!holds_cube(box, q, 0)) continue;
         ASSERT_TRUE(box.lower.z > -1 && box.upper.z < 1);
         ASSERT_GT(distances_to(box, {10, 5, 0})[0], 0.5);
-        wide += box.lower.z < -0.99 && box.upper.z > 0.99 && std::min(box.upper.x - box.lower.x, box.upper.y - box.lower.y) > 20;
+        wide += box.lower.z < -0.99 && box.upper.z > 0.99 &&
+                std::min(box.upper.x - box.lower.x, box.upper.y - box.lower.y) > 20;
     }
     EXPECT_GT(wide, 19000);
 }
@@ -248,7 +265,8 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoTriangleOfARandomMesh) {
         for (int k = 0; k < 3; ++k) text += ' ' + std::to_string(coordinate(random));
         text += '\n';
     }
-    for (int i = 1; i <= 88; i += 3) text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
+    for (int i = 1; i <= 88; i += 3)
+        text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
     write("mesh.obj", text);
     const SceneGeometry geometry(load(head + "[[object]]\nshape = \"mesh\"\nfile = \"mesh.obj\"\n"));
     const Geometry& view = *geometry.kernel_view();
@@ -307,7 +325,8 @@ TEST_F(SceneSurfaces, ClearanceAgreesWithBruteForceOnARandomMesh) {
                 }
             }
         }
-        EXPECT_LE(nearest, sampled + 4e-6);  // samples lie on the surface, at most an edge's fortieth from the nearest point
+        EXPECT_LE(nearest,
+                  sampled + 4e-6);  // samples lie on the surface, at most an edge's fortieth from the nearest point
         EXPECT_GE(nearest, sampled - 3.5 / 40);
     }
 }

@@ -83,11 +83,15 @@ TEST_F(LoadMesh, RefusesBrokenFiles) {
         {"index.ply", ply(4, 2, square + "3 0 1 2\n3 0 2 9\n"), "face 1 names vertex 9, but there are only 4"},
         {"negative.ply", ply(4, 1, square + "3 0 1 -1\n"), "face 0 names vertex 4294967295"},
         {"short.ply", ply(4, 2, square + "3 0 1 2\n"), "short.ply:14: PLY: the header declares 2 elements \"face\""},
-        {"large.ply", capital(ply(4, 2, square + "3 0 1 2\n")), "large.ply:14: PLY: the header declares 2 elements \"face\""},
-        {"count.ply", with_second(ply(4, 1, square + "-1\n")), "count.ply:15: PLY: a list of a \"face\" with more entries"},
+        {"large.ply", capital(ply(4, 2, square + "3 0 1 2\n")),
+         "large.ply:14: PLY: the header declares 2 elements \"face\""},
+        {"count.ply", with_second(ply(4, 1, square + "-1\n")),
+         "count.ply:15: PLY: a list of a \"face\" with more entries"},
         {"long.ply", ply(4, 1, square + "3 0 1 2\n3 0 2 3\n"), "long.ply:15: PLY: the file goes on after"},
-        {"vertices.ply", ply(9, 1, square + "3 0 1 2\n"), "vertices.ply:14: PLY: expected 3 numbers of a \"vertex\", got 4"},
-        {"cut.ply", ply(4, 1, "0 0 0\n1 0 0\n1 1 0\n0 1"), "cut.ply:13: PLY: expected 3 numbers of a \"vertex\", got 2"},
+        {"vertices.ply", ply(9, 1, square + "3 0 1 2\n"),
+         "vertices.ply:14: PLY: expected 3 numbers of a \"vertex\", got 4"},
+        {"cut.ply", ply(4, 1, "0 0 0\n1 0 0\n1 1 0\n0 1"),
+         "cut.ply:13: PLY: expected 3 numbers of a \"vertex\", got 2"},
         {"head.ply", "ply\nformat ascii 1.0\n", "the file ends inside the header"},
         {"empty.ply", "", "empty.ply\": cannot be read"},
         {"flat.ply", ply(4, 1, square + "3 0 0 1\n"), "has no triangle with an area"},
@@ -96,13 +100,16 @@ TEST_F(LoadMesh, RefusesBrokenFiles) {
         {"index.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n", "index out of range"},
         {"points.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\n", "has no triangle with an area"},
         {"polygon.obj", polygon(30001), "face 0 has 30001 vertices: legal are at most 30000"},
-        {"middle.ply", "ply\nformat middle_endian 1.0\nend_header\n", "middle.ply:2: PLY: format middle_endian is not known"},
+        {"middle.ply", "ply\nformat middle_endian 1.0\nend_header\n",
+         "middle.ply:2: PLY: format middle_endian is not known"},
         {"junk.glb", "hello", "junk.glb: glTF: parse error at line 1, column 1"},
         {"none.gltf", R"({"asset": {"version": "1.0"}})", "cannot be read: it holds no scene"},
         {"list.gltf", "[]", "list.gltf: glTF: "},
         {"two.gltf", gltf(R"({"children": [2]}, {"children": [2]}, {})"), "node 2 is a child of two nodes"},
         {"cycle.gltf", gltf(R"({"children": [1]}, {"children": [0]})"), "within itself"},
-        {"named.gltf", R"({"asset": {"version": "1.0"}, "nodes": {"a": {"children": ["b"]}, "b": {"children": ["a"]}}})", "node a lies"},
+        {"named.gltf",
+         R"({"asset": {"version": "1.0"}, "nodes": {"a": {"children": ["b"]}, "b": {"children": ["a"]}}})",
+         "node a lies"},
         {"chain.gltf", chain(30000), "lies more than 1000 nodes deep"},
         {"deep.gltf", std::string(1000000, '['), "brackets nested deeper than 1000"},
     };
@@ -143,7 +150,8 @@ TEST_F(LoadMesh, RemarksOnCoordinatesThatSinglePrecisionDoesNotHold) {
 }
 
 TEST_F(LoadMesh, RemarksOnPartsWithoutTextureCoordinates) {
-    const std::string parts = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\ng a\nf 1/1 2/2 3/3\ng b\nf 1 3 4\n";
+    const std::string parts =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\ng a\nf 1/1 2/2 3/3\ng b\nf 1 3 4\n";
     mesh("plain.obj", parts);
     EXPECT_TRUE(remarks_.empty());
     object_.paint.kind = Paint::Kind::checker;
@@ -167,14 +175,17 @@ TEST_F(LoadMesh, TriangulatesAndPlaces) {
 // Normals are turned and mirrored with a node, whatever its size.
 TEST_F(LoadMesh, NormalsKeepTheirDirectionInNodesOfAnySize) {
     const float third = 1 / 3.0f;
-    const float numbers[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, third, 2 * third, 2 * third, third, 2 * third, 2 * third, third, 2 * third, 2 * third};
+    const float numbers[18] = {0,     0,         0,         1,     0,         0,         0,     1,         0,
+                               third, 2 * third, 2 * third, third, 2 * third, 2 * third, third, 2 * third, 2 * third};
     write("three.bin", std::string(reinterpret_cast<const char*>(numbers), sizeof numbers));
     for (const double size : {1.0, 1e-13, 1e-15, 1e13})
         for (const int side : {1, -1}) {
             std::ostringstream scale;
             scale << '[' << size << ", " << 2 * size << ", " << side * size << ']';
-            const TriangleMesh scaled = mesh("three.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-                "nodes": [{"mesh": 0, "scale": )" + scale.str() + R"(}],
+            const TriangleMesh scaled =
+                mesh("three.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+                "nodes": [{"mesh": 0, "scale": )" +
+                                       scale.str() + R"(}],
                 "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}}]}],
                 "buffers": [{"uri": "three.bin", "byteLength": 72}],
                 "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 36}],
@@ -182,7 +193,8 @@ TEST_F(LoadMesh, NormalsKeepTheirDirectionInNodesOfAnySize) {
                               {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"}]})");
             ASSERT_EQ(scaled.normals.size(), 9u);
             const double expected[3] = {1, 1, 2.0 * side};  // (1, 2, 2)/3 over the scale
-            for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(scaled.normals[k], expected[k % 3] / std::sqrt(6.0), 1e-6) << scale.str() << k;
+            for (std::size_t k = 0; k < 9; ++k)
+                EXPECT_NEAR(scaled.normals[k], expected[k % 3] / std::sqrt(6.0), 1e-6) << scale.str() << k;
         }
 }
 

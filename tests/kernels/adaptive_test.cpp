@@ -79,7 +79,8 @@ TYPED_TEST(Adaptive, ErrorFollowsTheTolerance) {
             // Local errors add up, and the flow stretches them a little.
             EXPECT_LE(error, 10 * steps * tolerance + 1e4 * machine_epsilon<double>) << "tolerance " << tolerance;
             // Far below the tolerance, where an estimate is of a lower order than the step, errors come as they may.
-            EXPECT_LE(error, std::max(before, 0.01 * tolerance) + 1e4 * machine_epsilon<double>) << "tolerance " << tolerance;
+            EXPECT_LE(error, std::max(before, 0.01 * tolerance) + 1e4 * machine_epsilon<double>)
+                << "tolerance " << tolerance;
             EXPECT_GE(steps, steps_before) << "tolerance " << tolerance;
             before = error, steps_before = steps;
         }

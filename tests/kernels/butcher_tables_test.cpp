@@ -1,5 +1,5 @@
-// The tables of explicit Runge–Kutta methods satisfy the order conditions of every rooted tree up to their order, and not all of the next:
-// Σ_i b_i Φ_i(t) = 1/γ(t) (Hairer, Nørsett & Wanner 1993, §II.2).
+// The tables of explicit Runge–Kutta methods satisfy the order conditions of every rooted tree up to their order, and
+// not all of the next: Σ_i b_i Φ_i(t) = 1/γ(t) (Hairer, Nørsett & Wanner 1993, §II.2).
 #include "kernels/methods/methods.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
-// One step of eq. (9) against closed forms: its implicit half is a quadratic equation for eq. (16) and for eq. (17). Where that has no
-// real root, or only one beyond a fold, which no ray that starts with τ = 0 can reach, the step must say that it is unsolved.
+// One step of eq. (9) against closed forms: its implicit half is a quadratic equation for eq. (16) and for eq. (17).
+// Where that has no real root, or only one beyond a fold, which no ray that starts with τ = 0 can reach, the step must
+// say that it is unsolved.
 #include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
@@ -9,7 +10,8 @@
 namespace kagero::test {
 namespace {
 
-/// The solution, and how far it is from a fold: the smallest factor of the Jacobian's determinant, at most zero where there is none.
+/// The solution, and how far it is from a fold: the smallest factor of the Jacobian's determinant, at most zero where
+/// there is none.
 struct Solution {
     double y[6];
     double margin;
@@ -59,14 +61,17 @@ void expect_closed_form(double longest) {
         steps.begin(state_of<V>(ray), V(tau));
         steps.step();
         const bool solved = to_bits(steps.flow.solved) & 1;
-        // Near a fold rounding decides, and iterations may leave the basin of a root: to give up is allowed there, a wrong root nowhere.
+        // Near a fold rounding decides, and iterations may leave the basin of a root: to give up is allowed there, a
+        // wrong root nowhere.
         constexpr double at_a_fold = 1e-6, near_a_fold = 0.5;
         if (expected.margin > at_a_fold) {
             EXPECT_TRUE(solved || expected.margin < near_a_fold) << "margin " << expected.margin;
             if (!solved) continue;
             for (int k = 0; k < 6; ++k) {
-                const double size = (1 + std::abs(expected.y[k])) * (1 + std::abs(tau)) / (expected.margin * expected.margin);
-                EXPECT_NEAR(get_lane(steps.flow.end.y[k], 0), expected.y[k], 100 * machine_epsilon<double> * size) << "component " << k;
+                const double size =
+                    (1 + std::abs(expected.y[k])) * (1 + std::abs(tau)) / (expected.margin * expected.margin);
+                EXPECT_NEAR(get_lane(steps.flow.end.y[k], 0), expected.y[k], 100 * machine_epsilon<double> * size)
+                    << "component " << k;
             }
             ++with;
         } else if (expected.margin < -at_a_fold) {

@@ -1,4 +1,5 @@
-// The tracing loop with events of this test's own, against parabolas: in `gradient` a ray is q0 + p0 τ − z g τ²/4 exactly.
+// The tracing loop with events of this test's own, against parabolas: in `gradient` a ray is q0 + p0 τ − z g τ²/4
+// exactly.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/trace/packets.h"
@@ -14,7 +15,8 @@
 namespace kagero::test {
 namespace {
 
-constexpr double far_plane = 2.5, near_plane = 2.0, mirror_plane = -1.5, gradient_g = 0.1, infinity = std::numeric_limits<double>::infinity();
+constexpr double far_plane = 2.5, near_plane = 2.0, mirror_plane = -1.5, gradient_g = 0.1,
+                 infinity = std::numeric_limits<double>::infinity();
 bool near_plane_exists, mirror_exists;
 
 /// Rays end at x = 2.5.
@@ -63,8 +65,10 @@ template <class V>
 std::vector<RayEnd> traced(const std::vector<RayStart>& rays, const char* method, double step, double parameter_limit) {
     const double parameters[] = {1.0, gradient_g};
     Job job{};
-    job.hamiltonian = index_of<hamiltonians::Gradient>(), job.integrator = integrator_named(method), job.parameters = parameters;
-    job.step = step, job.tolerance = 1e-12, job.max_steps = 10000, job.escape_radius = 20, job.parameter_limit = parameter_limit;
+    job.hamiltonian = index_of<hamiltonians::Gradient>(), job.integrator = integrator_named(method),
+    job.parameters = parameters;
+    job.step = step, job.tolerance = 1e-12, job.max_steps = 10000, job.escape_radius = 20,
+    job.parameter_limit = parameter_limit;
     job.hit = HitModel::hermite, job.use_symmetry = true, job.refill = true, job.rays = rays.data();
     job.outputs = output_energy | output_parameter;
     std::vector<RayEnd> ends(rays.size());
@@ -140,7 +144,8 @@ TEST_P(Planes, RaysGoOnFromAMirror) {
         const std::vector<RayEnd> ends = traced<PacketDouble>(rays, GetParam(), step, length);
         int ended = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            const double to_mirror = (mirror_plane - rays[i].q[0]) / rays[i].p[0], to_plane = to_mirror + (far_plane - mirror_plane) / -rays[i].p[0];
+            const double to_mirror = (mirror_plane - rays[i].q[0]) / rays[i].p[0],
+                         to_plane = to_mirror + (far_plane - mirror_plane) / -rays[i].p[0];
             ended += to_plane < length;
             ASSERT_EQ(ends[i].status, to_plane < length ? Status::escaped : Status::step_limit) << i;
             expect_on_parabola(rays[i], ends[i], std::min(to_plane, length), to_mirror < length);
@@ -160,7 +165,10 @@ TEST_P(Planes, DoNotDependOnTheRaysOfThePacket) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const RayEnd alone = traced<PacketDouble>({rays[i]}, GetParam(), 0.3, 6)[0];
         EXPECT_EQ(alone.status, packets[i].status) << i;
-        EXPECT_EQ(std::memcmp(alone.q, packets[i].q, sizeof alone.q) | std::memcmp(alone.p, packets[i].p, sizeof alone.p), 0) << i;
+        EXPECT_EQ(std::memcmp(alone.q, packets[i].q, sizeof alone.q) |
+                      std::memcmp(alone.p, packets[i].p, sizeof alone.p),
+                  0)
+            << i;
         EXPECT_EQ(alone.steps, packets[i].steps) << i;
         EXPECT_EQ(alone.gradients, packets[i].gradients) << i;
         statuses.insert(alone.status);

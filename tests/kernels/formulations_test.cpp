@@ -1,5 +1,6 @@
-// Three formulations of one ray, each from the same H by automatic differentiation: Hamilton's equations (Satoh 2003, eq. 7), the
-// geodesic equation with Christoffel symbols (eq. 6), and the ray equation of a refracting medium (eq. 5): they accelerate a ray alike.
+// Three formulations of one ray, each from the same H by automatic differentiation: Hamilton's equations (Satoh 2003,
+// eq. 7), the geodesic equation with Christoffel symbols (eq. 6), and the ray equation of a refracting medium (eq. 5):
+// they accelerate a ray alike.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/observers/observers.h"
@@ -85,7 +86,8 @@ std::array<double, 3> by_christoffel(const RayStart& ray) {
         for (int d = 0; d < 4; ++d)
             for (int b = 0; b < 4; ++b)
                 for (int c = 0; c < 4; ++c)
-                    acceleration[a] -= 0.5 * up[a][d] * (slope[b][d][c] + slope[c][d][b] - slope[d][b][c]) * v[b] * v[c];
+                    acceleration[a] -=
+                        0.5 * up[a][d] * (slope[b][d][c] + slope[c][d][b] - slope[d][b][c]) * v[b] * v[c];
     return acceleration;
 }
 

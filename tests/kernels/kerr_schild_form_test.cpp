@@ -12,7 +12,8 @@ TEST(KerrSchildForm, IsThePrintedEquation) {
     Random random(11);
     for (int i = 0; i < 1000; ++i) {
         const double rg = random(0, 2), pt = random(-2, 2);
-        const double q[3] = {random(-5, 5), random(-5, 5), random(-5, 5)}, p[3] = {random(-2, 2), random(-2, 2), random(-2, 2)};
+        const double q[3] = {random(-5, 5), random(-5, 5), random(-5, 5)},
+                     p[3] = {random(-2, 2), random(-2, 2), random(-2, 2)};
         const Vec3<double> position{q[0], q[1], q[2]}, momentum{p[0], p[1], p[2]};
         const double h = hamiltonians::Schwarzschild::energy<double>({rg}, position, momentum, pt);
         // Some twenty roundings of terms of this size.

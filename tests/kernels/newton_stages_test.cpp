@@ -1,5 +1,5 @@
-// Steps that fixed-point iteration cannot take: Newton's method solves the same equations, on the branch that grows out of the
-// start.
+// Steps that fixed-point iteration cannot take: Newton's method solves the same equations, on the branch that grows out
+// of the start.
 #include "tests/kernels/steps.h"
 
 #include "kernels/hamiltonians/fiber.h"
@@ -14,8 +14,8 @@ namespace {
 using hamiltonians::Fiber;
 using hamiltonians::Fisheye;
 
-/// The diagonal Padé approximant of exp(z), by which collocation at Gauss's points takes a linear oscillator (Hairer & Wanner
-/// 1996, §IV.3).
+/// The diagonal Padé approximant of exp(z), by which collocation at Gauss's points takes a linear oscillator (Hairer &
+/// Wanner 1996, §IV.3).
 std::complex<double> pade(int s, std::complex<double> z) {
     std::complex<double> above = 1, below = 1, power = 1;
     double c = 1;

@@ -1,4 +1,5 @@
-// The error of every method falls with the power of the step that its table states, for position, momentum, H and parameter alike.
+// The error of every method falls with the power of the step that its table states, for position, momentum, H and
+// parameter alike.
 #include "tests/kernels/steps.h"
 
 #include <algorithm>
@@ -24,7 +25,8 @@ constexpr double path_angle = 1.2;
 
 /// Nothing where a step had no solution: it was too long.
 template <class H, class V>
-std::optional<End> follow(const Method& method, bool rescaled, const RayStart& ray, int steps, Quad length = path_length<H>) {
+std::optional<End> follow(const Method& method, bool rescaled, const RayStart& ray, int steps,
+                          Quad length = path_length<H>) {
     auto run = Steps<V>::template in<H>(method, rescaled);
     run.begin(state_of<V>(ray), V(V(length) / V(steps)));
     for (int i = 0; i < steps; ++i) {
@@ -55,7 +57,9 @@ struct Reference {
     End by_gauss16, by_gauss12;
     Errors uncertainty = difference(by_gauss16, by_gauss12);
     /// For a method that is not the one measured.
-    const End& for_method(const Method& m) const { return std::string(m.info.name) == "gauss16" ? by_gauss12 : by_gauss16; }
+    const End& for_method(const Method& m) const {
+        return std::string(m.info.name) == "gauss16" ? by_gauss12 : by_gauss16;
+    }
 };
 template <class H>
 const Reference& reference(bool rescaled, int ray) {
@@ -90,7 +94,8 @@ double slope(const std::vector<Point>& points) {
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-/// Errors summed over rays, so that an accidental zero of one ray's error does not bend the line; nothing where a step is too long.
+/// Errors summed over rays, so that an accidental zero of one ray's error does not bend the line; nothing where a step
+/// is too long.
 template <class H, class V>
 std::optional<Errors> errors(const Method& method, bool rescaled, int steps) {
     Errors sum{};
@@ -100,23 +105,25 @@ std::optional<Errors> errors(const Method& method, bool rescaled, int steps) {
         const auto end = follow<H, V>(method, rescaled, start, steps, angular ? path_angle : path_length<H>);
         if (!end) return {};
         // Who steps in angles, on H = H0 alone, is compared with another method where the parameter is the same.
-        const Errors e = difference(*end, angular ? *follow<H, Quad>(method_named("gauss16"), rescaled, start, 32, end->parameter)
-                                                  : reference<H>(rescaled, ray).for_method(method));
+        const Errors e =
+            difference(*end, angular ? *follow<H, Quad>(method_named("gauss16"), rescaled, start, 32, end->parameter)
+                                     : reference<H>(rescaled, ray).for_method(method));
         for (int i = 0; i < quantities; ++i) sum[i] += e[i];
     }
     return sum;
 }
 
-/// Errors that may be rounding: those of the coefficients, of which Blanes & Moan's are published to 15 digits, do the same in every
-/// step; others come and go in every stage.
+/// Errors that may be rounding: those of the coefficients, of which Blanes & Moan's are published to 15 digits, do the
+/// same in every step; others come and go in every stage.
 template <class V>
 double rounding_floor(const Method& method, int steps) {
     const double walk = std::sqrt(steps * stages_of(method));
     return std::max(10 * coefficient_epsilon<V>(method), 30 * walk * static_cast<double>(machine_epsilon<V>));
 }
 
-/// Whether the method has no error but rounding in a quantity: all on straight rays; from order 2 on parabolas, whose momentum changes
-/// evenly; and the quadratic H of a linear motion by collocation, which keeps quadratic invariants (Hairer, Lubich & Wanner 2006, §IV.2).
+/// Whether the method has no error but rounding in a quantity: all on straight rays; from order 2 on parabolas, whose
+/// momentum changes evenly; and the quadratic H of a linear motion by collocation, which keeps quadratic invariants
+/// (Hairer, Lubich & Wanner 2006, §IV.2).
 bool is_exact(const Method& method, int order, Motion motion, int quantity) {
     switch (motion) {
         case Motion::straight: return true;
@@ -148,16 +155,20 @@ std::array<std::vector<Point>, quantities> measure(const Method& method, bool re
     return points;
 }
 
-/// Fits the finest steps and the whole range, since two powers of opposite sign bend the line: one of them must show the order, in each
-/// quantity, and some quantity no higher order. Symmetric methods have even order, so that to within one settles it; explicit formulas
-/// of high order are chosen for a small leading error, so that the next power of the step is seen as well.
+/// Fits the finest steps and the whole range, since two powers of opposite sign bend the line: one of them must show
+/// the order, in each quantity, and some quantity no higher order. Symmetric methods have even order, so that to within
+/// one settles it; explicit formulas of high order are chosen for a small leading error, so that the next power of the
+/// step is seen as well.
 template <class H, class V>
 void expect_stated_order(const Method& method, bool rescaled) {
     const bool symmetric = symmetric_on<H>(method);
     const std::size_t fitted = symmetric || std::is_same_v<V, Quad> ? 3 : 5;
     // Explicit formulas of order 8 reach the reference's own error after three or four step sizes: their fit is rough.
     const bool short_range = !symmetric && order_on<H>(method) >= 8;
-    const double below = short_range ? 1.5 : symmetric ? (order_on<H>(method) >= 12 ? 1.5 : 1) : 0.5, above = symmetric ? 1 : 1.25;
+    const double below = short_range ? 1.5
+                         : symmetric ? (order_on<H>(method) >= 12 ? 1.5 : 1)
+                                     : 0.5,
+                 above = symmetric ? 1 : 1.25;
     static const Motion motion = motion_in<H>();
     const int order = order_on<H>(method);
     const auto points = measure<H, V>(method, rescaled);
@@ -166,14 +177,16 @@ void expect_stated_order(const Method& method, bool rescaled) {
     for (int i = 0; i < quantities; ++i) {
         if (i == parameter && !rescaled) continue;  // it is the integration parameter itself
         std::string shown = quantity_names[i];
-        for (const Point& p : points[i]) shown += ", " + std::to_string(p.steps) + ": " + std::to_string(std::log10(p.error));
+        for (const Point& p : points[i])
+            shown += ", " + std::to_string(p.steps) + ": " + std::to_string(std::log10(p.error));
         SCOPED_TRACE(shown);  // log10 of the errors
         if (is_exact(method, order, motion, i)) {
             for (const Point& p : points[i])
                 EXPECT_LE(p.error, 30 * coefficient_epsilon<V>(method) * p.steps * stages_of(method)) << "not exact";
             continue;
         }
-        // In a Luneburg lens rays are harmonic for less than a quarter of a turn: the highest orders make no error to fit.
+        // In a Luneburg lens rays are harmonic for less than a quarter of a turn: the highest orders make no error to
+        // fit.
         const bool too_exact = motion == Motion::linear && order >= 6;
         if ((short_range || too_exact) && points[i].size() < fitted) continue;
         ASSERT_GE(points[i].size(), fitted);
@@ -185,7 +198,9 @@ void expect_stated_order(const Method& method, bool rescaled) {
 }
 
 /// Methods that reach double's rounding after two or three step sizes.
-bool needs_quad(const Method& method) { return method.info.order >= 8 || (method.info.angular && method.info.order >= 6); }
+bool needs_quad(const Method& method) {
+    return method.info.order >= 8 || (method.info.angular && method.info.order >= 6);
+}
 
 TYPED_TEST(Orders, InQuadruplePrecision) {
     for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
@@ -199,7 +214,8 @@ TYPED_TEST(Orders, InDouble) {
     });
 }
 
-// Float leaves too few steps between those too coarse and rounding to fit a line; it must take double's steps to its own rounding.
+// Float leaves too few steps between those too coarse and rounding to fit a line; it must take double's steps to its
+// own rounding.
 TYPED_TEST(Orders, InFloatAreThoseOfDouble) {
     for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
         if (method.info.order > 4) return;
@@ -210,7 +226,8 @@ TYPED_TEST(Orders, InFloatAreThoseOfDouble) {
             const auto in_double = follow<TypeParam, double>(method, rescaled, bent_ray<TypeParam>(ray), steps, length);
             ASSERT_TRUE(in_float && in_double);
             const Errors e = difference(*in_float, *in_double);
-            for (int i = 0; i < quantities; ++i) EXPECT_LE(e[i], rounding_floor<float>(method, steps)) << quantity_names[i];
+            for (int i = 0; i < quantities; ++i)
+                EXPECT_LE(e[i], rounding_floor<float>(method, steps)) << quantity_names[i];
         }
     });
 }

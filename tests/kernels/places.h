@@ -1,4 +1,5 @@
-/// Where tests of a space start rays: its own scale, away from its edges and kinks. A space without a row is one some scene lengths wide.
+/// Where tests of a space start rays: its own scale, away from its edges and kinks. A space without a row is one some
+/// scene lengths wide.
 #pragma once
 
 #include <string_view>

@@ -31,7 +31,8 @@ TEST(Quad, SquareRootsAreExactToTheLastDigits) {
     }
 }
 
-// A step in quadruple precision is the step in double without its rounding errors: a few for every operation of the longest method.
+// A step in quadruple precision is the step in double without its rounding errors: a few for every operation of the
+// longest method.
 TYPED_TEST(QuadSpaces, StepsAreThoseOfDoubleWithoutItsRounding) {
     using H = TypeParam;
     for_all_methods<H>([](const Method& method, bool rescaled) {

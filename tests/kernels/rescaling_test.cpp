@@ -38,7 +38,8 @@ TYPED_TEST(Rescaling, ReachesTheSamePlacesAtTheParameterItReports) {
                 plain.advance(4 * n);
                 for (int k = 0; k < 6; ++k) {
                     const double y = plain.flow.end.y[k];
-                    EXPECT_NEAR(transformed.flow.end.y[k], y, 30 * 5 * n * machine_epsilon<double> * (1 + std::abs(y))) << k;
+                    EXPECT_NEAR(transformed.flow.end.y[k], y, 30 * 5 * n * machine_epsilon<double> * (1 + std::abs(y)))
+                        << k;
                 }
             }
         }

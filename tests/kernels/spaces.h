@@ -100,15 +100,16 @@ std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
         if constexpr (Bounded<H>)
             if (!(H::domain(make_parameters<H>(k.data()), at) > 0)) continue;
         if constexpr (Capturing<H>)
-            if (!(H::captured(make_parameters<H>(k.data()), at, {ray.p[0], ray.p[1], ray.p[2]}, along, ray.pt) > 0)) continue;
+            if (!(H::captured(make_parameters<H>(k.data()), at, {ray.p[0], ray.p[1], ray.p[2]}, along, ray.pt) > 0))
+                continue;
         rays.push_back(ray);
     }
     EXPECT_EQ(rays.size(), n) << "too few places from which " << H::name << " starts a ray";
     return rays;
 }
 
-/// Rays that bend much, and are neither captured nor out of the medium on the path. Exact in float, so that every number type starts
-/// on the same ray; H = H0 to the rounding of float only, unless `on_level`.
+/// Rays that bend much, and are neither captured nor out of the medium on the path. Exact in float, so that every
+/// number type starts on the same ray; H = H0 to the rounding of float only, unless `on_level`.
 template <class H>
 RayStart bent_ray(int which = 0, bool on_level = false) {
     constexpr double d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};

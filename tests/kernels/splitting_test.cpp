@@ -18,9 +18,11 @@ TYPED_TEST(Splitting, PartsSumToTheHamiltonian) {
         Random random(41);
         const auto k = make_parameters<H>(default_parameters<H>().data());
         for (const RayStart& ray : random_rays<H>(200, 42)) {
-            const Vec3<double> q{ray.q[0], ray.q[1], ray.q[2]}, p = random(0.5, 2) * Vec3<double>{ray.p[0], ray.p[1], ray.p[2]};
+            const Vec3<double> q{ray.q[0], ray.q[1], ray.q[2]},
+                p = random(0.5, 2) * Vec3<double>{ray.p[0], ray.p[1], ray.p[2]};
             const double pt = ray.pt * random(0.5, 2), a = H::part_a(k, q, p, pt), b = H::part_b(k, q, p, pt);
-            EXPECT_NEAR(a + b, H::energy(k, q, p, pt), 30 * machine_epsilon<double> * (dot(p, p) + pt * pt + std::abs(a) + std::abs(b)));
+            EXPECT_NEAR(a + b, H::energy(k, q, p, pt),
+                        30 * machine_epsilon<double> * (dot(p, p) + pt * pt + std::abs(a) + std::abs(b)));
         }
     }
 }
@@ -72,8 +74,10 @@ TYPED_TEST(Splitting, FlowInClosedFormIsTheFlow) {
                 const State<Quad> coarse = by_steps(system, start, t, 8), fine = by_steps(system, start, t, 16);
                 const Quad end[6] = {q.x, q.y, q.z, p.x, p.y, p.z};
                 for (int i = 0; i < 6; ++i) {
-                    const Quad tolerance = abs(fine.y[i] - coarse.y[i]) + 1000 * machine_epsilon<Quad> * (1 + abs(fine.y[i]));
-                    EXPECT_LE(static_cast<double>(abs(end[i] - fine.y[i]) / tolerance), 1) << "component " << i << " at t = " << t;
+                    const Quad tolerance =
+                        abs(fine.y[i] - coarse.y[i]) + 1000 * machine_epsilon<Quad> * (1 + abs(fine.y[i]));
+                    EXPECT_LE(static_cast<double>(abs(end[i] - fine.y[i]) / tolerance), 1)
+                        << "component " << i << " at t = " << t;
                 }
                 ++compared;
             }

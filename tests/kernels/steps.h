@@ -44,7 +44,9 @@ inline const Method& method_named(const std::string& name) {
 /// Substeps of a method, each with its roundings.
 inline int stages_of(const Method& m) {
     const Coefficients& c = m.coefficients;
-    return c.table ? c.table->stages : c.gauss ? c.gauss->stages : static_cast<int>(c.fractions.size()) * (m.kind == Kind::recipe ? 3 : 1);
+    return c.table   ? c.table->stages
+           : c.gauss ? c.gauss->stages
+                     : static_cast<int>(c.fractions.size()) * (m.kind == Kind::recipe ? 3 : 1);
 }
 inline bool collocates(const Method& m) { return m.coefficients.gauss != nullptr; }
 
@@ -55,14 +57,15 @@ double coefficient_epsilon(const Method& m) {
     return collocates(m) ? epsilon : std::max(epsilon, machine_epsilon<double>);
 }
 
-/// Whether the same fractions come back in reverse to the last bit: a splitting written for χ and χ* is rounded on the way.
+/// Whether the same fractions come back in reverse to the last bit: a splitting written for χ and χ* is rounded on the
+/// way.
 inline bool mirrored(const Method& m) {
     const Fractions f = m.coefficients.fractions;
     return std::equal(f.begin(), f.end(), f.rbegin());
 }
 
-/// The printed recipe takes each part of H by eq. (9). Where the parts are ½|p|² and V(q), as Nyström methods want them, that is exact,
-/// and the recipe what its name says: symmetric, of the order of its fractions.
+/// The printed recipe takes each part of H by eq. (9). Where the parts are ½|p|² and V(q), as Nyström methods want
+/// them, that is exact, and the recipe what its name says: symmetric, of the order of its fractions.
 template <class H>
 bool recipe_is_exact_split(const Method& m) {
     if (m.kind != Kind::recipe) return false;
@@ -83,8 +86,9 @@ template <class H>
 bool is_transcendental() {
     static Tape tape;
     static const Recording<H> recorded(tape);
-    return std::any_of(tape.nodes, tape.nodes + tape.size,
-                       [](const Node& n) { return !n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::tanh); });
+    return std::any_of(tape.nodes, tape.nodes + tape.size, [](const Node& n) {
+        return !n.uniform && (n.op == Op::exp || n.op == Op::log || n.op == Op::tanh);
+    });
 }
 
 template <class V>
@@ -124,7 +128,8 @@ public:
     static constexpr ScalarOf<V> any_error = ScalarOf<V>(1e30f);
 
 private:
-    Steps(const Method& method, const SpaceKernel<V>& kernel, const double* parameters) : method_(method), kernel_(kernel) {
+    Steps(const Method& method, const SpaceKernel<V>& kernel, const double* parameters)
+        : method_(method), kernel_(kernel) {
         kernel_.construct(system_, parameters);
         flow.options.tolerance = any_error;
     }
@@ -137,7 +142,8 @@ private:
 /// How the right-hand sides of Hamilton's equations depend on the state.
 enum class Motion { straight, uniform, linear, general };
 
-/// Found by trying: derivatives at random states and at the states halfway between. Gauss methods begin with the gradient of H.
+/// Found by trying: derivatives at random states and at the states halfway between. Gauss methods begin with the
+/// gradient of H.
 template <class H>
 Motion motion_in() {
     auto steps = Steps<double>::in<H>(method_named("gauss8"), false);
@@ -159,7 +165,10 @@ Motion motion_in() {
         }
     }
     const double rounding = 100 * machine_epsilon<double> * size;
-    return bend > rounding ? Motion::general : change > rounding ? Motion::linear : force > rounding ? Motion::uniform : Motion::straight;
+    return bend > rounding     ? Motion::general
+           : change > rounding ? Motion::linear
+           : force > rounding  ? Motion::uniform
+                               : Motion::straight;
 }
 
 }  // namespace kagero::test

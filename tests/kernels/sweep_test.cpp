@@ -27,7 +27,8 @@ Sight<V> view_on(const Vec3<V>& normal) {
 }
 
 /// Rows at the start of a path, from the last lane.
-std::array<std::array<double, 6>, 2> rows_at_start(const SpaceKernel<V>& kernel, const double* parameters, const Path& path, const Sight<V>& view) {
+std::array<std::array<double, 6>, 2> rows_at_start(const SpaceKernel<V>& kernel, const double* parameters,
+                                                   const Path& path, const Sight<V>& view) {
     SystemStorage system;
     kernel.construct(system, parameters);
     const SweptSystem<V> swept{kernel, system};
@@ -56,13 +57,15 @@ Path path_from(const State<V>& start, bool rescaled, int steps) {
     return path;
 }
 
-/// By how much the rows at the start, of `steps` steps, differ from differences of neighbouring rays, relative to the greatest.
+/// By how much the rows at the start, of `steps` steps, differ from differences of neighbouring rays, relative to the
+/// greatest.
 template <class H>
 double defect(bool rescaled, int steps) {
     const State<V> start = state_of<V>(bent_ray<H>(0, true));
     const Path path = path_from<H>(start, rescaled, steps);
     const Vec3<V> velocity = path.velocity;
-    const auto rows = rows_at_start(space_kernel<H, V>(rescaled), default_parameters<H>().data(), path, view_on(velocity));
+    const auto rows =
+        rows_at_start(space_kernel<H, V>(rescaled), default_parameters<H>().data(), path, view_on(velocity));
     const auto moved = [&](int k, double by) {
         State<V> aside = start;
         aside.y[k] = aside.y[k] + V(by);
@@ -114,14 +117,16 @@ TYPED_TEST(Adjoints, PassSurfacesWhereHIsNotSmooth) {
             const double t = std::numbers::pi / 2 * i / inside, c = std::cos(t), s = std::sin(t);
             path.states.push_back(state(x * c + s, y * c, c - x * s, -y * s)), path.parameters.push_back(V(before + t));
         }
-        const auto rows = rows_at_start(space_kernel<H, V>(false), default_parameters<H>().data(), path, view_on({V(1.0), V(0.0), V(0.0)}));
+        const auto rows = rows_at_start(space_kernel<H, V>(false), default_parameters<H>().data(), path,
+                                        view_on({V(1.0), V(0.0), V(0.0)}));
         const double expected[2][6] = {{0, 0, 0, -y / x, 1, 0}, {0, 0, 0, 0, 0, 1}};
         for (int r = 0; r < 2; ++r)
             for (int k = 0; k < 6; ++k) EXPECT_NEAR(rows[r][k], expected[r][k], 1e-5) << r << k;
     }
 }
 
-// 1/(x y), a product of 20, the first place of which is 16, and a reciprocal of 1/20 with its 1/32, which counts four times.
+// 1/(x y), a product of 20, the first place of which is 16, and a reciprocal of 1/20 with its 1/32, which counts four
+// times.
 TEST(Roundings, AreThoseOfEveryOperation) {
     Tape t;
     const int x = t.input(0), y = t.input(1);
@@ -135,7 +140,8 @@ TEST(Roundings, AreThoseOfEveryOperation) {
 // x y − 19 = 1, with the 16 of the product where that is rounded apart.
 TEST(Roundings, CountProductsThatAreNotFused) {
     Tape t;
-    const auto program = kagero::detail::extract_all<1>(t, std::array{t.sub(t.mul(t.input(0), t.input(1)), t.input(2))});
+    const auto program =
+        kagero::detail::extract_all<1>(t, std::array{t.sub(t.mul(t.input(0), t.input(1)), t.input(2))});
     const double inputs[] = {4, 5, 19}, seeds[] = {0.6, 0.8};
     const double sum = sum_of_roundings<double>(
         Listed<double>{{program.nodes, program.slot, program.outputs.data(), program.size}, nullptr}, inputs, seeds, 1);

@@ -1,5 +1,5 @@
-// What the table says of a method is so, and what it does not say is not: symmetric methods go back the way they came, symplectic
-// ones keep the volume element dq ∧ dp.
+// What the table says of a method is so, and what it does not say is not: symmetric methods go back the way they came,
+// symplectic ones keep the volume element dq ∧ dp.
 #include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
@@ -49,13 +49,15 @@ void expect_return() {
     const Motion motion = motion_in<H>();
     for_all_methods<H>([&](const Method& method, bool rescaled) {
         // Some roundings in each stage of each step, stretched by a flow that stretches little on so short a path.
-        const double roundings = 100 * n * stages_of(method), epsilon = static_cast<double>(machine_epsilon<ScalarOf<V>>);
+        const double roundings = 100 * n * stages_of(method),
+                     epsilon = static_cast<double>(machine_epsilon<ScalarOf<V>>);
         const double defect = return_defect<H, V>(method, rescaled, n);
         if (symmetric_on<H>(method) && mirrored(method)) {
             EXPECT_LE(defect, roundings * epsilon);
         } else if (method.info.symmetric || is_exact(method, motion)) {
             EXPECT_LE(defect, roundings * coefficient_epsilon<ScalarOf<V>>(method));
-        } else if (std::is_same_v<V, Quad> && !method.info.angular) {  // where nothing shortens it a step about a centre is symmetric
+        } else if (std::is_same_v<V, Quad> &&
+                   !method.info.angular) {  // where nothing shortens it a step about a centre is symmetric
             EXPECT_GT(defect, 1e6 * roundings * epsilon) << "symmetric after all?";
         }
     });
@@ -82,7 +84,8 @@ Jacobian<ScalarOf<V>> jacobian(const Method& method, bool rescaled, ScalarOf<V> 
             steps.begin(moved, V(S(step_length<H>)));
             steps.step();
             const S weight = S(shift == -2 ? 1 : shift == -1 ? -8 : shift == 1 ? 8 : -1) / (12 * d);
-            for (int row = 0; row < 6; ++row) m[row][column] += weight * get_lane(steps.flow.end.y[row], lane_count<V> - 1);
+            for (int row = 0; row < 6; ++row)
+                m[row][column] += weight * get_lane(steps.flow.end.y[row], lane_count<V> - 1);
         }
     }
     return m;
@@ -102,11 +105,13 @@ double symplectic_defect(const Jacobian<S>& m) {
     return static_cast<double>(defect / (size * size));
 }
 
-/// Differences at a distance ε^(1/5) of the space's scale lose ε^(4/5) to rounding and as much, times a fifth derivative, to their formula.
+/// Differences at a distance ε^(1/5) of the space's scale lose ε^(4/5) to rounding and as much, times a fifth
+/// derivative, to their formula.
 template <class H, class V>
 void expect_symplectic() {
     using S = ScalarOf<V>;
-    const double epsilon = static_cast<double>(machine_epsilon<S>), distance = std::min(1.0, path_length<H>) * std::pow(epsilon, 0.2);
+    const double epsilon = static_cast<double>(machine_epsilon<S>),
+                 distance = std::min(1.0, path_length<H>) * std::pow(epsilon, 0.2);
     const double tolerance = 1000 * std::pow(epsilon, 0.8);
     const Motion motion = motion_in<H>();
     for_all_methods<H>([&](const Method& method, bool rescaled) {

@@ -1,4 +1,5 @@
-// On processors that lack what this one has: the module that fits is the one that runs, and gives the bytes that it gives here.
+// On processors that lack what this one has: the module that fits is the one that runs, and gives the bytes that it
+// gives here.
 #include "tests/support/hole_scene.h"
 
 #include <nlohmann/json.hpp>
@@ -14,7 +15,8 @@ class Emulated : public HoleTest, public testing::WithParamInterface<Processor> 
 protected:
     void SetUp() override {
         HoleTest::SetUp();
-        if (std::system("qemu-x86_64 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no qemu-x86_64 (Debian's qemu-user)";
+        if (std::system("qemu-x86_64 --version > /dev/null 2>&1") != 0)
+            GTEST_SKIP() << "there is no qemu-x86_64 (Debian's qemu-user)";
         if (std::string("," KAGERO_BUILT_ISAS ",").find(std::string(",") + GetParam().isa + ",") == std::string::npos)
             GTEST_SKIP() << GetParam().isa << " is not built";
     }
@@ -40,7 +42,8 @@ TEST_P(Emulated, RefusesAModuleThatDoesNot) {
     EXPECT_FALSE(exists("there.pfm"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Processors, Emulated, testing::Values(Processor{"Nehalem", "sse2"}, Processor{"Haswell", "avx2"}),
+INSTANTIATE_TEST_SUITE_P(Processors, Emulated,
+                         testing::Values(Processor{"Nehalem", "sse2"}, Processor{"Haswell", "avx2"}),
                          [](const auto& processor) { return std::string(processor.param.model); });
 
 }  // namespace

@@ -44,7 +44,8 @@ std::vector<RayEnd> ends_in_room(const std::string& isa, std::vector<RayStart>& 
         std::mt19937 random(7);
         std::uniform_real_distribution<double> place(-0.95, 0.95);
         std::vector<RayInput> rays(500);
-        for (RayInput& ray : rays) ray = {{place(random), place(random), place(random)}, {place(random), place(random), 0.3}};
+        for (RayInput& ray : rays)
+            ray = {{place(random), place(random), place(random)}, {place(random), place(random), 0.3}};
         for (const RayStart& start : start_rays(*plan, rays)) starts.push_back(start);
     }
     std::vector<RayEnd> ends;
@@ -53,7 +54,8 @@ std::vector<RayEnd> ends_in_room(const std::string& isa, std::vector<RayStart>& 
 }
 
 /// How much a ray spreads what it starts with: |Δq(end)| / |Δq(start)| for start positions a millionth apart.
-std::vector<double> amplification(const std::vector<RayStart>& starts, const std::vector<RayEnd>& ends, const Overrides& way) {
+std::vector<double> amplification(const std::vector<RayStart>& starts, const std::vector<RayEnd>& ends,
+                                  const Overrides& way) {
     std::vector<RayStart> moved = starts;
     constexpr double shift = 1e-6;
     for (RayStart& start : moved)
@@ -71,9 +73,9 @@ std::vector<double> amplification(const std::vector<RayStart>& starts, const std
     return factors;
 }
 
-// Fused products in one module and not in the other, and other square roots, are roundings of coordinates of order one: up to a
-// few hundred in a ray, each spread by what the ray itself spreads. Where that cannot be told, because a neighbour a millionth
-// away ends otherwise, the ray is counted and left out.
+// Fused products in one module and not in the other, and other square roots, are roundings of coordinates of order one:
+// up to a few hundred in a ray, each spread by what the ray itself spreads. Where that cannot be told, because a
+// neighbour a millionth away ends otherwise, the ray is counted and left out.
 TEST(Isas, FollowTheSameRays) {
     const auto isas = supported_isas();
     if (isas.size() < 2) GTEST_SKIP() << "one instruction set alone";
@@ -125,7 +127,8 @@ TEST(Isas, DrawTheSamePicture) {
         for (std::size_t k = 1; k < isas.size(); ++k) {
             const std::vector<float> picture = picture_of_room(isas[k], way);
             int different = 0;
-            for (std::size_t i = 0; i < reference.size(); i += 5) different += !std::equal(&reference[i], &reference[i] + 5, &picture[i]);
+            for (std::size_t i = 0; i < reference.size(); i += 5)
+                different += !std::equal(&reference[i], &reference[i] + 5, &picture[i]);
             EXPECT_LE(different, 1) << isas[k] << ", way " << &way - ways;
         }
     }
@@ -143,7 +146,8 @@ TEST(Isas, AskedForIsLoaded) {
 
 TEST(Isas, ModulesShowOneSymbol) {
     for (const IsaInfo& isa : find_isas())
-        EXPECT_EQ(without_spaces(output_of("nm -D --defined-only '" + isa.path + "' | awk '{print $3}'")), "kagero_kernels")
+        EXPECT_EQ(without_spaces(output_of("nm -D --defined-only '" + isa.path + "' | awk '{print $3}'")),
+                  "kagero_kernels")
             << isa.name;
 }
 
@@ -152,16 +156,18 @@ class IsaProgram : public ProgramTest {};
 // The loader is asked which modules it opened: the code of the others cannot have run.
 TEST_F(IsaProgram, RunsTheOneAskedForAlone) {
     for (const std::string& isa : supported_isas()) {
-        const Outcome outcome = run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --quiet --json --isa " + isa,
-                                    "LD_DEBUG=files LD_DEBUG_OUTPUT=opened");
+        const Outcome outcome =
+            run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --quiet --json --isa " + isa,
+                "LD_DEBUG=files LD_DEBUG_OUTPUT=opened");
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         EXPECT_EQ(nlohmann::json::parse(outcome.out)["isa"], isa);
-        const std::string opened =
-            output_of("cd '" + directory_.string() + "' && grep -oh 'kagero-kernels-[a-z0-9]*' opened.* | sort -u; rm opened.*");
+        const std::string opened = output_of(
+            "cd '" + directory_.string() + "' && grep -oh 'kagero-kernels-[a-z0-9]*' opened.* | sort -u; rm opened.*");
         EXPECT_EQ(without_spaces(opened), "kagero-kernels-" + isa);
     }
     const std::string last = supported_isas().back();
-    const Outcome outcome = run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --quiet --json", "KAGERO_ISA=" + last);
+    const Outcome outcome =
+        run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --quiet --json", "KAGERO_ISA=" + last);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(nlohmann::json::parse(outcome.out)["isa"], last);
 }
@@ -169,7 +175,9 @@ TEST_F(IsaProgram, RunsTheOneAskedForAlone) {
 TEST_F(IsaProgram, TakesTheBestOnceAmongOthers) {
     const std::string best = supported_isas().front(), last = supported_isas().back();
     for (const std::string& wish : {std::string("auto,auto"), "auto," + last, last + ",auto"}) {
-        const Outcome outcome = run("compare '" KAGERO_SCENES "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " + wish);
+        const Outcome outcome = run("compare '" KAGERO_SCENES
+                                    "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " +
+                                    wish);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         std::set<std::string> seen, should{best};
         if (wish != "auto,auto") should.insert(last);
@@ -180,7 +188,8 @@ TEST_F(IsaProgram, TakesTheBestOnceAmongOthers) {
 }
 
 TEST_F(IsaProgram, RefusesOneItDoesNotKnow) {
-    for (const char* command : {"check '" KAGERO_SCENES "/room.toml' --isa avx3", "compare '" KAGERO_SCENES "/room.toml' --isa auto,avx3"}) {
+    for (const char* command :
+         {"check '" KAGERO_SCENES "/room.toml' --isa avx3", "compare '" KAGERO_SCENES "/room.toml' --isa auto,avx3"}) {
         const Outcome outcome = run(command);
         EXPECT_EQ(outcome.status, 2);
         EXPECT_NE(outcome.err.find("avx3"), std::string::npos) << outcome.err;
@@ -193,7 +202,9 @@ TEST_F(IsaProgram, TakesAListWhereSeveralAreCompared) {
     std::string list;
     for (const std::string& isa : isas) list += (list.empty() ? "" : ",") + isa;
     for (const std::string& wish : {list, std::string("all")}) {
-        const Outcome outcome = run("compare '" KAGERO_SCENES "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " + wish);
+        const Outcome outcome = run("compare '" KAGERO_SCENES
+                                    "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " +
+                                    wish);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         std::set<std::string> seen;
         const auto report = nlohmann::json::parse(outcome.out);

@@ -1,5 +1,5 @@
-// Rays around a Schwarzschild hole against elliptic integrals: angles swept, captured or escaped, what is conserved, and the
-// shadow a static observer sees. All through the library as the program uses it.
+// Rays around a Schwarzschild hole against elliptic integrals: angles swept, captured or escaped, what is conserved,
+// and the shadow a static observer sees. All through the library as the program uses it.
 #include "tests/support/greatest.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
@@ -60,7 +60,8 @@ Double3 relative(const Plan& plan, const double (&q)[3]) {
     return {q[0] - c[0], q[1] - c[1], q[2] - c[2]};
 }
 
-/// Greatest distance of the swept angles from the elliptic integrals, by whole turns apart: windings are tested on paths.
+/// Greatest distance of the swept angles from the elliptic integrals, by whole turns apart: windings are tested on
+/// paths.
 double worst_angle(const Plan& plan, const Bundle& bundle) {
     const auto ends = ends_of(plan, bundle.rays);
     double worst = 0;
@@ -93,8 +94,9 @@ protected:
     static std::unique_ptr<Plan> plan(const std::string& method, double step, const Double3& center = {0, 0, 0}) {
         const auto [strategy, rescale] = GetParam();
         return plan_of_file(scene_file("hole.toml"),
-                            {"integrator.escape_radius=20", "integrator.method=" + method, "integrator.step=" + std::to_string(step),
-                             std::string("integrator.rescale=") + rescale, center_text(center)},
+                            {"integrator.escape_radius=20", "integrator.method=" + method,
+                             "integrator.step=" + std::to_string(step), std::string("integrator.rescale=") + rescale,
+                             center_text(center)},
                             with_strategy(strategy), false);
     }
     /// A step that resolves the bend: about a tenth of the radius of curvature, in λ, or in τ where dλ = r dτ.
@@ -109,8 +111,9 @@ TEST_P(Deflection, SweepsTheEllipticIntegral) {
     }
 }
 
-// From a step to a quarter of it the error falls by 4^p, give or take half an order, until some thousand roundings of a state of
-// size 20 are left, 1e-11. The coarse error is (step/scale)^p with a constant that is 100 at most for these methods.
+// From a step to a quarter of it the error falls by 4^p, give or take half an order, until some thousand roundings of a
+// state of size 20 are left, 1e-11. The coarse error is (step/scale)^p with a constant that is 100 at most for these
+// methods.
 TEST_P(Deflection, EveryMethodConvergesToIt) {
     const Bundle rays = bundle({5, 10});  // at b = 3 the error of some methods changes its sign near this step
     const auto any = plan("gauss4", 1);
@@ -118,7 +121,8 @@ TEST_P(Deflection, EveryMethodConvergesToIt) {
         const IntegratorInfo& method = any->module().integrators[i];
         if (method.adaptive || refusal_of(*any->scene, i, any->run.method.rescaled)) continue;
         const double step = fine_step() * (method.order <= 2 ? 0.25 : 1.0), floor = 1e-11;
-        const double coarse = worst_angle(*plan(method.name, step), rays), fine = worst_angle(*plan(method.name, step / 4), rays);
+        const double coarse = worst_angle(*plan(method.name, step), rays),
+                     fine = worst_angle(*plan(method.name, step / 4), rays);
         SCOPED_TRACE(method.name);
         EXPECT_LT(fine, coarse * std::pow(4, 0.5 - method.order) + floor) << coarse;
         EXPECT_LT(coarse, std::min(1.0, std::pow(step, std::min(method.order, 4u)) * 100));
@@ -128,13 +132,15 @@ TEST_P(Deflection, EveryMethodConvergesToIt) {
 TEST_P(Deflection, ClassesAreRightNearTheCriticalRay) {
     const auto p = plan("gauss12", fine_step());
     for (const double distance : {1e-2, 1e-4, 1e-6}) {
-        const Bundle inside = bundle({critical_impact * (1 - distance)}), outside = bundle({critical_impact * (1 + distance)});
+        const Bundle inside = bundle({critical_impact * (1 - distance)}),
+                     outside = bundle({critical_impact * (1 + distance)});
         for (const RayEnd& end : ends_of(*p, inside.rays)) {
             EXPECT_EQ(end.status, Status::captured) << "b/b_c = 1 - " << distance;
             const Double3 q = relative(*p, end.q);
             EXPECT_NEAR(std::hypot(q[0], q[1], q[2]), 1, 1.0001e-3);  // the horizon
         }
-        // The angle changes by db/(b − b_c): what is 1e-13 of b when the ray has come from r = 20 is as much times 1/distance.
+        // The angle changes by db/(b − b_c): what is 1e-13 of b when the ray has come from r = 20 is as much times
+        // 1/distance.
         EXPECT_LT(worst_angle(*p, outside), 1e-9 + 1e-13 / distance) << "b/b_c = 1 + " << distance;
     }
 }
@@ -144,8 +150,8 @@ TEST_P(Deflection, AngularMomentumAndTimeMomentumStay) {
     const auto cross = [](const Double3& a, const double(&b)[3]) {
         return Double3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     };
-    // x × p is bilinear, so symplectic methods keep it to rounding: one of |q||p| = 20 in each of up to 3600 stages, were all of
-    // the same sense.
+    // x × p is bilinear, so symplectic methods keep it to rounding: one of |q||p| = 20 in each of up to 3600 stages,
+    // were all of the same sense.
     const double rounding = 3600 * start_radius * std::numeric_limits<double>::epsilon();
     for (const char* method : {"verlet", "suzuki4-nine", "gauss4", "gauss12"}) {
         const auto p = plan(method, fine_step());
@@ -185,8 +191,8 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Deflection,
                              return std::string(std::get<0>(chosen.param)) + "_rescale_" + std::get<1>(chosen.param);
                          });
 
-/// The angle from the hole's centre, in degrees, between captured and escaped rays of a static observer at radius r: 64 rays at a
-/// time until the gap is below 1e-8.
+/// The angle from the hole's centre, in degrees, between captured and escaped rays of a static observer at radius r: 64
+/// rays at a time until the gap is below 1e-8.
 double shadow_edge(const Plan& plan, double r) {
     double inside = 0, outside = 90;
     while (outside - inside > 1e-8) {
@@ -210,7 +216,9 @@ double shadow_edge(const Plan& plan, double r) {
 
 // sin θ = b_c √(1 − r_g/r) / r (Synge 1966): 45° at 3 r_g.
 TEST(StaticObserver, SeesTheShadowOfSynge) {
-    const auto plan = plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "integrator.method=gauss12", "integrator.step=0.1"}, with_strategy("packet"), false);
+    const auto plan = plan_of_file(scene_file("hole.toml"),
+                                   {"integrator.escape_radius=20", "integrator.method=gauss12", "integrator.step=0.1"},
+                                   with_strategy("packet"), false);
     for (const double r : {3.0, 10.0, 15.0}) {
         const double expected = std::asin(critical_impact * std::sqrt(1 - 1 / r) / r) * 180 / std::numbers::pi;
         EXPECT_NEAR(shadow_edge(*plan, r), expected, 1e-6) << "r = " << r;
@@ -220,7 +228,9 @@ TEST(StaticObserver, SeesTheShadowOfSynge) {
 
 // A pixel looks where start_rays would look from the same place in the same direction.
 TEST(StaticObserver, IsTheCameras) {
-    const auto plan = plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "film.size=[8, 8]", "camera.fov=40"}, with_strategy("packet"));
+    const auto plan =
+        plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "film.size=[8, 8]", "camera.fov=40"},
+                     with_strategy("packet"));
     const double pixel = 2 * std::tan(20 * std::numbers::pi / 180) / 8;
     const RayStart seen = pixel_ray(*plan, 1, 6);  // 2½ pixels left of and below the middle
     const RayStart told = start_rays(*plan, {{{0, -10, 0}, {-2.5 * pixel, 1, -2.5 * pixel}}}, ObserverKind::static_)[0];

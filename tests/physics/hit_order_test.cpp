@@ -1,4 +1,5 @@
-// Where a bent ray meets a surface, against elliptic integrals: a chord throws the order of the method away, refinement keeps it.
+// Where a bent ray meets a surface, against elliptic integrals: a chord throws the order of the method away, refinement
+// keeps it.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
 
@@ -12,12 +13,14 @@ namespace {
 
 constexpr double start_radius = 20, ball_radius = 3;
 
-/// A ball around the hole, reached before rays turn back; and a plane through the centre, across the direction of the start.
+/// A ball around the hole, reached before rays turn back; and a plane through the centre, across the direction of the
+/// start.
 constexpr const char* ball = "name = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 3\n";
 constexpr const char* plane =
     "name = \"plane\"\nshape = \"rectangle\"\norigin = [0, -16, -15]\nedge_u = [0, 31, 0]\nedge_v = [0, 0, 32]\n";
 
-/// The hit of a ray with impact parameter b that starts on the axis of `outward`, in its orbital plane, and dq/dλ there.
+/// The hit of a ray with impact parameter b that starts on the axis of `outward`, in its orbital plane, and dq/dλ
+/// there.
 struct Hit {
     double radius, angle;
     Velocity velocity;
@@ -36,8 +39,8 @@ struct Errors {
 /// Root mean squares over impact parameters: one ray's error depends on where in its step it hits.
 Errors errors(const std::string& strategy, bool on_ball, const char* method, const char* hit, double step) {
     const auto plan = plan_of_text(scene_text("hole.toml") + "[[object]]\n" + (on_ball ? ball : plane),
-                                   {"integrator.escape_radius=25", std::string("integrator.method=") + method, std::string("integrator.hit=") + hit,
-                                    "integrator.step=" + std::to_string(step)},
+                                   {"integrator.escape_radius=25", std::string("integrator.method=") + method,
+                                    std::string("integrator.hit=") + hit, "integrator.step=" + std::to_string(step)},
                                    with_strategy(strategy), false);
     const OrbitPlane tilted{{1, 0, 0}, {0, 0.8, 0.6}};
     std::vector<RayInput> rays;
@@ -67,8 +70,8 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
     return {std::sqrt(sum.position / n), std::sqrt(sum.direction / n), sum.off_surface};
 }
 
-// A long step goes fast here and slowly there: the far side of a small ball must not be taken for the near one. From outside a ball is
-// met where rays go inward.
+// A long step goes fast here and slowly there: the far side of a small ball must not be taken for the near one. From
+// outside a ball is met where rays go inward.
 TEST(Hits, OfSmallBallsAreOnTheirNearSide) {
     struct View {
         const char *space, *camera, *look_at, *center;
@@ -86,8 +89,10 @@ TEST(Hits, OfSmallBallsAreOnTheirNearSide) {
         for (const char* symmetry : {"auto", "none"})
             for (const char* strategy : {"packet", "scalar"}) {
                 std::ostringstream text;
-                text << "[space]\n" << space << "\n[integrator]\nescape_radius = 60\nsymmetry = \"" << symmetry << "\"\n[camera]\nposition = " << camera
-                     << "\nlook_at = " << look_at << "\nup = [0, 0, 1]\nfov = " << (look_at == center ? 8 : 2) << "\n[film]\nsize = [32, 32]\n"
+                text << "[space]\n"
+                     << space << "\n[integrator]\nescape_radius = 60\nsymmetry = \"" << symmetry
+                     << "\"\n[camera]\nposition = " << camera << "\nlook_at = " << look_at
+                     << "\nup = [0, 0, 1]\nfov = " << (look_at == center ? 8 : 2) << "\n[film]\nsize = [32, 32]\n"
                      << "[[object]]\nshape = \"sphere\"\ncenter = " << center << "\nradius = " << radius << "\n"
                      << "[[object]]\nshape = \"room\"\nmin = [-30, -30, -30]\nmax = [30, 30, 30]\n";
                 const auto plan = plan_of_text(text.str(), {}, with_strategy(strategy));
@@ -117,17 +122,21 @@ protected:
     /// Orders from a step to a quarter of it, a fifth of the radius long at first: still far above rounding at the end.
     static Slopes slopes(const char* method, const char* hit) {
         const auto [strategy, on_ball] = GetParam();
-        const Errors coarse = errors(strategy, on_ball, method, hit, 0.2), fine = errors(strategy, on_ball, method, hit, 0.05);
-        return {0.5 * std::log2(coarse.position / fine.position), 0.5 * std::log2(coarse.direction / fine.direction), fine};
+        const Errors coarse = errors(strategy, on_ball, method, hit, 0.2),
+                     fine = errors(strategy, on_ball, method, hit, 0.05);
+        return {0.5 * std::log2(coarse.position / fine.position), 0.5 * std::log2(coarse.direction / fine.direction),
+                fine};
     }
-    /// Fitted over a factor of four, an order is good to a half: the next one adds to the coarse error, roundings to the fine.
+    /// Fitted over a factor of four, an order is good to a half: the next one adds to the coarse error, roundings to
+    /// the fine.
     static constexpr double half = 0.5;
-    /// A hit stands on its surface to a few roundings of a coordinate, 20 at the start of the ray's coordinates and less here.
+    /// A hit stands on its surface to a few roundings of a coordinate, 20 at the start of the ray's coordinates and
+    /// less here.
     static constexpr double rounding = 20 * std::numeric_limits<double>::epsilon();
 };
 
-// Where light is focused a chord that is a small part of a pixel off may miss what its ray hits, and however small the picture: objects
-// are those of short steps.
+// Where light is focused a chord that is a small part of a pixel off may miss what its ray hits, and however small the
+// picture: objects are those of short steps.
 TEST(Hits, AreTheRightOnesInAFisheye) {
     const std::string scene = KAGERO_SCENES "/fisheye.toml";
     for (const char* size : {"film.size=[18,12]", "film.size=[60,40]"}) {
@@ -137,7 +146,8 @@ TEST(Hits, AreTheRightOnesInAFisheye) {
             const auto plan = plan_of_file(scene, all, with_strategy("packet"));
             std::vector<RayStart> starts;
             for (std::uint32_t y = 0; y < plan->description().film.height; ++y)
-                for (std::uint32_t x = 0; x < plan->description().film.width; ++x) starts.push_back(pixel_ray(*plan, x, y));
+                for (std::uint32_t x = 0; x < plan->description().film.width; ++x)
+                    starts.push_back(pixel_ray(*plan, x, y));
             std::vector<RayEnd> found;
             trace(*plan, starts, found);
             return found;
@@ -174,7 +184,8 @@ TEST_P(HitOrder, OfARefinedHitIsTheMethods) {
     }
 }
 
-// With a method of high order the hit is exact: what remains are roundings along the way, of 20 per coordinate and step.
+// With a method of high order the hit is exact: what remains are roundings along the way, of 20 per coordinate and
+// step.
 TEST_P(HitOrder, LeavesRoundingAlone) {
     const auto [strategy, on_ball] = GetParam();
     const Errors left = errors(strategy, on_ball, "gauss16", "hermite", 0.05);
@@ -184,7 +195,8 @@ TEST_P(HitOrder, LeavesRoundingAlone) {
 
 INSTANTIATE_TEST_SUITE_P(Surfaces, HitOrder, testing::Combine(testing::Values("packet", "scalar"), testing::Bool()),
                          [](const auto& chosen) {
-                             return std::string(std::get<0>(chosen.param)) + (std::get<1>(chosen.param) ? "_ball" : "_plane");
+                             return std::string(std::get<0>(chosen.param)) +
+                                    (std::get<1>(chosen.param) ? "_ball" : "_plane");
                          });
 
 }  // namespace

@@ -1,5 +1,6 @@
-// Where rays near a hole, and far from it, end whatever the method: on surfaces inside the photon sphere, and at their perihelion where
-// they pass the escape sphere by. Against the critical impact parameter and the cubic of the turning points.
+// Where rays near a hole, and far from it, end whatever the method: on surfaces inside the photon sphere, and at their
+// perihelion where they pass the escape sphere by. Against the critical impact parameter and the cubic of the turning
+// points.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -19,12 +20,16 @@ double radius_of(const RayEnd& end) {
     return std::hypot(end.q[0], end.q[1], end.q[2]);
 }
 
-constexpr const char* methods[][2] = {{"", ""}, {"integrator.symmetry=none", ""}, {"integrator.method=gauss8", ""}, {"integrator.method=verlet", "integrator.step=0.02"},
+constexpr const char* methods[][2] = {{"", ""},
+                                      {"integrator.symmetry=none", ""},
+                                      {"integrator.method=gauss8", ""},
+                                      {"integrator.method=verlet", "integrator.step=0.02"},
                                       {"integrator.method=rkf78", "integrator.tolerance=1e-10"}};
 
 class HoleEnds : public testing::TestWithParam<const char*> {
 protected:
-    std::vector<RayEnd> ends_of(const std::string& scene, const char* const (&how)[2], const std::vector<RayInput>& rays) const {
+    std::vector<RayEnd> ends_of(const std::string& scene, const char* const (&how)[2],
+                                const std::vector<RayInput>& rays) const {
         Overrides overrides;
         for (const char* change : how)
             if (*change) overrides.emplace_back(change);
@@ -39,8 +44,11 @@ protected:
 TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
     for (const double radius : {1.49, 1.3, 1.02})
         for (const auto& how : methods) {
-            const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
-                                      "[film]\nsize = [4, 4]\n[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = " + std::to_string(radius) + "\n";
+            const std::string scene =
+                "space.hamiltonian = \"schwarzschild\"\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = "
+                "[0, 0, 1]\n"
+                "[film]\nsize = [4, 4]\n[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = " +
+                std::to_string(radius) + "\n";
             const double critical = 1.5 * std::numbers::sqrt3;
             std::vector<RayInput> rays;
             for (int i = 0; i < 40; ++i) rays.push_back(inward(10, 0.075 + 0.15 * i));
@@ -59,8 +67,10 @@ TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
 // The perihelion is the greatest root of r³ = b² (r − r_g) (Chandrasekhar 1983, §20).
 TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
     for (const auto& how : methods) {
-        const std::string scene = "space.hamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 20\n[camera]\nposition = [0, -40, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
-                                  "[film]\nsize = [4, 4]\n";
+        const std::string scene =
+            "space.hamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 20\n[camera]\nposition = [0, -40, "
+            "0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
+            "[film]\nsize = [4, 4]\n";
         std::vector<RayInput> rays;
         for (int i = 0; i < 17; ++i) rays.push_back(inward(40, 21.5 + i));
         const std::vector<RayEnd> ends = ends_of(scene, how, rays);
@@ -71,16 +81,22 @@ TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
             SCOPED_TRACE(testing::Message() << how[0] << " " << how[1] << ", b = " << b);
             ASSERT_EQ(ends[i].status, Status::escaped);
             EXPECT_NEAR(radius_of(ends[i]), r, 2e-4);
-            EXPECT_NEAR(ends[i].q[0] * ends[i].v[0] + ends[i].q[1] * ends[i].v[1] + ends[i].q[2] * ends[i].v[2], 0, 1e-6 * r);
+            EXPECT_NEAR(ends[i].q[0] * ends[i].v[0] + ends[i].q[1] * ends[i].v[1] + ends[i].q[2] * ends[i].v[2], 0,
+                        1e-6 * r);
         }
     }
 }
 
-// A ray by itself is followed to the horizon, but for a thousandth, or to a λ before that: along a radius in Schwarzschild's space λ is the
-// way in r (H = 0 is p·x/r = −p_t there). Kerr's horizon is a spheroid, of r₊ on the axis and √(r₊² + a²) on the equator.
+// A ray by itself is followed to the horizon, but for a thousandth, or to a λ before that: along a radius in
+// Schwarzschild's space λ is the way in r (H = 0 is p·x/r = −p_t there). Kerr's horizon is a spheroid, of r₊ on the
+// axis and √(r₊² + a²) on the equator.
 TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
-    const std::string view = "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
-    const std::vector<RayInput> rays{{{0, 0, 10}, {0, 0, -1}}, {{0, 0, 1.4}, {0, 0, -1}}, inward(10, 1), inward(1.3, 0.4)};
+    const std::string view =
+        "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
+    const std::vector<RayInput> rays{{{0, 0, 10}, {0, 0, -1}},
+                                     {{0, 0, 1.4}, {0, 0, -1}},
+                                     inward(10, 1),
+                                     inward(1.3, 0.4)};
     for (const auto& how : methods) {
         SCOPED_TRACE(testing::Message() << how[0] << " " << how[1]);
         const std::vector<RayEnd> ends = ends_of("[space]\nhamiltonian = \"schwarzschild\"\n" + view, how, rays);
@@ -92,7 +108,9 @@ TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
         EXPECT_NEAR(ends[1].parameter, 1.4 - radius_of(ends[1]), 1e-5);
     }
     // λ counts before the horizon, however surely a ray will fall; by what `trace --parameter` takes.
-    const auto plan = plan_of_text("[space]\nhamiltonian = \"schwarzschild\"\n" + view, {"integrator.symmetry=none", "integrator.rescale=none"}, with_strategy(GetParam()), false);
+    const auto plan =
+        plan_of_text("[space]\nhamiltonian = \"schwarzschild\"\n" + view,
+                     {"integrator.symmetry=none", "integrator.rescale=none"}, with_strategy(GetParam()), false);
     plan->run.parameter_limit = 8.7;
     std::vector<RayEnd> limited;
     trace(*plan, start_rays(*plan, {rays[0]}), limited);
@@ -102,7 +120,8 @@ TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
     for (const double spin : {0.6, 0.99, 1.0}) {
         SCOPED_TRACE(spin);
         const double a = 0.5 * spin, horizon = 0.5 + std::sqrt(0.25 - a * a), equator = std::hypot(horizon, a);
-        const std::string kerr = "[space]\nhamiltonian = \"kerr\"\nmass = 0.5\nspin = " + std::to_string(spin) + "\n" + view;
+        const std::string kerr =
+            "[space]\nhamiltonian = \"kerr\"\nmass = 0.5\nspin = " + std::to_string(spin) + "\n" + view;
         for (const RayEnd& end : ends_of(kerr, {"", ""}, rays)) {
             EXPECT_EQ(end.status, Status::captured);
             EXPECT_NEAR(std::hypot(std::hypot(end.q[0], end.q[1]) / equator, end.q[2] / horizon), 1.0005, 0.00051);
@@ -112,9 +131,12 @@ TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
 
 // Without the space's rescaling a step of one length leads past a hole: by default steps are under control then.
 TEST(HoleEndsByDefault, AreThoseOfFineStepsWithoutRescaling) {
-    const std::string scene = "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nrescale = \"none\"\nescape_radius = 4\n"
-                              "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
-    const std::vector<RayInput> rays{{{-0.9, 0.3, 0}, {1, 0, 0}}, {{-0.9, 0.25, 0}, {1, 0, 0}}, {{-0.9, 0.22, 0.1}, {1, 0, 0}}};
+    const std::string scene =
+        "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nrescale = \"none\"\nescape_radius = 4\n"
+        "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
+    const std::vector<RayInput> rays{{{-0.9, 0.3, 0}, {1, 0, 0}},
+                                     {{-0.9, 0.25, 0}, {1, 0, 0}},
+                                     {{-0.9, 0.22, 0.1}, {1, 0, 0}}};
     const auto ends_of = [&](const Overrides& overrides) {
         const auto plan = plan_of_text(scene, overrides, {}, false);
         std::vector<RayEnd> ends;

@@ -1,4 +1,5 @@
-// Rays that end within a step, however long that is, end where they should: against parabolas, circles and edges in closed form.
+// Rays that end within a step, however long that is, end where they should: against parabolas, circles and edges in
+// closed form.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -32,9 +33,11 @@ struct Parabola {
     RayStart start;
     double g;
     Double3 at(double t) const {
-        return {start.q[0] + start.p[0] * t, start.q[1] + start.p[1] * t, start.q[2] + start.p[2] * t - 0.25 * g * t * t};
+        return {start.q[0] + start.p[0] * t, start.q[1] + start.p[1] * t,
+                start.q[2] + start.p[2] * t - 0.25 * g * t * t};
     }
-    /// The first τ where something that is positive at the start is not, to rounding; so fine a look misses no crossing.
+    /// The first τ where something that is positive at the start is not, to rounding; so fine a look misses no
+    /// crossing.
     double first(const std::function<double(const Double3&)>& height, double limit) const {
         constexpr int looks = 20000;
         for (int i = 1; i <= looks; ++i) {
@@ -71,7 +74,8 @@ TEST_P(LongSteps, ThrownRaysLeaveTheSphereWhereTheyFirstMeetIt) {
                 RayStart start = starts[i];
                 for (double& x : start.q) x *= unit;
                 const Parabola way{start, g};
-                const double t = way.first([&, radius = radius](const Double3& q) { return inside(q, radius); }, 50 * radius);
+                const double t =
+                    way.first([&, radius = radius](const Double3& q) { return inside(q, radius); }, 50 * radius);
                 const Double3 end = way.at(t);
                 for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], end[k], 1e-6 * radius);
                 EXPECT_NEAR(ends[i].parameter, t, 1e-6 * radius);
@@ -82,9 +86,12 @@ TEST_P(LongSteps, ThrownRaysLeaveTheSphereWhereTheyFirstMeetIt) {
 // … and a floor, of what is not on the way out first.
 TEST_P(LongSteps, ThrownRaysMeetTheFloorOnlyWhereTheyHaveNotLeft) {
     constexpr double g = 0.3, radius = 5, floor = -1, half = 20;
-    const std::string objects = "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-20, -20, -1]\nedge_u = [40, 0, 0]\nedge_v = [0, 40, 0]\n";
+    const std::string objects =
+        "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-20, -20, -1]\nedge_u = [40, 0, 0]\nedge_v = "
+        "[0, 40, 0]\n";
     for (const char* method : {"srkn6", "gauss8", "dp54", "rkf78"}) {
-        const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0.3", "tolerance = 1e-12\nescape_radius = 5", objects),
+        const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0.3",
+                                           "tolerance = 1e-12\nescape_radius = 5", objects),
                                   {std::string("integrator.method=") + method});
         const auto starts = start_rays(*plan, rays_around({0.5, -1, 0.7}, 300));
         std::vector<RayEnd> ends;
@@ -109,16 +116,21 @@ TEST_P(LongSteps, ThrownRaysMeetTheFloorOnlyWhereTheyHaveNotLeft) {
     }
 }
 
-// Where a ray turns back within a step, it is above both ends of the step, and so above the chord: as exactly as pixels of this size ask for.
+// Where a ray turns back within a step, it is above both ends of the step, and so above the chord: as exactly as pixels
+// of this size ask for.
 TEST_P(LongSteps, ThrownRaysMeetALidBelowTheirTop) {
     const double g = 2, lid = 0.499;
-    const std::string object = "[[object]]\nname = \"lid\"\nshape = \"rectangle\"\norigin = [-3, -3, 0.499]\nedge_u = [6, 0, 0]\nedge_v = [0, 6, 0]\n";
+    const std::string object =
+        "[[object]]\nname = \"lid\"\nshape = \"rectangle\"\norigin = [-3, -3, 0.499]\nedge_u = [6, 0, 0]\nedge_v = [0, "
+        "6, 0]\n";
     std::vector<RayInput> rays;
     for (const double slope : {0.0, 0.001, 0.01, 0.02, 0.04}) rays.push_back({{0, 0, 0}, {slope, 0, 1}});
     for (const char* method : {"srkn6", "gauss8", "rk4", "dp54", "verlet"})
         for (const double step : {0.05, 0.11, 0.17, 0.21, 0.23, 0.3, 0.5}) {
-            const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\nn0 = 1\ng = 2", "escape_radius = 5", object),
-                                      {std::string("integrator.method=") + method, "integrator.step=" + std::to_string(step), "film.size=[2000,2000]"});
+            const auto plan =
+                plan_of(scene_of("hamiltonian = \"gradient\"\nn0 = 1\ng = 2", "escape_radius = 5", object),
+                        {std::string("integrator.method=") + method, "integrator.step=" + std::to_string(step),
+                         "film.size=[2000,2000]"});
             const auto starts = start_rays(*plan, rays);
             std::vector<RayEnd> ends;
             trace(*plan, starts, ends);
@@ -135,7 +147,9 @@ TEST_P(LongSteps, ThrownRaysMeetALidBelowTheirTop) {
 // A step a billion times as long as the scene leads there and back along a parabola that no number of chords follows.
 TEST_P(LongSteps, AreHalvedWhereChordsDoNotFollowThem) {
     const double g = 0.1, floor = -2;
-    const std::string object = "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-30, -30, -2]\nedge_u = [60, 0, 0]\nedge_v = [0, 60, 0]\n";
+    const std::string object =
+        "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-30, -30, -2]\nedge_u = [60, 0, 0]\nedge_v = "
+        "[0, 60, 0]\n";
     std::vector<RayInput> rays;
     for (const double slope : {-0.5, -0.1, 0.0, 0.1, 0.2}) rays.push_back({{0, 0, 0}, {1, 0.2, slope}});
     for (const double step : {2e3, 2e6, 1e9}) {
@@ -157,7 +171,8 @@ TEST_P(LongSteps, AreHalvedWhereChordsDoNotFollowThem) {
 // The origin is a place as any other, where a step may end.
 TEST_P(LongSteps, RaysGoOnThroughTheOrigin) {
     for (const char* method : {"srkn6", "gauss8", "rk4"}) {
-        const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\ng = 1e-300", "step = 0.25\nescape_radius = 10"), {std::string("integrator.method=") + method});
+        const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\ng = 1e-300", "step = 0.25\nescape_radius = 10"),
+                                  {std::string("integrator.method=") + method});
         std::vector<RayEnd> ends;
         trace(*plan, start_rays(*plan, {{{-1, 0, 0}, {1, 0, 0}}}), ends);
         ASSERT_EQ(ends[0].status, Status::escaped) << method;
@@ -181,14 +196,17 @@ TEST_P(LongSteps, SurfacesBeyondTheSphereHideNothing) {
         }
 }
 
-// Light that goes up in the mirage runs ever faster against n = 0, and ends where n = n_min: a long step may leap over both.
+// Light that goes up in the mirage runs ever faster against n = 0, and ends where n = n_min: a long step may leap over
+// both.
 TEST_P(LongSteps, MirageEndsAtItsEdge) {
     constexpr double n_min = 0.05;
     for (const char* method : {"srkn6", "dp5", "gauss8", "rkf78"})
         for (const char* step : {"0.1", "0.02"}) {
-            const auto plan = plan_of(scene_of("hamiltonian = \"mirage\"", std::string("step = ") + step), {std::string("integrator.method=") + method});
+            const auto plan = plan_of(scene_of("hamiltonian = \"mirage\"", std::string("step = ") + step),
+                                      {std::string("integrator.method=") + method});
             std::vector<RayInput> rays;
-            for (int i = 0; i < 200; ++i) rays.push_back({{0.01 * i, -2, 0}, {std::cos(0.7 * i), std::sin(0.7 * i), 0.4 + 0.01 * i}});
+            for (int i = 0; i < 200; ++i)
+                rays.push_back({{0.01 * i, -2, 0}, {std::cos(0.7 * i), std::sin(0.7 * i), 0.4 + 0.01 * i}});
             const auto starts = start_rays(*plan, rays);
             std::vector<RayEnd> ends;
             trace(*plan, starts, ends);
@@ -200,7 +218,8 @@ TEST_P(LongSteps, MirageEndsAtItsEdge) {
                 EXPECT_NEAR(n, n_min, 1e-6);
                 EXPECT_GT(q[2], 1.3);
                 EXPECT_NEAR(ends[i].p[1], starts[i].p[1], 1e-9);  // nothing depends on y
-                const double square = ends[i].p[0] * ends[i].p[0] + ends[i].p[1] * ends[i].p[1] + ends[i].p[2] * ends[i].p[2];
+                const double square =
+                    ends[i].p[0] * ends[i].p[0] + ends[i].p[1] * ends[i].p[1] + ends[i].p[2] * ends[i].p[2];
                 EXPECT_NEAR(0.5 * n * square, 0.5, 0.04) << "H";
             }
         }
@@ -224,7 +243,8 @@ TEST_P(LongSteps, FisheyesOfAnySizeHaveTheSameRays) {
     for (int i = 0; i < 3; ++i) {
         const double size = sizes[i];
         std::vector<RayInput> rays = rays_around({0.3 * size, -0.4 * size, 0.2 * size}, 30);
-        const auto plan = plan_of(scene_of("hamiltonian = \"fisheye\"\nradius = " + std::to_string(size), "escape_radius = " + std::to_string(1.5 * size)));
+        const auto plan = plan_of(scene_of("hamiltonian = \"fisheye\"\nradius = " + std::to_string(size),
+                                           "escape_radius = " + std::to_string(1.5 * size)));
         trace(*plan, start_rays(*plan, rays), ends[i]);
     }
     std::size_t escaped = 0;
@@ -242,7 +262,8 @@ TEST_P(LongSteps, FisheyesOfAnySizeHaveTheSameRays) {
 TEST_P(LongSteps, WormholesAreCrossedByTheDefaultAsByAFineStep) {
     std::vector<RayInput> rays;
     for (const double distance : {2.0, 4.5, 9.0})
-        for (int i = 0; i < 40; ++i) rays.push_back({{-distance, 0, 0.6}, {1, 0.01, -0.6 / distance + 0.012 * (i - 20) / distance}});
+        for (int i = 0; i < 40; ++i)
+            rays.push_back({{-distance, 0, 0.6}, {1, 0.01, -0.6 / distance + 0.012 * (i - 20) / distance}});
     std::vector<RayEnd> by_default, finely;
     const std::string scene = scene_of("hamiltonian = \"wormhole\"", "escape_radius = 30");
     const auto own = plan_of(scene), fine = plan_of(scene, {"integrator.method=gauss16", "integrator.step=0.05"});
@@ -254,7 +275,8 @@ TEST_P(LongSteps, WormholesAreCrossedByTheDefaultAsByAFineStep) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Strategies, LongSteps, testing::Values("scalar", "packet"), [](const auto& chosen) { return std::string(chosen.param); });
+INSTANTIATE_TEST_SUITE_P(Strategies, LongSteps, testing::Values("scalar", "packet"),
+                         [](const auto& chosen) { return std::string(chosen.param); });
 
 }  // namespace
 }  // namespace kagero::test

@@ -31,16 +31,20 @@ constexpr double accuracy = 1e-9;
 
 // Coordinates that do not occur in H may wait for the end of each step: the same rays, to rounding.
 TEST_P(Media, StratifiedSpacesNeedNotStepAlongTheirLayers) {
-    const char* const spaces[] = {"hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0.3", "hamiltonian = \"layer\"", "hamiltonian = \"duct\"", "hamiltonian = \"mirage\""};
+    const char* const spaces[] = {"hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0.3", "hamiltonian = \"layer\"",
+                                  "hamiltonian = \"duct\"", "hamiltonian = \"mirage\""};
     for (const char* space : spaces) {
         SCOPED_TRACE(space);
         std::vector<RayInput> rays;
-        for (int i = 0; i < 20; ++i) rays.push_back({{0, 0, 0.1}, {std::cos(i * 0.7), std::sin(i * 0.7), 0.3 * std::cos(i * 1.9)}});
+        for (int i = 0; i < 20; ++i)
+            rays.push_back({{0, 0, 0.1}, {std::cos(i * 0.7), std::sin(i * 0.7), 0.3 * std::cos(i * 1.9)}});
         std::vector<RayEnd> ends[2];
         std::uint64_t moved = 0;
         for (const bool symmetry : {false, true}) {
-            const std::string how = std::string("step = 0.05\nescape_radius = 4\nsymmetry = \"") + (symmetry ? "auto" : "none") + "\"";
-            const auto plan = plan_of_text(medium(space, how), {"integrator.method=srkn6"}, with_strategy(GetParam()), false);
+            const std::string how =
+                std::string("step = 0.05\nescape_radius = 4\nsymmetry = \"") + (symmetry ? "auto" : "none") + "\"";
+            const auto plan =
+                plan_of_text(medium(space, how), {"integrator.method=srkn6"}, with_strategy(GetParam()), false);
             trace(*plan, start_rays(*plan, rays), ends[symmetry]);
         }
         for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -74,8 +78,8 @@ TEST_P(Media, RaysDoNotDependOnAFactorOfTheIndex) {
     }
 }
 
-/// The circle of a ray in Maxwell's fisheye of radius 1: it leaves q along d, in their plane, and the origin has the power −1 with
-/// respect to it (Born & Wolf, §4.2.2).
+/// The circle of a ray in Maxwell's fisheye of radius 1: it leaves q along d, in their plane, and the origin has the
+/// power −1 with respect to it (Born & Wolf, §4.2.2).
 struct FisheyeCircle {
     Double3 centre;
     double radius;
@@ -90,17 +94,21 @@ struct FisheyeCircle {
         for (int k = 0; k < 3; ++k) centre[static_cast<std::size_t>(k)] = q[k] + s * n[k];
         radius = std::abs(s) * std::sqrt(nn);
     }
-    double off(const double* x) const { return std::hypot(x[0] - centre[0], x[1] - centre[1], x[2] - centre[2]) / radius - 1; }
+    double off(const double* x) const {
+        return std::hypot(x[0] - centre[0], x[1] - centre[1], x[2] - centre[2]) / radius - 1;
+    }
 };
 
 // … and every such circle passes through −q/|q|², the image of q.
 TEST_P(Media, FisheyeRaysAreCirclesThroughTheImage) {
     const double q[3] = {0.3, -0.4, 0.2}, square = 0.29, image[3] = {-q[0] / square, -q[1] / square, -q[2] / square};
-    const std::string scene = medium("hamiltonian = \"fisheye\"\nn0 = 2\nradius = 1", "step = 0.02\nescape_radius = 100");
+    const std::string scene =
+        medium("hamiltonian = \"fisheye\"\nn0 = 2\nradius = 1", "step = 0.02\nescape_radius = 100");
     const auto plan = plan_of_text(scene, {}, with_strategy(GetParam()), false);
     plan->run.parameter_limit = 3;
     std::vector<RayInput> rays;
-    for (int i = 0; i < 20; ++i) rays.push_back({{q[0], q[1], q[2]}, {std::cos(i * 0.7), std::sin(i * 0.7), std::cos(i * 1.9)}});
+    for (int i = 0; i < 20; ++i)
+        rays.push_back({{q[0], q[1], q[2]}, {std::cos(i * 0.7), std::sin(i * 0.7), std::cos(i * 1.9)}});
     const auto starts = start_rays(*plan, rays);
     std::vector<RayEnd> ends;
     for (const PathPoint& point : trace_paths(*plan, starts, ends)) {
@@ -144,7 +152,8 @@ TEST_P(Media, GradientThrowsParabolas) {
 // x and y are harmonic with the angular frequency n0 α.
 TEST_P(Media, FiberSwingsWithItsPeriod) {
     const double omega = 1.5 * 0.3, period = 2 * std::numbers::pi / omega;
-    const std::string scene = medium("hamiltonian = \"fiber\"\nn0 = 1.5\nalpha = 0.3", "step = 0.05\nescape_radius = 1000");
+    const std::string scene =
+        medium("hamiltonian = \"fiber\"\nn0 = 1.5\nalpha = 0.3", "step = 0.05\nescape_radius = 1000");
     const std::vector<RayInput> rays{{{0.5, 0, 0}, {0.1, 0, 1}}, {{0, 1, 0}, {0.4, 0.2, 1}}, {{-1, 1, 0}, {0, 0, 1}}};
     const auto whole = trace_all(scene, rays, period), quarter = trace_all(scene, rays, period / 4);
     const auto plan = plan_of_text(scene, {}, with_strategy(GetParam()), false);
@@ -159,7 +168,8 @@ TEST_P(Media, FiberSwingsWithItsPeriod) {
 
 // n sin θ is the same on both sides; beyond the critical angle all light is sent back.
 TEST_P(Media, LayerRefractsBySnellsLawAndReflectsTotally) {
-    const std::string scene = medium("hamiltonian = \"layer\"\nn_below = 1.5\nn_above = 1.0\nthickness = 0.1", "step = 0.01\nescape_radius = 60");
+    const std::string scene = medium("hamiltonian = \"layer\"\nn_below = 1.5\nn_above = 1.0\nthickness = 0.1",
+                                     "step = 0.01\nescape_radius = 60");
     const double critical = std::asin(1 / 1.5);
     std::vector<double> angles;
     std::vector<RayInput> rays;
@@ -180,7 +190,8 @@ TEST_P(Media, LayerRefractsBySnellsLawAndReflectsTotally) {
 // Parallel rays meet where the surface is farthest away, whatever their height.
 TEST_P(Media, LuneburgFocuses) {
     for (const double step : {0.25, 0.1}) {
-        const std::string scene = medium("hamiltonian = \"luneburg\"\nradius = 2", "step = " + std::to_string(step) + "\nescape_radius = 2");
+        const std::string scene =
+            medium("hamiltonian = \"luneburg\"\nradius = 2", "step = " + std::to_string(step) + "\nescape_radius = 2");
         std::vector<RayInput> rays;
         for (int i = 0; i < 17; ++i) rays.push_back({{-5, -1.95 + 3.9 * i / 16, 0.1}, {1, 0, 0}});
         for (const RayEnd& end : trace_all(scene, rays)) {
@@ -192,12 +203,14 @@ TEST_P(Media, LuneburgFocuses) {
     }
 }
 
-// A ray that grazes the ball enters and leaves it within few steps. Inside q'' = −q/R², so it leaves along −q₀/R, q₀ where it entered.
+// A ray that grazes the ball enters and leaves it within few steps. Inside q'' = −q/R², so it leaves along −q₀/R, q₀
+// where it entered.
 TEST_P(Media, LuneburgTurnsRaysThatGraze) {
     const std::string scene = medium("hamiltonian = \"luneburg\"\nradius = 1", "step = 0.25\nescape_radius = 12");
     std::vector<RayInput> rays;
     for (int i = 0; i < 300; ++i) {
-        const double b = 1 - std::pow(0.1, 1 + 0.018 * i);  // beyond 0.992 a step is longer than the straight way through the ball
+        const double b =
+            1 - std::pow(0.1, 1 + 0.018 * i);  // beyond 0.992 a step is longer than the straight way through the ball
         rays.push_back({{-5 - 0.001 * (i * 37 % 250), b * std::cos(1.0 * i), b * std::sin(1.0 * i)}, {1, 0, 0}});
     }
     const auto ends = trace_all(scene, rays);
@@ -210,12 +223,13 @@ TEST_P(Media, LuneburgTurnsRaysThatGraze) {
     }
 }
 
-// Outside the ball light goes straight, and one step takes all of the way: out, to the ball, or past what stands there. Through it, q = q₀ cos τ +
-// p₀ sin τ: light along x from q₀ on the surface comes out at (1, 0, 0), along −q₀.
+// Outside the ball light goes straight, and one step takes all of the way: out, to the ball, or past what stands there.
+// Through it, q = q₀ cos τ + p₀ sin τ: light along x from q₀ on the surface comes out at (1, 0, 0), along −q₀.
 TEST_P(Media, LuneburgLeavesLightStraightOutside) {
-    const std::string scene = medium("hamiltonian = \"luneburg\"\nradius = 1", "step = 0.25\nescape_radius = 1000") +
-                              "[[object]]\nshape = \"rectangle\"\norigin = [300, -400, -400]\nedge_u = [0, 800, 0]\nedge_v = [0, 0, 800]\n"
-                              "[[object]]\nshape = \"sphere\"\ncenter = [200, -50, 0]\nradius = 2\n";
+    const std::string scene =
+        medium("hamiltonian = \"luneburg\"\nradius = 1", "step = 0.25\nescape_radius = 1000") +
+        "[[object]]\nshape = \"rectangle\"\norigin = [300, -400, -400]\nedge_u = [0, 800, 0]\nedge_v = [0, 0, 800]\n"
+        "[[object]]\nshape = \"sphere\"\ncenter = [200, -50, 0]\nradius = 2\n";
     std::vector<RayInput> rays;
     for (const double b : {0.0, 0.4, 0.6, 1.0 + 1e-9, 1.5, 20.0}) rays.push_back({{-700, 0.8 * b, 0.6 * b}, {1, 0, 0}});
     rays.push_back({{100, -50, 0}, {1, 0, 0}}), rays.push_back({{-3, 4, 0}, {-0.6, 0.8, 0}});
@@ -244,14 +258,16 @@ TEST_P(Media, ShimmerIsFixedByItsSeed) {
         return medium(std::string("hamiltonian = \"shimmer\"\n") + more, "step = 0.1\nescape_radius = 20");
     };
     const std::vector<RayInput> rays{{{0, 0, 0}, {1, 0.2, 0.1}}};
-    const auto one = trace_all(scene("seed = 1"), rays), again = trace_all(scene("seed = 1"), rays), two = trace_all(scene("seed = 2"), rays);
+    const auto one = trace_all(scene("seed = 1"), rays), again = trace_all(scene("seed = 1"), rays),
+               two = trace_all(scene("seed = 2"), rays);
     const auto still = trace_all(scene("amplitude = 0"), rays);
     EXPECT_EQ(one[0].q[1], again[0].q[1]);
     EXPECT_GT(std::abs(one[0].q[1] - two[0].q[1]), 1e-3);
     EXPECT_NEAR(still[0].v[1] / still[0].v[0], 0.2, accuracy);
 }
 
-INSTANTIATE_TEST_SUITE_P(Strategies, Media, testing::Values("scalar", "packet"), [](const auto& chosen) { return std::string(chosen.param); });
+INSTANTIATE_TEST_SUITE_P(Strategies, Media, testing::Values("scalar", "packet"),
+                         [](const auto& chosen) { return std::string(chosen.param); });
 
 // A float is not 0.1, but the ray ended where it was asked to.
 TEST(MediaInFloat, RaysEndAtTheParameterAskedFor) {

@@ -1,4 +1,5 @@
-// Rays followed in the plane of their orbit: the same rays as the general path's, and chosen where nothing else is asked for.
+// Rays followed in the plane of their orbit: the same rays as the general path's, and chosen where nothing else is
+// asked for.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
 
@@ -26,7 +27,8 @@ std::vector<RayInput> rays() {
     for (const double r : {1.6, 3.0, 12.0})
         for (int k = 0; k <= 12; ++k) {
             const double angle = std::numbers::pi * k / 12;
-            all.push_back({{0.5 + 0.6 * r, -3 + 0.8 * r, 7}, {0.6 * std::cos(angle), 0.8 * std::cos(angle), std::sin(angle)}});
+            all.push_back(
+                {{0.5 + 0.6 * r, -3 + 0.8 * r, 7}, {0.6 * std::cos(angle), 0.8 * std::cos(angle), std::sin(angle)}});
         }
     return all;
 }
@@ -56,21 +58,28 @@ TEST(OrbitPlane, HasTheRaysOfTheGeneralPath) {
     }
 }
 
-/// λ too: through a wormhole's throat, where the plane changes sides, and about a fisheye, whose closed orbits have E = 0.
+/// λ too: through a wormhole's throat, where the plane changes sides, and about a fisheye, whose closed orbits have E =
+/// 0.
 TEST(OrbitPlane, HasTheRaysOfOtherSphericalSpaces) {
     const auto plan_of = [](const std::string& space, const Overrides& way) {
-        const std::string scene = "space = { hamiltonian = \"" + space + "\", center = [0.5, -3, 7] }\nintegrator.escape_radius = 3\n"
+        const std::string scene = "space = { hamiltonian = \"" + space +
+                                  "\", center = [0.5, -3, 7] }\nintegrator.escape_radius = 3\n"
                                   "camera = { position = [1, -3, 7], look_at = [0, 0, 0] }\nfilm.size = [1, 2]\n";
         return plan_of_text(scene, way, with_strategy("packet"), false);
     };
     std::vector<RayInput> rays;
     for (int k = 0; k < 24; ++k) {
         const double angle = 2 * std::numbers::pi * (k + 0.5) / 24;  // 7.5° from the radius at least
-        rays.push_back({{0.5 + 0.6 * 1.4, -3 + 0.8 * 1.4, 7}, {0.6 * std::cos(angle), 0.8 * std::cos(angle), std::sin(angle)}});
+        rays.push_back(
+            {{0.5 + 0.6 * 1.4, -3 + 0.8 * 1.4, 7}, {0.6 * std::cos(angle), 0.8 * std::cos(angle), std::sin(angle)}});
     }
     for (const std::string space : {"wormhole", "fisheye"}) {
-        const auto should = ends_of(*plan_of(space, {"integrator.method=gauss16", "integrator.step=0.05", "integrator.max_steps=1000"}), rays);
-        const auto ends = ends_of(*plan_of(space, {"integrator.method=orbit-srkn14", "integrator.step=0.02", "integrator.max_steps=1000"}), rays);
+        const auto should =
+            ends_of(*plan_of(space, {"integrator.method=gauss16", "integrator.step=0.05", "integrator.max_steps=1000"}),
+                    rays);
+        const auto ends = ends_of(*plan_of(space, {"integrator.method=orbit-srkn14", "integrator.step=0.02",
+                                                   "integrator.max_steps=1000"}),
+                                  rays);
         int escaped = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             SCOPED_TRACE(space + ", ray " + std::to_string(i));
@@ -89,12 +98,14 @@ TEST(OrbitPlane, HasTheRaysOfOtherSphericalSpaces) {
     }
 }
 
-// Circles that reach far out and turn close in, where the index changes as much as the radius does: rays meet the ball that lies on their
-// circle, through q and −R² q/|q|², and no other meets it.
+// Circles that reach far out and turn close in, where the index changes as much as the radius does: rays meet the ball
+// that lies on their circle, through q and −R² q/|q|², and no other meets it.
 TEST(OrbitPlane, MeetsWhatLiesOnEccentricCirclesInAFisheye) {
-    const std::string scene = "[space]\nhamiltonian = \"fisheye\"\nradius = 4\n[integrator]\nescape_radius = 60\nmax_steps = 1000\n"
-                              "[camera]\nposition = [2.8816, 7.4065, 0.7707]\nlook_at = [1.8655, 4.7246, -0.5825]\nup = [0, 0, 1]\nfov = 40\n"
-                              "[film]\nsize = [40, 30]\n[[object]]\nshape = \"sphere\"\ncenter = [1.8655, 4.7246, -0.5825]\nradius = 0.36825\n";
+    const std::string scene =
+        "[space]\nhamiltonian = \"fisheye\"\nradius = 4\n[integrator]\nescape_radius = 60\nmax_steps = 1000\n"
+        "[camera]\nposition = [2.8816, 7.4065, 0.7707]\nlook_at = [1.8655, 4.7246, -0.5825]\nup = [0, 0, 1]\nfov = 40\n"
+        "[film]\nsize = [40, 30]\n[[object]]\nshape = \"sphere\"\ncenter = [1.8655, 4.7246, -0.5825]\nradius = "
+        "0.36825\n";
     const auto statuses = [&](const char* method) {
         const auto plan = plan_of_text(scene, {std::string("integrator.method=") + method}, with_strategy("packet"));
         std::vector<RayStart> starts;
@@ -102,12 +113,14 @@ TEST(OrbitPlane, MeetsWhatLiesOnEccentricCirclesInAFisheye) {
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
         std::vector<Status> found;
-        for (const RayEnd& end : ends) found.push_back(end.status == Status::hit || end.status == Status::failed ? end.status : Status::escaped);
+        for (const RayEnd& end : ends)
+            found.push_back(end.status == Status::hit || end.status == Status::failed ? end.status : Status::escaped);
         return found;
     };
     const auto expected = statuses("gauss12");
     EXPECT_GT(std::count(expected.begin(), expected.end(), Status::hit), 100);
-    for (const char* method : {"orbit-srkn6", "orbit-srkn11", "orbit-srkn14"}) EXPECT_EQ(statuses(method), expected) << method;
+    for (const char* method : {"orbit-srkn6", "orbit-srkn11", "orbit-srkn14"})
+        EXPECT_EQ(statuses(method), expected) << method;
 }
 
 TEST(OrbitPlane, SweepsTheEllipticIntegralByDefault) {
@@ -134,7 +147,8 @@ TEST(OrbitPlane, IsTheSameFromBesideTheHorizonAndInside) {
             const double angle = (observer == std::string("static") ? 0.004 : std::numbers::pi) * (k + 0.5) / 25;
             rays.push_back({{0.5 + r, -3, 7}, {std::cos(angle), std::sin(angle), 0}});
         }
-        // So near the horizon the general path has no more: H is what is left of much larger terms, and is lost to 1e-5.
+        // So near the horizon the general path has no more: H is what is left of much larger terms, and is lost to
+        // 1e-5.
         const double tolerance = r < 1 + 1e-5 && r > 1 ? 5e-4 : 1e-6;
         const auto general = ends_of(*hole({"integrator.method=gauss12", "integrator.step=0.02"}), rays, observer);
         const auto orbit = ends_of(*hole({}), rays, observer);
@@ -152,13 +166,15 @@ TEST(OrbitPlane, IsTheSameFromBesideTheHorizonAndInside) {
     }
 }
 
-// The way in of light that a falling observer sees: p_t < 0, and the speed along the radius passes every value up to |p_t|.
+// The way in of light that a falling observer sees: p_t < 0, and the speed along the radius passes every value up to
+// |p_t|.
 TEST(OrbitPlane, FallingObserversKeepHAsStaticOnesDo) {
     std::vector<RayInput> rays;
     for (int i = 0; i < 500; ++i) rays.push_back({{0.5 - 20, -3, 7}, {1, 0.15 + 4e-4 * i, 0}});
     const auto greatest_loss = [&](const char* observer, const char* precision) {
         Options options = with_strategy("packet");
-        options.precision = precision_named(precision), options.energy_error = true, options.observer = observer_of(observer);
+        options.precision = precision_named(precision), options.energy_error = true,
+        options.observer = observer_of(observer);
         const auto plan = plan_of_file(scene_file("hole.toml"), {"space.center=[0.5, -3, 7]"}, options, false);
         double greatest = 0;
         for (const RayEnd& end : ends_of(*plan, rays, observer)) {
@@ -167,7 +183,8 @@ TEST(OrbitPlane, FallingObserversKeepHAsStaticOnesDo) {
         }
         return greatest;
     };
-    for (const char* precision : {"double", "float"}) EXPECT_LT(greatest_loss("falling", precision), 3 * greatest_loss("static", precision)) << precision;
+    for (const char* precision : {"double", "float"})
+        EXPECT_LT(greatest_loss("falling", precision), 3 * greatest_loss("static", precision)) << precision;
 }
 
 // By the angle a ray straight away goes faster than its square has room in float.
@@ -175,7 +192,9 @@ TEST(OrbitPlane, RaysAlongTheRadiusHaveADirectionHoweverFar) {
     for (const char* radius : {"1e3", "1e5", "1e9"}) {
         Options options = with_strategy("packet");
         options.precision = Precision::float32;
-        const auto plan = plan_of_file(scene_file("hole.toml"), {"space.center=[0.5, -3, 7]", std::string("integrator.escape_radius=") + radius}, options, false);
+        const auto plan = plan_of_file(scene_file("hole.toml"),
+                                       {"space.center=[0.5, -3, 7]", std::string("integrator.escape_radius=") + radius},
+                                       options, false);
         const RayEnd end = ends_of(*plan, {{{0.5 - 12, -3 + 16, 7}, {-0.6, 0.8, 0}}})[0];
         ASSERT_EQ(end.status, Status::escaped) << radius;
         const double should[] = {-0.6, 0.8, 0};
@@ -183,19 +202,22 @@ TEST(OrbitPlane, RaysAlongTheRadiusHaveADirectionHoweverFar) {
     }
 }
 
-/// From 100,000 radii off a direction rounded to float misses its aim by a hundredth of a radius: orbits start in double.
+/// From 100,000 radii off a direction rounded to float misses its aim by a hundredth of a radius: orbits start in
+/// double.
 TEST(OrbitPlane, AimsInFloatAsWellAsInDouble) {
     std::vector<RayInput> rays;
     for (int k = 0; k < 16; ++k) {
         const double angle = (4 + 0.25 * k) / 1e5;
-        rays.push_back({{0.5 + 0.6e5, -3 + 0.8e5, 7}, {-0.6 * std::cos(angle), -0.8 * std::cos(angle), std::sin(angle)}});
+        rays.push_back(
+            {{0.5 + 0.6e5, -3 + 0.8e5, 7}, {-0.6 * std::cos(angle), -0.8 * std::cos(angle), std::sin(angle)}});
     }
     const auto ends_in = [&](const std::string& precision) {
         Options options = with_strategy("packet");
         options.precision = precision_named(precision);
         const auto plan = plan_of_file(scene_file("hole.toml"),
-                                       {"integrator.escape_radius=2e5", "space.center=[0.5, -3, 7]", "integrator.method=orbit-srkn11",
-                                        "integrator.step=0.5"}, options, false);
+                                       {"integrator.escape_radius=2e5", "space.center=[0.5, -3, 7]",
+                                        "integrator.method=orbit-srkn11", "integrator.step=0.5"},
+                                       options, false);
         return ends_of(*plan, rays);
     };
     const auto should = ends_in("double"), ends = ends_in("float");
@@ -218,12 +240,13 @@ TEST(OrbitPlane, MeetsTheSameSurfaces) {
         return film;
     };
     const Film general = traced({"integrator.method=gauss12", "integrator.step=0.2"});
-    // Pictures are made to a tenth of a pixel, hits are delivered far better than that; but in the corner of two walls the curve between
-    // the ends of a step decides which of them it is.
+    // Pictures are made to a tenth of a pixel, hits are delivered far better than that; but in the corner of two walls
+    // the curve between the ends of a step decides which of them it is.
     const auto expect_same = [&](const Film& orbit, float close) {
         int others = 0;
         for (std::size_t i = 0; i < 96 * 96; ++i) {
-            const bool same = orbit.plane("status")[i] == general.plane("status")[i] && orbit.plane("object")[i] == general.plane("object")[i];
+            const bool same = orbit.plane("status")[i] == general.plane("status")[i] &&
+                              orbit.plane("object")[i] == general.plane("object")[i];
             const float off = std::abs(orbit.plane("depth")[i] - general.plane("depth")[i]);
             others += !same || off > close;
             EXPECT_LT(off, 2e-3f) << "pixel " << i;

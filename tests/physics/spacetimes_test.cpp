@@ -10,10 +10,12 @@
 namespace kagero::test {
 namespace {
 
-std::unique_ptr<Plan> spacetime(const std::string& space, const std::string& integrator, const char* strategy = "packet",
-                                const Overrides& overrides = {}, const std::string& observer = "") {
-    const std::string scene = "[space]\n" + space + "\n[integrator]\nmethod = \"gauss12\"\nstep = 0.1\nmax_steps = 1000000\n" + integrator +
-                              "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
+std::unique_ptr<Plan> spacetime(const std::string& space, const std::string& integrator,
+                                const char* strategy = "packet", const Overrides& overrides = {},
+                                const std::string& observer = "") {
+    const std::string scene =
+        "[space]\n" + space + "\n[integrator]\nmethod = \"gauss12\"\nstep = 0.1\nmax_steps = 1000000\n" + integrator +
+        "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
     Options options = with_strategy(strategy);
     options.observer = observer_of(observer);
     return plan_of_text(scene, overrides, options, false);
@@ -45,15 +47,16 @@ double edge(const Plan& plan, double inside, double outside, const RayAt& ray_at
     return 0.5 * (inside + outside);
 }
 
-// Equatorial light rays part at b = ±6M cos(⅓ arccos(∓a/M)) − a (Chandrasekhar 1983, §61, eq. 82). Followed backward, x p_y − y p_x is
-// −b of the light at p_t = 1.
+// Equatorial light rays part at b = ±6M cos(⅓ arccos(∓a/M)) − a (Chandrasekhar 1983, §61, eq. 82). Followed backward, x
+// p_y − y p_x is −b of the light at p_t = 1.
 TEST(Kerr, CapturesWhatComesInsideThePhotonOrbits) {
     for (const double spin : {0.0, 0.5, 0.9, 0.998, 1.0}) {
         const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60");
         for (const double side : {1.0, -1.0}) {
             const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
             const auto ray_at = [&](double angle) {  // from (0, −50, 0) towards the hole, to +x or −x
-                return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}}, ObserverKind::zamo)[0];
+                return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}},
+                                  ObserverKind::zamo)[0];
             };
             const double found = edge(*plan, 0, 0.3, ray_at, 1e-11);
             const RayStart at = ray_at(found);
@@ -63,29 +66,33 @@ TEST(Kerr, CapturesWhatComesInsideThePhotonOrbits) {
     }
 }
 
-// A ray that moves inward is captured where Carter's R(r) = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) has no zero further in, here with
-// Q from p_θ (Chandrasekhar 1983, §62). Neither slowly rotating light near an extreme hole nor that of who falls, which comes to no
-// horizon, takes more than a few steps to be known.
+// A ray that moves inward is captured where Carter's R(r) = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) has no zero
+// further in, here with Q from p_θ (Chandrasekhar 1983, §62). Neither slowly rotating light near an extreme hole nor
+// that of who falls, which comes to no horizon, takes more than a few steps to be known.
 TEST(Kerr, CapturesWhatNothingTurnsBack) {
     for (const double spin : {0.5, 0.998, 1.0, -1.0})
         for (const char* observer : {"static", "zamo", "falling"})
             for (const char* precision : {"double", "float"}) {
                 Options options = with_strategy("packet");
                 options.observer = observer_of(observer), options.precision = precision_named(precision);
-                const auto plan = plan_of_text("[space]\nhamiltonian = \"kerr\"\nspin = " + std::to_string(spin) +
-                                                   "\n[integrator]\nescape_radius = 40\n[camera]\nposition = [0, -8, 1]\nlook_at = [0, 0, 0]\n"
-                                                   "up = [0, 0, 1]\nfov = 90\n[film]\nsize = [40, 30]\n",
-                                               {}, options);
+                const auto plan = plan_of_text(
+                    "[space]\nhamiltonian = \"kerr\"\nspin = " + std::to_string(spin) +
+                        "\n[integrator]\nescape_radius = 40\n[camera]\nposition = [0, -8, 1]\nlook_at = [0, 0, 0]\n"
+                        "up = [0, 0, 1]\nfov = 90\n[film]\nsize = [40, 30]\n",
+                    {}, options);
                 std::vector<RayStart> starts;
                 for (std::uint32_t i = 0; i < 40 * 30; ++i) starts.push_back(pixel_ray(*plan, i % 40, i / 40));
                 const auto ends = ends_of(*plan, starts);
                 int captured = 0;
                 for (std::size_t i = 0; i < ends.size(); ++i) {
                     const auto &q = starts[i].q, &p = starts[i].p;
-                    const double pt = starts[i].pt, a = spin, a2 = a * a, square = q[0] * q[0] + q[1] * q[1], b = square + q[2] * q[2] - a2;
-                    const double r = std::sqrt(0.5 * (b + std::sqrt(b * b + 4 * a2 * q[2] * q[2]))), cosine = q[2] / r, sine2 = 1 - cosine * cosine;
+                    const double pt = starts[i].pt, a = spin, a2 = a * a, square = q[0] * q[0] + q[1] * q[1],
+                                 b = square + q[2] * q[2] - a2;
+                    const double r = std::sqrt(0.5 * (b + std::sqrt(b * b + 4 * a2 * q[2] * q[2]))), cosine = q[2] / r,
+                                 sine2 = 1 - cosine * cosine;
                     const double L = q[0] * p[1] - q[1] * p[0];
-                    const double p_theta = (q[0] * p[0] + q[1] * p[1]) * cosine / std::sqrt(sine2) - r * std::sqrt(sine2) * p[2];
+                    const double p_theta =
+                        (q[0] * p[0] + q[1] * p[1]) * cosine / std::sqrt(sine2) - r * std::sqrt(sine2) * p[2];
                     const double Q = p_theta * p_theta + cosine * cosine * (L * L / sine2 - a2 * pt * pt);
                     double least = std::numeric_limits<double>::infinity();
                     for (double at = 1 + std::sqrt(1 - a2); at < r; at += 1e-3) {
@@ -93,7 +100,8 @@ TEST(Kerr, CapturesWhatNothingTurnsBack) {
                         least = std::min(least, sum * sum - (at * at - 2 * at + a2) * (Q + dragged * dragged));
                     }
                     if (std::abs(least) < 0.1) continue;
-                    EXPECT_EQ(ends[i].status, least > 0 ? Status::captured : Status::escaped) << spin << ' ' << observer << ' ' << precision << ' ' << i;
+                    EXPECT_EQ(ends[i].status, least > 0 ? Status::captured : Status::escaped)
+                        << spin << ' ' << observer << ' ' << precision << ' ' << i;
                     EXPECT_LT(ends[i].steps, 200) << spin << ' ' << observer << ' ' << precision << ' ' << i;
                     captured += ends[i].status == Status::captured;
                 }
@@ -151,8 +159,10 @@ struct Way {
 class Wormhole : public testing::TestWithParam<Way> {
 protected:
     static constexpr double throat = 1, far = 30;
-    std::unique_ptr<Plan> plan = spacetime("hamiltonian = \"wormhole\"\nthroat = 1", "escape_radius = 30", GetParam().strategy,
-                                           {std::string("integrator.method=") + GetParam().method, std::string("integrator.step=") + GetParam().step});
+    std::unique_ptr<Plan> plan =
+        spacetime("hamiltonian = \"wormhole\"\nthroat = 1", "escape_radius = 30", GetParam().strategy,
+                  {std::string("integrator.method=") + GetParam().method,
+                   std::string("integrator.step=") + GetParam().step});
     /// From proper distance 30 on the +x axis, inward with the impact parameter b.
     static RayInput ray(double b) {
         const double rho = 0.5 * (far + std::sqrt(far * far + throat * throat)), sine = b / std::hypot(far, throat);
@@ -191,17 +201,20 @@ TEST_P(Wormhole, SweepsTheEllipticIntegral) {
     }
 }
 INSTANTIATE_TEST_SUITE_P(Strategies, Wormhole,
-                         testing::Values(Way{"scalar", "scalar", "gauss12", "0.1", 1e-9}, Way{"packet", "packet", "gauss12", "0.1", 1e-9},
+                         testing::Values(Way{"scalar", "scalar", "gauss12", "0.1", 1e-9},
+                                         Way{"packet", "packet", "gauss12", "0.1", 1e-9},
                                          Way{"orbit", "packet", "orbit-srkn14", "0.05", 1e-8}),
                          [](const auto& chosen) { return std::string(chosen.param.name); });
 
-// Rain falls with s = √(r_g/r): p_t = −(1 + s d_r), p_r = d_r + (1 + s d_r) s/(1 + s), p_⊥ = d_⊥; on the horizon and inside as well.
+// Rain falls with s = √(r_g/r): p_t = −(1 + s d_r), p_r = d_r + (1 + s d_r) s/(1 + s), p_⊥ = d_⊥; on the horizon and
+// inside as well.
 TEST(FallingObserver, HasTheMomentaOfRainInSchwarzschild) {
     const auto plan = spacetime("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
     for (const double r : {10.0, 3.0, 1.0, 0.5}) {
         for (const double angle : {0.0, 0.7, 2.0, 3.1}) {
             const double d_r = std::cos(angle), s = std::sqrt(1 / r);
-            const RayStart start = start_rays(*plan, {{{r, 0, 0}, {d_r, std::sin(angle), 0}}}, ObserverKind::falling)[0];
+            const RayStart start =
+                start_rays(*plan, {{{r, 0, 0}, {d_r, std::sin(angle), 0}}}, ObserverKind::falling)[0];
             ASSERT_EQ(start.failure, Failure::none) << r;
             EXPECT_NEAR(start.pt, -(1 + s * d_r), 1e-12);
             EXPECT_NEAR(start.p[0], d_r + (1 + s * d_r) * s / (1 + s), 1e-12);
@@ -225,33 +238,37 @@ TEST(FallingObserver, SeesASmallerShadow) {
     EXPECT_GT(shadow(0.7), shadow(1.0));  // … and inside
 }
 
-// The edges of the shadow are where the light has the impact parameters that part it, whoever looks; on the left it is that of prograde
-// light. In the metric with t → −t they are (x p_y − y p_x)/p_t.
+// The edges of the shadow are where the light has the impact parameters that part it, whoever looks; on the left it is
+// that of prograde light. In the metric with t → −t they are (x p_y − y p_x)/p_t.
 TEST(FallingObserver, SeesAHoleTurnAsItDoes) {
     for (const double spin : {0.9, 1.0}) {
-        const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60", "packet", {}, "falling");
+        const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60",
+                                    "packet", {}, "falling");
         for (const double side : {1.0, -1.0}) {
             const auto ray_at = [&](double angle) {  // from (0, −50, 0) towards the hole, to −x or +x
-                return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}}, ObserverKind::falling)[0];
+                return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}},
+                                  ObserverKind::falling)[0];
             };
             const RayStart at = ray_at(edge(*plan, 0, 0.3, ray_at, 1e-11));
             const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
-            EXPECT_NEAR((at.q[0] * at.p[1] - at.q[1] * at.p[0]) / at.pt, expected, 1e-7 * std::abs(expected)) << spin << ' ' << side;
+            EXPECT_NEAR((at.q[0] * at.p[1] - at.q[1] * at.p[0]) / at.pt, expected, 1e-7 * std::abs(expected))
+                << spin << ' ' << side;
         }
     }
     const auto other = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 60");
     EXPECT_THROW(start_rays(*other, {{{0, -50, 0}, {0, 1, 0}}}, ObserverKind::falling), RunError);
 }
 
-// Zero angular momentum: light sent along the radius of the frame has p_φ = 0, and light to either side the same size of it. ω is that
-// of Bardeen, Press & Teukolsky (1972): the static observer, who does not turn, sees a difference.
+// Zero angular momentum: light sent along the radius of the frame has p_φ = 0, and light to either side the same size
+// of it. ω is that of Bardeen, Press & Teukolsky (1972): the static observer, who does not turn, sees a difference.
 TEST(ZamoObserver, TurnsWithTheHole) {
     const double a = 0.9, x = 4, r = std::sqrt(x * x - a * a);
     const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 30");
     StartMap map;
     const double q[3] = {x, 0, 0};
     ASSERT_EQ(plan->scene->space.observe(ObserverKind::zamo, q, map), Failure::none);
-    // −offset is the observer's lowered 4-velocity; its angular momentum x u_y − y u_x is zero and its energy is the lapse.
+    // −offset is the observer's lowered 4-velocity; its angular momentum x u_y − y u_x is zero and its energy is the
+    // lapse.
     EXPECT_NEAR(q[0] * map.offset[1] - q[1] * map.offset[0], 0, 1e-13);
     const double delta = r * r - 2 * r + a * a, big = (r * r + a * a) * (r * r + a * a) - a * a * delta;
     EXPECT_NEAR(map.offset[3], std::sqrt(r * r * delta / big), 1e-12);
@@ -267,12 +284,15 @@ TEST(ZamoObserver, TurnsWithTheHole) {
 
 // Every observer's light is light, and its frame orthonormal: directions d and −d add to twice the 4-velocity.
 TEST(Observers, SeeNullRays) {
-    for (const char* space : {"hamiltonian = \"kerr\"\nspin = 0.7", "hamiltonian = \"schwarzschild\"", "hamiltonian = \"wormhole\""}) {
+    for (const char* space :
+         {"hamiltonian = \"kerr\"\nspin = 0.7", "hamiltonian = \"schwarzschild\"", "hamiltonian = \"wormhole\""}) {
         for (const char* observer : {"static", "zamo", "falling", "coordinate"}) {
             const auto plan = spacetime(space, "escape_radius = 40", "packet", {}, observer);
-            if (std::string(space).find("wormhole") != std::string::npos && std::string(observer) == "falling") continue;
+            if (std::string(space).find("wormhole") != std::string::npos && std::string(observer) == "falling")
+                continue;
             std::vector<RayInput> rays;
-            for (int i = 0; i < 12; ++i) rays.push_back({{3, 4, 2}, {std::cos(i * 1.1), std::sin(i * 1.1), std::cos(2.3 * i)}});
+            for (int i = 0; i < 12; ++i)
+                rays.push_back({{3, 4, 2}, {std::cos(i * 1.1), std::sin(i * 1.1), std::cos(2.3 * i)}});
             const auto starts = start_rays(*plan, rays, observer_of(observer));
             std::vector<RayEnd> ends;
             for (const PathPoint& point : trace_paths(*plan, starts, ends)) {

@@ -1,4 +1,5 @@
-// How much larger a pixel's piece of sky looks than it is: one where rays are straight, and around a hole what elliptic integrals say.
+// How much larger a pixel's piece of sky looks than it is: one where rays are straight, and around a hole what elliptic
+// integrals say.
 #include "film/film.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
@@ -11,8 +12,10 @@ namespace kagero::test {
 namespace {
 
 std::string scene(const std::string& space, const std::string& camera) {
-    return "[space]\n" + space + "[integrator]\nescape_radius = 1000\n[camera]\nposition = [-10, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n" + camera +
-           "[film]\nsize = [256, 128]\nlayers = [\"status\", \"footprint\", \"magnification\"]\n";
+    return "[space]\n" + space +
+           "[integrator]\nescape_radius = 1000\n[camera]\nposition = [-10, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, "
+           "1]\n" +
+           camera + "[film]\nsize = [256, 128]\nlayers = [\"status\", \"footprint\", \"magnification\"]\n";
 }
 
 Film rendered(const Plan& plan) {
@@ -26,7 +29,8 @@ TEST(Magnification, IsOneWhereRaysAreStraight) {
         const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {});
         Film film = rendered(*plan);
         for (std::uint32_t y = 0; y < 128; ++y)
-            for (std::uint32_t x = 0; x < 256; x += 7) ASSERT_NEAR(*film.pixel("magnification", x, y), 1, 0.001) << camera << x << "," << y;
+            for (std::uint32_t x = 0; x < 256; x += 7)
+                ASSERT_NEAR(*film.pixel("magnification", x, y), 1, 0.001) << camera << x << "," << y;
     }
 }
 
@@ -36,7 +40,8 @@ TEST(Magnification, IsOneForWidePixels) {
         const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {"film.size=[64,48]"});
         Film film = rendered(*plan);
         for (std::uint32_t y = 0; y < 48; ++y)
-            for (std::uint32_t x = 0; x < 64; ++x) ASSERT_NEAR(*film.pixel("magnification", x, y), 1, 0.001) << camera << x << "," << y;
+            for (std::uint32_t x = 0; x < 64; ++x)
+                ASSERT_NEAR(*film.pixel("magnification", x, y), 1, 0.001) << camera << x << "," << y;
     }
 }
 
@@ -45,8 +50,10 @@ TEST(Magnification, IsOneInTheLastRowAndColumn) {
     for (const char* camera : {"fov = 20\n", "type = \"equirectangular\"\n"}) {
         const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {"film.size=[61,41]"});
         Film film = rendered(*plan);
-        for (std::uint32_t y = 0; y < 41; ++y) ASSERT_NEAR(*film.pixel("magnification", 60, y), 1, 0.001) << camera << y;
-        for (std::uint32_t x = 0; x < 61; ++x) ASSERT_NEAR(*film.pixel("magnification", x, 40), 1, 0.001) << camera << x;
+        for (std::uint32_t y = 0; y < 41; ++y)
+            ASSERT_NEAR(*film.pixel("magnification", 60, y), 1, 0.001) << camera << y;
+        for (std::uint32_t x = 0; x < 61; ++x)
+            ASSERT_NEAR(*film.pixel("magnification", x, 40), 1, 0.001) << camera << x;
     }
 }
 
@@ -60,7 +67,8 @@ TEST(Magnification, IsOneBesideObjectsAndEdgesToo) {
     for (std::uint32_t y = 0; y < 21; ++y)
         for (std::uint32_t x = 0; x < 31; ++x) {
             const double m = *film.pixel("magnification", x, y);
-            if (*film.pixel("status", x, y) != float(static_cast<int>(Status::escaped)) || m == 0) continue;  // 0: a pixel without neighbours
+            if (*film.pixel("status", x, y) != float(static_cast<int>(Status::escaped)) || m == 0)
+                continue;  // 0: a pixel without neighbours
             const bool whole = [&] {
                 for (const std::uint32_t k : {0u, 1u, 2u, 3u}) {
                     const std::uint32_t i = (x & ~1u) + k % 2, j = (y & ~1u) + k / 2;
@@ -84,7 +92,8 @@ TEST(Magnification, ParallelRaysHaveNone) {
 
 constexpr double observer_radius = 10, far_radius = 1000;
 
-/// Angle on the sky from the point behind the hole, of light seen at an angle psi from the hole's centre by a static observer.
+/// Angle on the sky from the point behind the hole, of light seen at an angle psi from the hole's centre by a static
+/// observer.
 double sky_angle(double psi) {
     const double b = observer_radius * std::sin(psi) / std::sqrt(1 - 1 / observer_radius), u = 1 / far_radius;
     const Orbit orbit(b);
@@ -100,36 +109,43 @@ TEST(Magnification, AroundAHoleIsThatOfItsLens) {
     for (std::uint32_t y = 0; y < 128; y += 3)
         for (std::uint32_t x = 0; x < 256; x += 5) {
             // The footprint belongs to the middle of a block of 2 x 2 pixels.
-            const double u = ((x & ~1u) + 1.0 - 128) * pixel, v = ((y & ~1u) + 1.0 - 64) * pixel, psi = std::atan(std::hypot(u, v));
+            const double u = ((x & ~1u) + 1.0 - 128) * pixel, v = ((y & ~1u) + 1.0 - 64) * pixel,
+                         psi = std::atan(std::hypot(u, v));
             if (psi < 0.38 || *film.pixel("status", x, y) != 1) continue;
             const double h = 1e-4, slope = (sky_angle(psi + h) - sky_angle(psi - h)) / (2 * h);
             const double lens = std::sin(psi) / std::abs(std::sin(sky_angle(psi)) * slope);
             if (lens > 8) continue;  // near the ring a block of pixels is no small piece of the sky
-            const double here = std::cos(std::atan(std::hypot((x + 0.5 - 128) * pixel, (y + 0.5 - 64) * pixel))), there = std::cos(psi);
-            const double seen = *film.pixel("magnification", x, y) * std::pow(there / here, 3);  // solid angle of the pixel itself
+            const double here = std::cos(std::atan(std::hypot((x + 0.5 - 128) * pixel, (y + 0.5 - 64) * pixel))),
+                         there = std::cos(psi);
+            const double seen =
+                *film.pixel("magnification", x, y) * std::pow(there / here, 3);  // solid angle of the pixel itself
             EXPECT_NEAR(seen / lens, 1, 0.02) << x << "," << y << " " << psi << " " << lens;
             ++compared;
         }
     EXPECT_GT(compared, 200);
 }
 
-// On Einstein's ring two sides of the sky fall on one block of pixels: however many rays tell so, it is seen as large as it is.
+// On Einstein's ring two sides of the sky fall on one block of pixels: however many rays tell so, it is seen as large
+// as it is.
 TEST(Magnification, DoesNotDependOnSamples) {
     const auto seen = [](const char* spp) {
-        const auto plan = plan_of_text(scene("hamiltonian = \"schwarzschild\"\nrg = 1\n", "fov = 30\n"), {"film.size=[96,48]", spp});
+        const auto plan =
+            plan_of_text(scene("hamiltonian = \"schwarzschild\"\nrg = 1\n", "fov = 30\n"), {"film.size=[96,48]", spp});
         Film film = rendered(*plan);
         std::vector<double> all;
         const double pixel = 2 * std::tan(std::numbers::pi / 12) / 48;
         for (std::uint32_t y = 0; y < 48; ++y)
             for (std::uint32_t x = 0; x < 96; ++x)
-                if (std::hypot(x + 0.5 - 48, y + 0.5 - 24) * pixel > 0.38) all.push_back(*film.pixel("magnification", x, y));
+                if (std::hypot(x + 0.5 - 48, y + 0.5 - 24) * pixel > 0.38)
+                    all.push_back(*film.pixel("magnification", x, y));
         return all;
     };
     const auto once = seen("film.spp=1");
     EXPECT_GT(*std::max_element(once.begin(), once.end()), 5);
     for (const char* spp : {"film.spp=2", "film.spp=4", "film.spp=16"}) {
         const auto often = seen(spp);
-        for (std::size_t i = 0; i < once.size(); ++i) ASSERT_LT(std::abs(std::log(often[i] / once[i])), std::log(1.6)) << spp << " " << i << " " << once[i];
+        for (std::size_t i = 0; i < once.size(); ++i)
+            ASSERT_LT(std::abs(std::log(often[i] / once[i])), std::log(1.6)) << spp << " " << i << " " << once[i];
     }
 }
 

@@ -1,4 +1,5 @@
-// Remarks on what the user may not have meant: each is made where it belongs, and not where the scene means what it says.
+// Remarks on what the user may not have meant: each is made where it belongs, and not where the scene means what it
+// says.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,8 @@ center = [0, 3, 0]
 radius = 0.75
 )";
 
-const std::string disk_in_a_formula = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n" + view + R"([[object]]
+const std::string disk_in_a_formula =
+    "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n" + view + R"([[object]]
 name = "ring"
 shape = "disk"
 center = [0, 0, 0]
@@ -33,7 +35,8 @@ outer = 2
 )";
 
 bool remarks_on(const Plan& plan, const std::string& part) {
-    return std::any_of(plan.remarks.begin(), plan.remarks.end(), [&](const std::string& remark) { return remark.find(part) != std::string::npos; });
+    return std::any_of(plan.remarks.begin(), plan.remarks.end(),
+                       [&](const std::string& remark) { return remark.find(part) != std::string::npos; });
 }
 
 TEST(Remarks, AreMadeWhereTheyBelong) {
@@ -42,10 +45,14 @@ TEST(Remarks, AreMadeWhereTheyBelong) {
         Overrides said, meant;
     } const cases[] = {
         {"object.ball lies beyond", {"object.ball.center=[0,60,0]"}, {"object.ball.center=[0,50,0]"}},
-        {"object.ball lies beyond", {"object.ball.center=[0,0,0]", "object.ball.radius=60"}, {"object.ball.center=[0,40,0]", "object.ball.radius=60"}},
+        {"object.ball lies beyond",
+         {"object.ball.center=[0,0,0]", "object.ball.radius=60"},
+         {"object.ball.center=[0,40,0]", "object.ball.radius=60"}},
         {"camera.fov has no effect", {"camera.fov=50", "camera.type=orthographic"}, {"camera.fov=50"}},
         {"camera.fov has no effect", {"camera.fov=50", "camera.type=equirectangular"}, {"camera.type=equirectangular"}},
-        {"integrator.tolerance has no effect", {"integrator.tolerance=1e-6", "integrator.method=rk4"}, {"integrator.tolerance=1e-6"}},
+        {"integrator.tolerance has no effect",
+         {"integrator.tolerance=1e-6", "integrator.method=rk4"},
+         {"integrator.tolerance=1e-6"}},
     };
     for (const auto& [part, said, meant] : cases) {
         EXPECT_TRUE(remarks_on(*plan_of_text(ball, said), part)) << part;
@@ -61,8 +68,10 @@ TEST(Remarks, SayThatTheMatterOfADiskStandsStillInAFormula) {
 TEST(Remarks, SayThatNothingOfADiskIsWithinTheEscapeSphere) {
     const char* lies_beyond = "object.ring lies beyond";
     const Override space = "space={hamiltonian=\"schwarzschild\"}";
-    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=60", "object.ring.outer=70"}), lies_beyond));
-    EXPECT_FALSE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=40", "object.ring.outer=70"}), lies_beyond));
+    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=60", "object.ring.outer=70"}),
+                           lies_beyond));
+    EXPECT_FALSE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=40", "object.ring.outer=70"}),
+                            lies_beyond));
 }
 
 TEST(Remarks, NameConstantsAndHelpersThatNoFormulaHas) {
@@ -70,7 +79,8 @@ TEST(Remarks, NameConstantsAndHelpersThatNoFormulaHas) {
     Overrides misspelt = used;
     misspelt.push_back("space.constants.strenght=2"), misspelt.push_back("space.let.M=x");
     EXPECT_FALSE(remarks_on(*plan_of_text(disk_in_a_formula, used), "has no effect"));
-    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, misspelt), "space.constants.strenght has no effect: no formula uses it; did you mean strength?"));
+    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, misspelt),
+                           "space.constants.strenght has no effect: no formula uses it; did you mean strength?"));
     EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, misspelt), "space.let.M has no effect"));
 }
 

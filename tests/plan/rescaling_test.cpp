@@ -20,7 +20,8 @@ std::vector<RayInput> fan(const Double3& origin) {
     return rays;
 }
 
-std::vector<RayEnd> traced(const std::string& space, const Overrides& overrides, const std::string& strategy, const std::vector<RayInput>& rays) {
+std::vector<RayEnd> traced(const std::string& space, const Overrides& overrides, const std::string& strategy,
+                           const std::vector<RayInput>& rays) {
     const auto plan = plan_of_text("[space]\nhamiltonian = " + space + rest, overrides, with_strategy(strategy), false);
     std::vector<RayEnd> ends;
     trace(*plan, start_rays(*plan, rays), ends);
@@ -50,7 +51,8 @@ Overrides with(Overrides overrides, const std::string& more) {
     return overrides;
 }
 
-// The space's own rescaling, written: compiled and interpreted take the same steps, and differ by the order of roundings.
+// The space's own rescaling, written: compiled and interpreted take the same steps, and differ by the order of
+// roundings.
 TEST(Rescaling, AnExpressionDoesWhatTheSpaceDoesItself) {
     struct Case {
         const char *space, *rescale, *method;
@@ -59,12 +61,14 @@ TEST(Rescaling, AnExpressionDoesWhatTheSpaceDoesItself) {
     for (const Case& c : {Case{"\"schwarzschild\"\nrg = 0.5\n", "r", "gauss8", {-7, 0.5, 0.25}},
                           Case{"\"schwarzschild\"\nrg = 0.5\n", "sqrt(x^2 + y^2 + z^2)", "dp5", {-7, 0.5, 0.25}},
                           Case{"\"mirage\"\n", "1/(0.85 - 0.3*z^3 + 0.03*cos(3*pi*x))", "srkn6", {0, 0, 0}}}) {
-        const Overrides own{std::string("integrator.method=") + c.method, "integrator.step=0.1", "integrator.escape_radius=9"};
+        const Overrides own{std::string("integrator.method=") + c.method, "integrator.step=0.1",
+                            "integrator.escape_radius=9"};
         for (const char* strategy : {"packet", "scalar"}) {
             SCOPED_TRACE(std::string(c.space) + c.rescale + ", " + strategy);
             const auto rays = fan(c.origin);
             const auto a = traced(c.space, own, strategy, rays);
-            const auto b = traced(c.space, with(own, std::string("integrator.rescale=\"") + c.rescale + '"'), strategy, rays);
+            const auto b =
+                traced(c.space, with(own, std::string("integrator.rescale=\"") + c.rescale + '"'), strategy, rays);
             std::size_t compared = 0;
             for (std::size_t i = 0; i < a.size(); ++i) {
                 ASSERT_EQ(a[i].status, b[i].status) << i;
@@ -78,17 +82,24 @@ TEST(Rescaling, AnExpressionDoesWhatTheSpaceDoesItself) {
     }
 }
 
-// Whatever the pace, a ray ends where it ends, at the same parameter of H; its captures, edges and far sides are those of the space.
+// Whatever the pace, a ray ends where it ends, at the same parameter of H; its captures, edges and far sides are those
+// of the space.
 TEST(Rescaling, LeavesRaysWhereTheyAre) {
-    const char* spaces[] = {"\"kerr\"\nmass = 0.25\nspin = 0.6\n", "\"schwarzschild\"\nrg = 0.5\n", "\"wormhole\"\n", "\"duct\"\n",
-                            "\"fisheye\"\n", "\"layer\"\n", "\"shimmer\"\n"};
+    const char* spaces[] = {"\"kerr\"\nmass = 0.25\nspin = 0.6\n",
+                            "\"schwarzschild\"\nrg = 0.5\n",
+                            "\"wormhole\"\n",
+                            "\"duct\"\n",
+                            "\"fisheye\"\n",
+                            "\"layer\"\n",
+                            "\"shimmer\"\n"};
     for (const char* space : spaces)
         for (const char* rescale : {"1 + 0.1*r", "2 + sin(x)"}) {
             SCOPED_TRACE(std::string(space) + rescale);
             const auto rays = fan({-3, 0.5, 0.25});
             const Overrides fine{"integrator.method=dp54", "integrator.tolerance=1e-11", "integrator.escape_radius=4"};
             const auto a = traced(space, with(fine, "integrator.rescale=none"), "packet", rays);
-            const auto b = traced(space, with(fine, std::string("integrator.rescale=\"") + rescale + '"'), "packet", rays);
+            const auto b =
+                traced(space, with(fine, std::string("integrator.rescale=\"") + rescale + '"'), "packet", rays);
             for (std::size_t i = 0; i < a.size(); ++i) {
                 ASSERT_EQ(a[i].status, b[i].status) << i;
                 if (a[i].status != Status::escaped) continue;
@@ -103,7 +114,8 @@ TEST(Rescaling, LeavesThePictureAsItIs) {
         "[space]\nhamiltonian = \"kerr\"\nmass = 0.25\nspin = 0.6\n"
         "[camera]\nposition = [0, -6, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 50\nobserver = \"zamo\"\n"
         "[film]\nsize = [24, 16]\nlayers = [\"color\", \"status\", \"redshift\"]\n"
-        "[[object]]\nname = \"disk\"\nshape = \"disk\"\ncenter = [0, 0, 0]\nnormal = [0, 0, 1]\ninner = 1.2\nouter = 3\ntemperature = 6000\n";
+        "[[object]]\nname = \"disk\"\nshape = \"disk\"\ncenter = [0, 0, 0]\nnormal = [0, 0, 1]\ninner = 1.2\nouter = "
+        "3\ntemperature = 6000\n";
     const auto picture = [&](const Overrides& overrides) {
         const auto plan = plan_of_text(scene, overrides, with_strategy("packet"));
         Film film(24, 16, plan->description().film.layers);
@@ -121,28 +133,39 @@ TEST(Rescaling, LeavesThePictureAsItIs) {
     EXPECT_GE(shifted, 50u);
 }
 
-// What is rescaled by a number below 0 runs backward: such rays fail, at the start or where they come there, and end nowhere.
+// What is rescaled by a number below 0 runs backward: such rays fail, at the start or where they come there, and end
+// nowhere.
 TEST(Rescaling, IsOfPositivePaceAlone) {
-    const std::string built_in = "\"kerr\"\nmass = 0.25\nspin = 0.6\n", formula = "\"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
+    const std::string built_in = "\"kerr\"\nmass = 0.25\nspin = 0.6\n",
+                      formula = "\"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
     for (const std::string& space : {built_in, formula})
         for (const char* strategy : {"packet", "scalar"}) {
-            const std::vector<RayInput> inward{{{5, -3, 0.1}, {-1, 0, 0}}, {{5, -2, 0.1}, {-1, 0.1, 0}}}, outward{{{5, -3, 0.1}, {1, 0, 0}}};
-            for (const RayEnd& end : traced(space, {"integrator.rescale=-r"}, strategy, inward)) EXPECT_EQ(end.failure, Failure::no_pace);
+            const std::vector<RayInput> inward{{{5, -3, 0.1}, {-1, 0, 0}}, {{5, -2, 0.1}, {-1, 0.1, 0}}},
+                outward{{{5, -3, 0.1}, {1, 0, 0}}};
+            for (const RayEnd& end : traced(space, {"integrator.rescale=-r"}, strategy, inward))
+                EXPECT_EQ(end.failure, Failure::no_pace);
             // Towards Ω = 0 a ray goes on for ever.
-            for (const RayEnd& end : traced(space, {"integrator.rescale=x", "integrator.max_steps=500"}, strategy, inward))
+            for (const RayEnd& end :
+                 traced(space, {"integrator.rescale=x", "integrator.max_steps=500"}, strategy, inward))
                 EXPECT_TRUE(end.status == Status::failed || end.status == Status::step_limit);
-            for (const RayEnd& end : traced(space, {"integrator.rescale=x"}, strategy, outward)) EXPECT_EQ(end.status, Status::escaped);
+            for (const RayEnd& end : traced(space, {"integrator.rescale=x"}, strategy, outward))
+                EXPECT_EQ(end.status, Status::escaped);
         }
     for (const std::string& space : {built_in, formula})
-        EXPECT_NE(refusal(space, {"integrator.rescale=-r"}).find("integrator.rescale = \"-r\" is not greater than 0 at camera.position"), std::string::npos);
+        EXPECT_NE(refusal(space, {"integrator.rescale=-r"})
+                      .find("integrator.rescale = \"-r\" is not greater than 0 at camera.position"),
+                  std::string::npos);
 }
 
 TEST(Rescaling, SaysWhatItCannotDo) {
-    EXPECT_NE(refusal("\"luneburg\"\n", {"integrator.rescale=r"}).find("integrator.rescale: the slope of its H jumps"), std::string::npos);
-    EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=px"}).find("it may depend on x y z and r alone"), std::string::npos);
+    EXPECT_NE(refusal("\"luneburg\"\n", {"integrator.rescale=r"}).find("integrator.rescale: the slope of its H jumps"),
+              std::string::npos);
+    EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=px"}).find("it may depend on x y z and r alone"),
+              std::string::npos);
     EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=spin"}).find("unknown name spin"), std::string::npos);
     EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=1-3"}).find("greater than 0"), std::string::npos);
-    EXPECT_NE(refusal("\"mirage\"\n", {"integrator.rescale=1+z^2", "integrator.method=srkn6"}).find("not of the form"), std::string::npos);
+    EXPECT_NE(refusal("\"mirage\"\n", {"integrator.rescale=1+z^2", "integrator.method=srkn6"}).find("not of the form"),
+              std::string::npos);
     // Where the scene states no method, the space's own gives way to one that can.
     EXPECT_EQ(refusal("\"mirage\"\n", {"integrator.rescale=1+z^2"}), "");
     EXPECT_EQ(refusal("\"flat\"\n", {"integrator.rescale=r"}), "");

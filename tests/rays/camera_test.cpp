@@ -59,7 +59,8 @@ double distance(const double (&p)[3], const Double3& d) {
     return std::hypot(p[0] - d[0], p[1] - d[1], p[2] - d[2]);
 }
 
-// In flat space |p| = 1 and p is the direction. Longitude grows to the right of the picture, which is the observer's right.
+// In flat space |p| = 1 and p is the direction. Longitude grows to the right of the picture, which is the observer's
+// right.
 TEST(Equirectangular, PixelsLookWhereLongitudeAndLatitudeSay) {
     const auto plan = plan_of_text(ball, {"camera.type=equirectangular", "camera.position=[0,4,0]"});
     const double width = 48, height = 36;
@@ -74,10 +75,11 @@ TEST(Equirectangular, PixelsLookWhereLongitudeAndLatitudeSay) {
 }
 
 TEST(Equirectangular, TiltedUpIsMadeOrthogonal) {
-    const auto plan = plan_of_text(ball, {"camera.type=equirectangular", "camera.up=[-0.7,0,1]", "camera.look_at=[0,0,-3]"});
+    const auto plan =
+        plan_of_text(ball, {"camera.type=equirectangular", "camera.up=[-0.7,0,1]", "camera.look_at=[0,0,-3]"});
     EXPECT_LE(distance(camera_ray(*plan, 24, 18).start.p, {-0.8, 0, -0.6}), 8 * epsilon);  // the middle
     EXPECT_LE(distance(camera_ray(*plan, 24, 0).start.p, {-0.6, 0, 0.8}), 8 * epsilon);    // the zenith
-    EXPECT_LE(distance(camera_ray(*plan, 36, 18).start.p, {0, 1, 0}), 8 * epsilon);        // a quarter turn to the right
+    EXPECT_LE(distance(camera_ray(*plan, 36, 18).start.p, {0, 1, 0}), 8 * epsilon);  // a quarter turn to the right
 }
 
 // Camera and sky speak of the same sphere: an image put on the sky comes out of the camera texel by texel.
@@ -85,7 +87,8 @@ TEST(Equirectangular, GivesTheSkyBack) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-sky-" + std::to_string(::getpid()) + ".exr");
     Film sky(32, 16, {"color"});
     std::mt19937 random(1);
-    for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i) sky.plane("color")[i] = float(random() % 256) / 256;  // exact in half
+    for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i)
+        sky.plane("color")[i] = float(random() % 256) / 256;  // exact in half
     write_film(sky, path.string(), {});
     const auto plan = plan_of_text(
         "space.hamiltonian = \"flat\"\ncamera = { type = \"equirectangular\", position = [1, 2, 3], look_at = "
@@ -94,8 +97,10 @@ TEST(Equirectangular, GivesTheSkyBack) {
         {});
     std::filesystem::remove(path);
     const Film seen = picture(*plan);
-    // Directions carry a few roundings, of the coordinate of a texel up to 32, over the sine of 5.6° at the poles' rows.
-    for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i) EXPECT_NEAR(seen.plane("color")[i], sky.plane("color")[i], 2e-7) << i;
+    // Directions carry a few roundings, of the coordinate of a texel up to 32, over the sine of 5.6° at the poles'
+    // rows.
+    for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i)
+        EXPECT_NEAR(seen.plane("color")[i], sky.plane("color")[i], 2e-7) << i;
 }
 
 TEST(Orthographic, RaysAreParallelAndAPixelApart) {
@@ -134,7 +139,8 @@ TEST(Samples, MeanIsTheShareOfThePixelCovered) {
     EXPECT_EQ(*film.pixel("steps", 24, 18), 1.0f);
 }
 
-// Near the hole the observer's frame is another one at every place: each ray is that of the static observer where it starts.
+// Near the hole the observer's frame is another one at every place: each ray is that of the static observer where it
+// starts.
 TEST(Orthographic, EachRayHasItsOwnObserver) {
     const auto plan = plan_of_text(hole, {"camera.type=orthographic", "camera.height=4"});
     for (std::uint32_t y = 0; y < 18; y += 5)
@@ -187,7 +193,8 @@ void expect_same(const Film& a, const Film& b, const std::string& what) {
 TEST(Pictures, DependOnNeitherThreadsTilesNorStrategy) {
     for (const char* type : {"perspective", "equirectangular", "orthographic"})
         for (const char* spp : {"1", "5"}) {
-            const Overrides overrides{std::string("camera.type=") + type, std::string("film.spp=") + spp, "film.size=[40,37]"};
+            const Overrides overrides{std::string("camera.type=") + type, std::string("film.spp=") + spp,
+                                      "film.size=[40,37]"};
             Options options = with_strategy("packet");
             const Film whole = picture(*plan_of_text(hole, overrides, options));
             options.threads = 3;

@@ -42,7 +42,8 @@ TEST(PlaceInPixel, PixelsAndSeedsHaveTheirOwn) {
     EXPECT_EQ(all.size(), 16u * 16 * 4);
 }
 
-// The first sample decides some layers, so over pixels it must be uniform: χ² of 64 cells has mean 63 and deviation √126.
+// The first sample decides some layers, so over pixels it must be uniform: χ² of 64 cells has mean 63 and deviation
+// √126.
 TEST(PlaceInPixel, TheFirstSampleIsUniformOverPixels) {
     std::vector<double> count(64);
     constexpr std::uint32_t edge = 128;

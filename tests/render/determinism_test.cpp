@@ -9,9 +9,11 @@ namespace kagero::test {
 namespace {
 
 const Overrides overrides{"film.size=[100,80]",
-                          "film.layers=[\"color\",\"status\",\"steps\",\"energy_error\",\"object\",\"depth\",\"newton\",\"position_error\",\"rounding_error\"]"};
+                          "film.layers=[\"color\",\"status\",\"steps\",\"energy_error\",\"object\",\"depth\","
+                          "\"newton\",\"position_error\",\"rounding_error\"]"};
 
-constexpr const char* layers[] = {"color", "status", "steps", "energy_error", "object", "depth", "newton", "position_error", "rounding_error"};
+constexpr const char* layers[] = {"color", "status", "steps",          "energy_error",  "object",
+                                  "depth", "newton", "position_error", "rounding_error"};
 
 /// Equal, or both not a number.
 bool same(float a, float b) {
@@ -25,7 +27,9 @@ std::unique_ptr<Plan> room(const Options& options, const Overrides& method = {})
     return plan_of_file(KAGERO_SCENES "/room.toml", all, options);
 }
 /// Implicit methods as well: by fixed points, and where those are not found by Newton's method.
-const Overrides methods[] = {{}, {"integrator.method=verlet", "integrator.step=0.8"}, {"integrator.method=gauss8", "integrator.step=0.5"}};
+const Overrides methods[] = {{},
+                             {"integrator.method=verlet", "integrator.step=0.8"},
+                             {"integrator.method=gauss8", "integrator.step=0.5"}};
 
 class Determinism : public ProgramTest {
 protected:
@@ -55,7 +59,8 @@ TEST_F(Determinism, FilesOfTheProgramAreTheSame) {
     std::string first;
     for (const char* threads : {"1", "2", "5"}) {
         const Outcome outcome =
-            run("render '" KAGERO_SCENES "/room.toml' --size 100x80 --layers color,steps,status -o a.exr --quiet --threads " +
+            run("render '" KAGERO_SCENES
+                "/room.toml' --size 100x80 --layers color,steps,status -o a.exr --quiet --threads " +
                 std::string(threads));
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         if (first.empty()) first = read("a.exr");
@@ -87,8 +92,8 @@ TEST_F(Determinism, ACropIsAPartOfThePicture) {
         const auto plan = room(with_strategy("packet"), method);
         Film whole(100, 80, plan->description().film.layers);
         render_with_errors(*plan, whole);
-        for (const Tile& crop :
-             {Tile{0, 0, 100, 80}, Tile{13, 7, 71, 41}, Tile{99, 79, 100, 80}, Tile{31, 0, 33, 80}, Tile{50, 40, 51, 41}}) {
+        for (const Tile& crop : {Tile{0, 0, 100, 80}, Tile{13, 7, 71, 41}, Tile{99, 79, 100, 80}, Tile{31, 0, 33, 80},
+                                 Tile{50, 40, 51, 41}}) {
             Options options = with_strategy("packet");
             options.crop = crop;
             const auto part = room(options, method);
@@ -98,7 +103,8 @@ TEST_F(Determinism, ACropIsAPartOfThePicture) {
             for (const char* layer : layers)
                 for (std::uint32_t y = y0; y < y1; ++y)
                     for (std::uint32_t x = x0; x < x1; ++x)
-                        ASSERT_PRED2(same, *film.pixel(layer, x - x0, y - y0), *whole.pixel(layer, x, y)) << layer << " " << x << "," << y;
+                        ASSERT_PRED2(same, *film.pixel(layer, x - x0, y - y0), *whole.pixel(layer, x, y))
+                            << layer << " " << x << "," << y;
         }
     }
 }
@@ -138,9 +144,9 @@ TEST_F(Determinism, TheOrderOfRaysChangesNoBit) {
     }
 }
 
-// Sums, products, quotients and roots round alike in scalar and packet code, and both fuse where the source says so; iterations
-// of an implicit step end alike. So the paths agree to the last bit, and only Embree's scalar and packet queries could tell them
-// apart.
+// Sums, products, quotients and roots round alike in scalar and packet code, and both fuse where the source says so;
+// iterations of an implicit step end alike. So the paths agree to the last bit, and only Embree's scalar and packet
+// queries could tell them apart.
 TEST_F(Determinism, ScalarAndPacketAgree) {
     for (const Overrides& method : methods) {
         const auto packet = room(with_strategy("packet"), method), scalar = room(with_strategy("scalar"), method);

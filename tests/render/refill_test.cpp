@@ -11,7 +11,8 @@
 namespace kagero::test {
 namespace {
 
-std::unique_ptr<Plan> room(const std::string& refill, Overrides overrides, const std::string& strategy, bool with_camera) {
+std::unique_ptr<Plan> room(const std::string& refill, Overrides overrides, const std::string& strategy,
+                           bool with_camera) {
     overrides.insert(overrides.end(), {"integrator.refill=" + refill, "film.size=[40, 30]"});
     return plan_of_file(std::string(KAGERO_SCENES) + "/room.toml", overrides, with_strategy(strategy), with_camera);
 }
@@ -21,7 +22,8 @@ std::vector<RayInput> rays(std::size_t count = 501) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> inside(-0.9, 0.9), any(-1, 1);
     std::vector<RayInput> all(count);
-    for (RayInput& ray : all) ray = {{inside(random), inside(random), inside(random)}, {any(random), any(random), any(random)}};
+    for (RayInput& ray : all)
+        ray = {{inside(random), inside(random), inside(random)}, {any(random), any(random), any(random)}};
     all[17].direction = {0, 0, 0};
     all[300].position = {0, 0, 0};
     return all;
@@ -60,7 +62,8 @@ TEST(Refill, ChangesNoRay) {
                 SCOPED_TRACE(i);
                 expect_same(on.ends[i], off.ends[i]);
             }
-            for (std::uint32_t s = 0; s < status_count; ++s) EXPECT_EQ(on.report.counters.ended[s], off.report.counters.ended[s]);
+            for (std::uint32_t s = 0; s < status_count; ++s)
+                EXPECT_EQ(on.report.counters.ended[s], off.report.counters.ended[s]);
         }
 }
 
@@ -82,9 +85,12 @@ TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
         Options options = with_strategy("packet");
         options.isa = isa;
         const auto plan_with = [&](const std::string& refill, const std::string& step) {
-            return plan_of_file(scene_file("room.toml"), {"integrator.method=verlet", "integrator.refill=" + refill, "integrator.step=" + step}, options, false);
+            return plan_of_file(scene_file("room.toml"),
+                                {"integrator.method=verlet", "integrator.refill=" + refill, "integrator.step=" + step},
+                                options, false);
         };
-        const auto occupancy = [&](const std::vector<RayInput>& list, const std::string& refill, const std::string& step) {
+        const auto occupancy = [&](const std::vector<RayInput>& list, const std::string& refill,
+                                   const std::string& step) {
             const auto plan = plan_with(refill, step);
             std::vector<RayEnd> ends;
             return occupancy_of(trace(*plan, start_rays(*plan, list), ends));
@@ -92,8 +98,10 @@ TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
         // The list's sixteenths do not begin with a packet.
         const std::size_t count = 595 * std::size_t{plan_with("on", "1")->run.kernel->lanes} - 1;
         std::vector<RayInput> mixed = rays(count), coherent;
-        for (std::size_t k = 0; k < count; ++k) coherent.push_back({{-0.9, 0.3, 0.1}, {1, 1.8 * double(k) / double(count) - 0.9, 0.2}});
-        for (const auto* list : {&mixed, &coherent}) EXPECT_NE(occupancy(*list, "on", "0.05"), occupancy(*list, "off", "0.05"));
+        for (std::size_t k = 0; k < count; ++k)
+            coherent.push_back({{-0.9, 0.3, 0.1}, {1, 1.8 * double(k) / double(count) - 0.9, 0.2}});
+        for (const auto* list : {&mixed, &coherent})
+            EXPECT_NE(occupancy(*list, "on", "0.05"), occupancy(*list, "off", "0.05"));
         EXPECT_EQ(occupancy(mixed, "auto", "0.05"), occupancy(mixed, "on", "0.05"));
         EXPECT_EQ(occupancy(mixed, "auto", "1"), occupancy(mixed, "off", "1"));
         EXPECT_EQ(occupancy(coherent, "auto", "0.05"), occupancy(coherent, "off", "0.05"));
@@ -104,7 +112,8 @@ TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
 std::vector<RayInput> window() {
     std::vector<RayInput> list;
     for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 64; ++x) list.push_back({{0.22, -0.92, 0.16}, {-0.22 + x / 32.0 - 1, 0.92, -0.16 + y / 32.0 - 1}});
+        for (int x = 0; x < 64; ++x)
+            list.push_back({{0.22, -0.92, 0.16}, {-0.22 + x / 32.0 - 1, 0.92, -0.16 + y / 32.0 - 1}});
     return list;
 }
 
@@ -143,7 +152,9 @@ TEST(OrderOfRays, DoesNotChangeResults) {
 }
 
 /// Lane steps issued for lanes whose ray had ended.
-double idle_lane_steps(const Counters& counters) { return double(counters.issued_lane_steps - counters.active_lane_steps); }
+double idle_lane_steps(const Counters& counters) {
+    return double(counters.issued_lane_steps - counters.active_lane_steps);
+}
 
 /// The same for packets of consecutive rays of the list: the kernel is called directly, because `trace` sorts the list.
 double idle_lane_steps_as_listed(const Plan& plan, const std::vector<RayStart>& starts) {
@@ -156,8 +167,8 @@ double idle_lane_steps_as_listed(const Plan& plan, const std::vector<RayStart>& 
     return idle_lane_steps(counters);
 }
 
-// `trace` sorts a shuffled list, so that neighbouring rays share a packet. The share of idle lanes grows with the number of lanes: it is
-// compared with that of the same kernel for packets of random rays and for packets of rows.
+// `trace` sorts a shuffled list, so that neighbouring rays share a packet. The share of idle lanes grows with the
+// number of lanes: it is compared with that of the same kernel for packets of random rays and for packets of rows.
 TEST(OrderOfRays, HardlyChangesOccupancy) {
     for (const std::string& isa : supported_isas())
         for (const char* precision : {"double", "float"})
@@ -168,11 +179,13 @@ TEST(OrderOfRays, HardlyChangesOccupancy) {
                 overrides.insert(overrides.end(), {"integrator.refill=off", std::string("integrator.lanes=") + lanes});
                 const auto plan = plan_of_file(scene_file("room.toml"), overrides, options, false);
                 SCOPED_TRACE(isa + ", " + precision + ", " + std::to_string(plan->run.kernel->lanes) + " lanes");
-                const std::vector<RayStart> rows = start_rays(*plan, window()), shuffled = permuted(rows, random_order(rows.size()));
+                const std::vector<RayStart> rows = start_rays(*plan, window()),
+                                            shuffled = permuted(rows, random_order(rows.size()));
                 std::vector<RayEnd> ends;
                 const double sorted = idle_lane_steps(trace(*plan, shuffled, ends).counters);
                 EXPECT_LT(sorted, 0.5 * idle_lane_steps_as_listed(*plan, shuffled));
-                // The longest runs of rows are the rows themselves; of the curve that the list is sorted along (Morton), squares.
+                // The longest runs of rows are the rows themselves; of the curve that the list is sorted along
+                // (Morton), squares.
                 EXPECT_LT(sorted, 1.25 * idle_lane_steps_as_listed(*plan, rows));
             }
 }
@@ -180,7 +193,8 @@ TEST(OrderOfRays, HardlyChangesOccupancy) {
 TEST(Refill, ChangesNoPicture) {
     const auto picture = [](const char* refill) {
         const auto plan = room(refill, {}, "packet", true);
-        Film film(plan->description().film.width, plan->description().film.height, {"color", "steps", "status", "gradients"});
+        Film film(plan->description().film.width, plan->description().film.height,
+                  {"color", "steps", "status", "gradients"});
         render(*plan, film);
         return film;
     };

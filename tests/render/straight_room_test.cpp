@@ -1,6 +1,7 @@
-// Without a hole the room is a picture that can be worked out with a ruler: where each ray meets which wall, and which square
-// there. kagero's must be the same wherever that point is farther than a thousandth of a pixel from an edge; its colour is the mean over
-// the pixel, so it must be the square's own wherever the pixel lies within one, and near the ruler's mean where it lies across some.
+// Without a hole the room is a picture that can be worked out with a ruler: where each ray meets which wall, and which
+// square there. kagero's must be the same wherever that point is farther than a thousandth of a pixel from an edge; its
+// colour is the mean over the pixel, so it must be the square's own wherever the pixel lies within one, and near the
+// ruler's mean where it lies across some.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -128,14 +129,15 @@ TEST_P(StraightRoom, IsTheRulersPicture) {
             if (!within_square && within_face) {
                 shade = 0;
                 constexpr int n = 12;
-                for (int i = 0; i < n * n; ++i) shade += brightness(at((i % n + 0.5) / n - 0.5, (i / n + 0.5) / n - 0.5)) / (n * n);
+                for (int i = 0; i < n * n; ++i)
+                    shade += brightness(at((i % n + 0.5) / n - 0.5, (i / n + 0.5) / n - 0.5)) / (n * n);
                 off_mean.push_back(color[0] / paint[0] - shade);
             }
             right &= std::abs(*film.pixel("depth", x, y) - depth) <= 1.2e-7 * depth;
             if (!right && ++wrong <= 5)
                 ADD_FAILURE() << "pixel " << x << "," << y << ": face " << seen.face << " square " << seen.column << ","
-                              << seen.row << ", but colour " << color[0] << " " << color[1] << " " << color[2] << ", depth "
-                              << *film.pixel("depth", x, y) << " for " << depth;
+                              << seen.row << ", but colour " << color[0] << " " << color[1] << " " << color[2]
+                              << ", depth " << *film.pixel("depth", x, y) << " for " << depth;
         }
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(within_squares, int(size * size / 2));
@@ -150,8 +152,8 @@ TEST_P(StraightRoom, IsTheRulersPicture) {
     EXPECT_LT(near_edges, size * 60 * 2e-3 * 10);
 }
 
-// The same rays in double: hits are Newton's on planes through corners of size 1, so a few roundings of a coordinate remain, over
-// the sine of the angle at which the ray meets the wall.
+// The same rays in double: hits are Newton's on planes through corners of size 1, so a few roundings of a coordinate
+// remain, over the sine of the angle at which the ray meets the wall.
 TEST_P(StraightRoom, HitsLieWhereTheRulerSays) {
     const auto p = plan();
     const Pinhole camera(p->description().camera);
@@ -170,7 +172,8 @@ TEST_P(StraightRoom, HitsLieWhereTheRulerSays) {
         EXPECT_EQ(static_cast<int>(ends[i].primitive / 2), views[i].face);
         EXPECT_EQ(ends[i].gradients, 0u);
         const double rounding = 8 * std::numeric_limits<double>::epsilon();
-        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], views[i].point[k], rounding / std::abs(ends[i].v[axis]));
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(ends[i].q[k], views[i].point[k], rounding / std::abs(ends[i].v[axis]));
     }
 }
 

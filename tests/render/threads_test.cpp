@@ -26,7 +26,8 @@ TEST(Threads, EveryTaskHasAThreadOfItsOwn) {
 TEST(Threads, AreTiedToNoProcessor) {
     cpu_set_t before;
     std::vector<cpu_set_t> within(more_than_processors);
-    if (sched_getaffinity(0, sizeof before, &before) != 0) GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
+    if (sched_getaffinity(0, sizeof before, &before) != 0)
+        GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
     on_threads(more_than_processors, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
     for (const cpu_set_t& set : within) EXPECT_TRUE(CPU_EQUAL(&set, &before));
 }
@@ -34,7 +35,8 @@ TEST(Threads, AreTiedToNoProcessor) {
 // A program that may use one processor alone is left there.
 TEST(Threads, StayWithinTheProgramsProcessors) {
     cpu_set_t before, one;
-    if (sched_getaffinity(0, sizeof before, &before) != 0) GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
+    if (sched_getaffinity(0, sizeof before, &before) != 0)
+        GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
     CPU_ZERO(&one);
     CPU_SET(sched_getcpu(), &one);
     ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);

@@ -1,4 +1,5 @@
-// What `explain` says is used is what runs: every part is on exactly one of its lists, and changes sides with the scene.
+// What `explain` says is used is what runs: every part is on exactly one of its lists, and changes sides with the
+// scene.
 #include "tests/support/hole_scene.h"
 
 #include <nlohmann/json.hpp>
@@ -32,19 +33,22 @@ protected:
                            [&](const json& what) { return what.get<std::string>().starts_with(part); });
     }
     static bool leaves_out(const json& plan, const std::string& part) {
-        return std::any_of(plan["left_out"].begin(), plan["left_out"].end(),
-                           [&](const json& item) { return item["what"].get<std::string>().starts_with(part) && item["why"] != ""; });
+        return std::any_of(plan["left_out"].begin(), plan["left_out"].end(), [&](const json& item) {
+            return item["what"].get<std::string>().starts_with(part) && item["why"] != "";
+        });
     }
 };
 
 TEST_F(Explain, HasTheKeysOfTheContract) {
     const json plan = explained();
-    for (const char* key : {"kernel", "isa", "strategy", "precision", "lanes", "used", "left_out"}) EXPECT_TRUE(plan.contains(key)) << key;
+    for (const char* key : {"kernel", "isa", "strategy", "precision", "lanes", "used", "left_out"})
+        EXPECT_TRUE(plan.contains(key)) << key;
     EXPECT_EQ(plan["strategy"], "packet");
     EXPECT_GT(plan["lanes"], 1);
     const Outcome text = run("explain hole.toml");
     EXPECT_EQ(text.status, 0);
-    for (const json& item : plan["left_out"]) EXPECT_NE(text.out.find(item["what"].get<std::string>()), std::string::npos);
+    for (const json& item : plan["left_out"])
+        EXPECT_NE(text.out.find(item["what"].get<std::string>()), std::string::npos);
 }
 
 TEST_F(Explain, PartsChangeSidesWithTheScene) {
@@ -70,14 +74,17 @@ TEST_F(Explain, PartsChangeSidesWithTheScene) {
         EXPECT_TRUE(!uses(b, part) && leaves_out(b, part));
     }
     EXPECT_TRUE(leaves_out(explained(), "Embree scene"));
-    write("ball.toml", std::string(hole) + "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.2\n");
+    write("ball.toml",
+          std::string(hole) + "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.2\n");
     const json ball = json::parse(run("explain ball.toml --json").out);
     EXPECT_TRUE(uses(ball, "Embree scene of 1 surface") && uses(ball, "clearance grid"));
 }
 
 TEST_F(Explain, SaysWhichCoordinatesDoNotOccur) {
     write("air.toml", air);
-    const auto explained_air = [&](const std::string& more) { return json::parse(run("explain air.toml --json " + more).out); };
+    const auto explained_air = [&](const std::string& more) {
+        return json::parse(run("explain air.toml --json " + more).out);
+    };
     EXPECT_TRUE(uses(explained_air(""), "stratified space: along y straight"));
     EXPECT_TRUE(leaves_out(explained_air("-D integrator.symmetry=none"), "stratified space"));
     EXPECT_TRUE(leaves_out(explained_air("--integrator gauss8"), "stratified space"));

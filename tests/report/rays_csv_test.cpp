@@ -63,7 +63,9 @@ TEST(RaysCsv, AHeaderAloneIsNoRays) {
 
 TEST(RaysCsv, WhatHasNoLinesIsNotReadToItsEnd) {
     const std::string header = "x,y,z,dx,dy,dz\n";
-    const auto with_line_of = [&](std::size_t length) { return header + "1,2,3,4,5,6" + std::string(length - 11, ' '); };
+    const auto with_line_of = [&](std::size_t length) {
+        return header + "1,2,3,4,5,6" + std::string(length - 11, ' ');
+    };
     EXPECT_EQ(parse(with_line_of(9999)).size(), 1u);
     EXPECT_EQ(parse(with_line_of(9999) + "\n1,2,3,4,5,6\n").size(), 2u);
     for (const char* behind : {"", "\n"})
@@ -71,7 +73,9 @@ TEST(RaysCsv, WhatHasNoLinesIsNotReadToItsEnd) {
             parse(with_line_of(100'000) + behind);
             FAIL();
         } catch (const InputError& error) {
-            EXPECT_NE(std::string(error.what()).find("rays:2:1: a line of more than 10,000 characters"), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find("rays:2:1: a line of more than 10,000 characters"),
+                      std::string::npos)
+                << error.what();
         }
 }
 

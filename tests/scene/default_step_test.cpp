@@ -33,7 +33,8 @@ TEST(DefaultStep, GrowsWithTheScene) {
         std::vector<Override> overrides{"integrator.escape_radius=350"};
         for (std::uint32_t k = 0; k < info.parameter_count; ++k) {
             const ParameterInfo& one = info.parameters[k];
-            overrides.push_back(std::string("space.") + one.name + '=' + written(one.fallback * std::pow(7, power_of_length(one.unit))));
+            overrides.push_back(std::string("space.") + one.name + '=' +
+                                written(one.fallback * std::pow(7, power_of_length(one.unit))));
         }
         EXPECT_NEAR(default_step(info.name, overrides), 7 * info.step, 1e-12 * info.step) << info.name;
         ++media;
@@ -45,7 +46,10 @@ TEST(DefaultStep, GrowsWithTheScene) {
 TEST(DefaultStep, OfSpacetimesIsALengthWhereHIsNotRescaled) {
     const struct {
         const char *space, *size, *method;
-    } spacetimes[] = {{"schwarzschild", "space.rg=7", "satoh4-nine"}, {"schwarzschild", "space.rg=7", "ks-s10"}, {"kerr", "space.mass=7", "gauss8"}, {"wormhole", "space.throat=7", "gauss8"}};
+    } spacetimes[] = {{"schwarzschild", "space.rg=7", "satoh4-nine"},
+                      {"schwarzschild", "space.rg=7", "ks-s10"},
+                      {"kerr", "space.mass=7", "gauss8"},
+                      {"wormhole", "space.throat=7", "gauss8"}};
     for (const auto& [space, size, method] : spacetimes) {
         const Override by = std::string("integrator.method=") + method, none = "integrator.rescale=none";
         const double standard = default_step(space, {"integrator.symmetry=none"});
@@ -58,7 +62,8 @@ TEST(DefaultStep, OfSpacetimesIsALengthWhereHIsNotRescaled) {
     EXPECT_EQ(default_step("fisheye", {"space.radius=7", "integrator.method=orbit-srkn11"}), 0.2);
 }
 
-// What changes over the shortest length counts: without a ripple, or with a wide one, how the index changes with height.
+// What changes over the shortest length counts: without a ripple, or with a wide one, how the index changes with
+// height.
 TEST(DefaultStep, IsThatOfTheShortestLength) {
     for (const char* space : {"duct", "mirage"}) {
         const double standard = default_step(space);

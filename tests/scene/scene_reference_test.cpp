@@ -1,5 +1,5 @@
-// docs/scene.md is the reference of scene files: it tells every key that the loader knows and no other, with the loader's own ranges, words
-// and defaults.
+// docs/scene.md is the reference of scene files: it tells every key that the loader knows and no other, with the
+// loader's own ranges, words and defaults.
 #include "scene/load.h"
 #include "scene/print.h"
 #include "scene/toml.h"
@@ -83,7 +83,8 @@ std::vector<Table> tables() {
         {"sky.far", {}, {"`[sky]`"}, {"far"}, {}},
         {"object.box.faces", {}, {"`[object.faces]`"}, {}, {}},
     };
-    for (const std::string& shape : shape_names()) all.push_back({"object." + shape, {}, {"`[[object]]`", "`shape = \"" + shape + "\"`"}, {}, {}});
+    for (const std::string& shape : shape_names())
+        all.push_back({"object." + shape, {}, {"`[[object]]`", "`shape = \"" + shape + "\"`"}, {}, {}});
     return all;
 }
 
@@ -96,7 +97,8 @@ std::vector<std::string> cells_of(std::string line) {
     line = std::regex_replace(line, std::regex(R"(\\\|)"), "/");
     std::vector<std::string> cells;
     std::istringstream text(line.substr(1));
-    for (std::string cell; std::getline(text, cell, '|');) cells.push_back(std::regex_replace(cell, std::regex("^ +| +$"), ""));
+    for (std::string cell; std::getline(text, cell, '|');)
+        cells.push_back(std::regex_replace(cell, std::regex("^ +| +$"), ""));
     return cells;
 }
 
@@ -113,7 +115,8 @@ struct Reference {
             if (line.starts_with('#')) headings.push_back(line);
             const auto cells = line.starts_with('|') ? cells_of(line) : std::vector<std::string>{};
             keys = cells.size() == 5 && (keys || cells[0] == "key");
-            if (keys && cells[0].starts_with('`')) rows.push_back({headings.back(), cells[0].substr(1, cells[0].size() - 2), cells[2], cells[3]});
+            if (keys && cells[0].starts_with('`'))
+                rows.push_back({headings.back(), cells[0].substr(1, cells[0].size() - 2), cells[2], cells[3]});
         }
     }
 };
@@ -166,10 +169,12 @@ std::string in_one_form(const std::string& range) {
     return form;
 }
 
-/// The range of a number, or of the numbers in an array or table, as the loader tells who leaves it; "" where there is none.
+/// The range of a number, or of the numbers in an array or table, as the loader tells who leaves it; "" where there is
+/// none.
 std::string known_range(const Table& table, const std::string& key) {
     for (const std::string number : {"9000000000000000000", "1e305"})
-        for (const std::string& value : {number, '[' + number + ", 1]", '[' + number + ", 1, 1]", "{ a = " + number + " }"}) {
+        for (const std::string& value :
+             {number, '[' + number + ", 1]", '[' + number + ", 1, 1]", "{ a = " + number + " }"}) {
             const std::string range = behind("legal is ", refusal(table, key, value));
             if (!range.empty()) return in_one_form(range);
         }
@@ -215,7 +220,8 @@ TEST(SceneReference, TellsEveryKeyAndNoOther) {
         EXPECT_EQ(told, known_names(refusal(table, "zzzzzz", "1"))) << table.path;
     }
     for (const Row& row : reference.rows)
-        EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Table& table) { return has(table, row); })) << row.heading << ": " << row.key;
+        EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Table& table) { return has(table, row); }))
+            << row.heading << ": " << row.key;
 }
 
 TEST(SceneReference, TellsRangesAsTheyAre) {
@@ -234,7 +240,8 @@ TEST(SceneReference, TellsWordsAsTheyAre) {
         for (const Row& row : reference.rows) {
             if (!has(table, row) || !row.legal.starts_with("`\"")) continue;
             Names told;
-            for (std::sregex_iterator at(row.legal.begin(), row.legal.end(), word), end; at != end; ++at) told.insert((*at)[1]);
+            for (std::sregex_iterator at(row.legal.begin(), row.legal.end(), word), end; at != end; ++at)
+                told.insert((*at)[1]);
             EXPECT_EQ(told, known_names(refusal(table, row.key, "zzzzzz"))) << table.path << '.' << row.key;
         }
 }

@@ -122,8 +122,9 @@ using LoadScene = SceneTest;
 TEST_F(LoadScene, RefusesMalformedScenesWithPlaceAndReason) {
     for (const Malformed& entry : malformed) {
         const std::string message = refusal(edited(entry.find, entry.replace));
-        EXPECT_NE(message.find("scene.toml:" + std::string(entry.place) + ": "), std::string::npos) << entry.replace << "\n"
-                                                                                                    << message;
+        EXPECT_NE(message.find("scene.toml:" + std::string(entry.place) + ": "), std::string::npos)
+            << entry.replace << "\n"
+            << message;
         EXPECT_NE(message.find(entry.fragment), std::string::npos) << entry.replace << "\n" << message;
     }
 }
@@ -147,7 +148,8 @@ TEST_F(LoadScene, FillsInDefaults) {
 
 TEST_F(LoadScene, AcceptsKeysThatAskForWhatIsDoneAnyway) {
     const char* keys =
-        "cull = \"none\"\nrescale = \"none\"\nhit = \"chord\"\nrefill = \"auto\"\nsymmetry = \"auto\"\nlanes = \"auto\"";
+        "cull = \"none\"\nrescale = \"none\"\nhit = \"chord\"\nrefill = \"auto\"\nsymmetry = \"auto\"\nlanes = "
+        "\"auto\"";
     const SceneDescription scene = load(edited("step = 0.05", keys));
     EXPECT_FALSE(scene.integrator.cull);
     EXPECT_EQ(scene.integrator.rescale, "none");
@@ -170,9 +172,9 @@ TEST_F(LoadScene, ReadsParametersAndFaces) {
 
 TEST_F(LoadScene, OverridesReachEveryKey) {
     const SceneDescription scene =
-        load(good_scene,
-             {"space.rg=0.25", "integrator.method=verlet", "film.size=[8, 9]", "object.ball.radius=2", "sky.checker = true",
-              "object.hall.faces.nx.color=[0, 0, 1]", "object.floor.shading=lambert", "space.center=[1,2,3]"});
+        load(good_scene, {"space.rg=0.25", "integrator.method=verlet", "film.size=[8, 9]", "object.ball.radius=2",
+                          "sky.checker = true", "object.hall.faces.nx.color=[0, 0, 1]", "object.floor.shading=lambert",
+                          "space.center=[1,2,3]"});
     EXPECT_EQ(scene.space.parameters[0].second, 0.25);
     EXPECT_EQ(scene.integrator.method, "verlet");
     EXPECT_EQ(scene.film.width, 8u);
@@ -218,7 +220,8 @@ TEST_F(LoadScene, AWormholeHasTwoSkies) {
                            "camera = { position = [0, 0, 1], look_at = [0, 0, 0] }\n") + keys;
     };
     EXPECT_EQ(load(with_far("[sky]\nchecker = true")).far_sky.paint.color, (Double3{0, 0, 0}));
-    const SceneDescription scene = load(with_far("[sky.far]\ncolor = [1, 0.5, 0]\npole = [0, 1, 0]\n"), {"sky.checker=true"});
+    const SceneDescription scene =
+        load(with_far("[sky.far]\ncolor = [1, 0.5, 0]\npole = [0, 1, 0]\n"), {"sky.checker=true"});
     EXPECT_EQ(scene.sky.paint.kind, Paint::Kind::checker);
     EXPECT_EQ(scene.far_sky.paint.color, (Double3{1, 0.5, 0}));
     EXPECT_EQ(scene.far_sky.pole, (Double3{0, 1, 0}));
@@ -228,8 +231,9 @@ TEST_F(LoadScene, AWormholeHasTwoSkies) {
     EXPECT_NE(printed.find("[sky.far]\ncolor = [1, 0.5, 0]\npole = [0, 1, 0]\n"), std::string::npos) << printed;
     EXPECT_EQ(print_scene(load(printed)), printed);
 
-    EXPECT_NE(refusal(with_far("[sky.far]\ncolour = [1, 0, 0]")).find("unknown key sky.far.colour; did you mean \"color\"?"),
-              std::string::npos);
+    EXPECT_NE(
+        refusal(with_far("[sky.far]\ncolour = [1, 0, 0]")).find("unknown key sky.far.colour; did you mean \"color\"?"),
+        std::string::npos);
     EXPECT_NE(refusal(with_far("[sky.far]\nfar = {}")).find("unknown key sky.far.far"), std::string::npos);
     EXPECT_NE(refusal(with_far("[sky.far]\npole = [0, 0, 0]")).find("sky.far.pole"), std::string::npos);
 }
@@ -245,7 +249,8 @@ TEST_F(LoadScene, ADiskIsPaintedOrGlows) {
     EXPECT_EQ(painted.objects[0].normal, (Double3{0, 0, 1}));
     // On the command line the one replaces the other.
     EXPECT_EQ(load(head + "name = \"d\"\ntemperature = 7000", {"object.d.color=[1,0,0]"}).objects[0].temperature, 0);
-    EXPECT_EQ(load(head + "name = \"d\"\ncolor = [1, 0, 0]", {"object.d.temperature=7000"}).objects[0].temperature, 7000);
+    EXPECT_EQ(load(head + "name = \"d\"\ncolor = [1, 0, 0]", {"object.d.temperature=7000"}).objects[0].temperature,
+              7000);
     for (const SceneDescription& scene : {glowing, painted}) {
         const SceneDescription again = load(print_scene(scene));
         EXPECT_EQ(print_scene(again), print_scene(scene));
@@ -257,7 +262,8 @@ TEST_F(LoadScene, ADiskIsPaintedOrGlows) {
 
 TEST_F(LoadScene, NamesThePackageOfMissingModels) {
     const std::string mesh = "shape = \"mesh\"\nfile = \"/usr/share/assimp/models/OBJ/no.obj\"";
-    EXPECT_NE(refusal(edited("shape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", mesh.c_str())).find("assimp-testmodels"),
+    EXPECT_NE(refusal(edited("shape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", mesh.c_str()))
+                  .find("assimp-testmodels"),
               std::string::npos);
 }
 
@@ -268,10 +274,12 @@ TEST_F(LoadScene, RefusesWhatIsNoFile) {
 
 // What the scene leaves open stays open.
 TEST_F(LoadScene, PrintingStatesNoMethodThatTheSceneLeavesToThePilot) {
-    for (const std::vector<Override>& overrides : {std::vector<Override>{"integrator.max_pixel_error=0.25"}, {"integrator.rescale=none"}}) {
+    for (const std::vector<Override>& overrides :
+         {std::vector<Override>{"integrator.max_pixel_error=0.25"}, {"integrator.rescale=none"}}) {
         const SceneDescription scene = load(good_scene, overrides);
         const SceneDescription again = load(print_scene(scene));
-        EXPECT_EQ(again.integrator.method_place.has_value(), scene.integrator.method_place.has_value()) << overrides[0].text;
+        EXPECT_EQ(again.integrator.method_place.has_value(), scene.integrator.method_place.has_value())
+            << overrides[0].text;
         EXPECT_EQ(again.integrator.method, scene.integrator.method);
         EXPECT_EQ(again.integrator.step, scene.integrator.step);
         EXPECT_EQ(print_scene(again), print_scene(scene));
@@ -280,17 +288,19 @@ TEST_F(LoadScene, PrintingStatesNoMethodThatTheSceneLeavesToThePilot) {
 
 TEST_F(LoadScene, PrintingLosesNothing) {
     const std::vector<Override> overrides{"space.rg=0.1234567890123456789",
-                                             "space.center=[1e-300, 100000, -0.1]",
-                                             "sky.checker=true",
-                                             "integrator.max_steps=4294967295",
-                                             "integrator.hit=chord",
-                                             "integrator.cull=none", "integrator.refill=on", "integrator.max_pixel_error=0.25",
-                                             "camera.type=orthographic",
-                                             "camera.height=3.5",
-                                             "film.spp=16",
-                                             "film.seed=4294967295",
-                                             "object.ball.name='a \"b\"\\\t'",
-                                             "film.layers=['steps', 'color']"};
+                                          "space.center=[1e-300, 100000, -0.1]",
+                                          "sky.checker=true",
+                                          "integrator.max_steps=4294967295",
+                                          "integrator.hit=chord",
+                                          "integrator.cull=none",
+                                          "integrator.refill=on",
+                                          "integrator.max_pixel_error=0.25",
+                                          "camera.type=orthographic",
+                                          "camera.height=3.5",
+                                          "film.spp=16",
+                                          "film.seed=4294967295",
+                                          "object.ball.name='a \"b\"\\\t'",
+                                          "film.layers=['steps', 'color']"};
     const SceneDescription scene = load(good_scene, overrides);
     const std::string printed = print_scene(scene);
     const SceneDescription again = load(printed);

@@ -20,11 +20,13 @@ class Stability : public ProgramTest {};
 TEST(StabilityCases, HaveNamesOfTheirOwnAndNoneOfTheseIsLost) {
     const auto names = stability_case_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
-    for (const char* name :
-         {"layer-refraction", "layer-momentum", "lens-surface",        "photon-sphere",   "near-critical", "near-horizon",
-          "inside",           "captured-stay",  "wrong-time-momentum", "unsolvable-step", "coarse-steps",  "vanishing-index",
-          "long-path",        "scaled-scene",   "unusable-input",      "denormals",       "grazing",       "trapped",
-          "throat",           "float-floor",    "straight-picture"})
+    for (const char* name : {"layer-refraction", "layer-momentum", "lens-surface",
+                             "photon-sphere",    "near-critical",  "near-horizon",
+                             "inside",           "captured-stay",  "wrong-time-momentum",
+                             "unsolvable-step",  "coarse-steps",   "vanishing-index",
+                             "long-path",        "scaled-scene",   "unusable-input",
+                             "denormals",        "grazing",        "trapped",
+                             "throat",           "float-floor",    "straight-picture"})
         EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
 }
 
@@ -34,7 +36,8 @@ TEST_F(Stability, ReportsEachCaseInJson) {
     const json report = json::parse(outcome.out);
     ASSERT_EQ(report["cases"].size(), 2u);
     for (const json& row : report["cases"]) {
-        for (const char* key : {"name", "what", "expected", "got"}) EXPECT_FALSE(row.at(key).get<std::string>().empty()) << key;
+        for (const char* key : {"name", "what", "expected", "got"})
+            EXPECT_FALSE(row.at(key).get<std::string>().empty()) << key;
         EXPECT_TRUE(row.at("pass").get<bool>()) << row;
     }
     EXPECT_EQ(report["cases"][0]["name"], "layer-momentum");
@@ -46,8 +49,8 @@ TEST_F(Stability, RunsEveryCase) {
     const Outcome outcome = run("stability --json report.json -o page --quiet");
     const json report = json::parse(read("report.json"));
     EXPECT_EQ(report["cases"].size(), stability_case_names().size());
-    const bool all =
-        std::all_of(report["cases"].begin(), report["cases"].end(), [](const json& row) { return row["pass"].get<bool>(); });
+    const bool all = std::all_of(report["cases"].begin(), report["cases"].end(),
+                                 [](const json& row) { return row["pass"].get<bool>(); });
     EXPECT_EQ(outcome.status, all ? 0 : 4) << outcome.err;
     EXPECT_EQ(json::parse(read("page/stability.json")), report);
     const std::string page = read("page/stability.html");
@@ -78,13 +81,16 @@ TEST_F(Stability, RunsOnSeveralInstructionSets) {
         EXPECT_TRUE(row["isas"][i]["pass"].get<bool>());
         EXPECT_NE(page.find(">" + isas[i] + "</th>"), std::string::npos) << isas[i];
     }
-    EXPECT_EQ(json::parse(run("stability trapped --isa " + isas[0] + "," + isas[0] + " --json").out)["cases"][0]["isas"].size(), 1u);
+    EXPECT_EQ(json::parse(run("stability trapped --isa " + isas[0] + "," + isas[0] + " --json").out)["cases"][0]["isas"]
+                  .size(),
+              1u);
     EXPECT_EQ(run("stability trapped --isa mmx").status, 2);
 }
 
 TEST(StabilityCases, NoneBeginsAfterAnInterruption) {
     std::atomic<bool> stop = false;
-    const auto rows = run_stability({"inside", "trapped"}, {.precisions = {Precision::float64}}, [&](const StabilityRow&) { stop = true; }, &stop);
+    const auto rows = run_stability(
+        {"inside", "trapped"}, {.precisions = {Precision::float64}}, [&](const StabilityRow&) { stop = true; }, &stop);
     ASSERT_EQ(rows.size(), 1u);
     EXPECT_EQ(rows[0].name, "inside");
     EXPECT_FALSE(rows[0].outcomes.empty());

@@ -31,8 +31,8 @@ CompareOptions once(const std::vector<std::string>& methods) {
     return options;
 }
 
-// Scalar and packet code round alike; per-ray sums its gradient in another order, and float is float. The pixel where an edge of
-// the checkers lies within the error of its ray has the other colour: there are few of them.
+// Scalar and packet code round alike; per-ray sums its gradient in another order, and float is float. The pixel where
+// an edge of the checkers lies within the error of its ray has the other colour: there are few of them.
 TEST(Compare, EveryWayMakesTheSamePicture) {
     const Comparison result = compare(small_room(), once({"gauss8", "verlet"}));
     const std::uint64_t pixels = 48 * 40;
@@ -71,8 +71,8 @@ void expect_statuses(const char* way, const std::set<Form>& forms) {
         seen.insert(kernel.form);
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
-        // As far as an error of rounding grows on the way: all but the rays that circle the hole, by less than this. Sums over stages that lie
-        // in lanes are of another order as well.
+        // As far as an error of rounding grows on the way: all but the rays that circle the hole, by less than this.
+        // Sums over stages that lie in lanes are of another order as well.
         const double close = kernel.form == Form::gradient || kernel.form == Form::stages ? 1e-7 : 0;
         for (std::size_t i = 0; i < ends.size(); ++i) {
             ASSERT_EQ(ends[i].status, should[i].status) << k << " " << i;
@@ -85,12 +85,14 @@ void expect_statuses(const char* way, const std::set<Form>& forms) {
 TEST(Compare, StatusesAgreeRayByRay) {
     expect_statuses("integrator.symmetry=auto", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
     expect_statuses("integrator.symmetry=none", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
-    expect_statuses("integrator.method=gauss8", {Form::none, Form::gradient, Form::stages, Form::auto_vectorized, Form::gang});
+    expect_statuses("integrator.method=gauss8",
+                    {Form::none, Form::gradient, Form::stages, Form::auto_vectorized, Form::gang});
 }
 
 TEST(Compare, APerRayPlanTakesStagesWhereThereAreAny) {
     const auto form = [](const char* method) {
-        return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method}, with_strategy("per-ray"))
+        return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method},
+                            with_strategy("per-ray"))
             ->run.kernel->form;
     };
     EXPECT_EQ(form("gauss8"), Form::stages);
@@ -124,8 +126,9 @@ TEST_F(CompareVerb, ReportsInTheWordsOfTheContract) {
     const json report = json::parse(outcome.out);
     ASSERT_FALSE(report["rows"].empty());
     for (const json& row : report["rows"]) {
-        for (const char* key : {"strategy", "form", "method", "precision", "isa", "lanes", "registers", "shape", "threads",
-                                "seconds", "mrays_per_s", "speedup", "lane_occupancy", "max_difference", "flips"})
+        for (const char* key :
+             {"strategy", "form", "method", "precision", "isa", "lanes", "registers", "shape", "threads", "seconds",
+              "mrays_per_s", "speedup", "lane_occupancy", "max_difference", "flips"})
             EXPECT_TRUE(row.contains(key)) << key;
         for (const char* key : {"median", "min", "max"}) EXPECT_TRUE(row["seconds"][key].is_number()) << key;
         EXPECT_EQ(row["threads"], 1);
@@ -156,7 +159,9 @@ TEST_F(CompareVerb, NarrowsAndRefuses) {
 }
 
 TEST_F(CompareVerb, TakesMethodsThatServeARescaledSpaceAlone) {
-    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
+    write("air.toml",
+          "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, "
+          "1]\n[film]\nsize = [8, 8]\n");
     const Outcome outcome = run("compare air.toml --rounds 1 --strategy scalar --quiet");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("srkn6"), std::string::npos) << outcome.out;
@@ -164,7 +169,8 @@ TEST_F(CompareVerb, TakesMethodsThatServeARescaledSpaceAlone) {
 
 TEST_F(CompareVerb, SaysWhatTheSceneDoesInVain) {
     for (const std::string key : {"integrator.max_pixel_error", "integrator.tolerance"}) {
-        const Outcome outcome = run("compare hole.toml --rounds 1 --lanes 1 --strategy scalar --integrator rk4 -D " + key + "=0.1");
+        const Outcome outcome =
+            run("compare hole.toml --rounds 1 --lanes 1 --strategy scalar --integrator rk4 -D " + key + "=0.1");
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         EXPECT_NE(outcome.err.find(key + " has no effect"), std::string::npos) << outcome.err;
     }
@@ -180,12 +186,15 @@ TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
 
 // By packets of that width, or by several in lockstep.
 TEST_F(CompareVerb, SixteenLanesAndMoreThereAreInEverySpace) {
-    write("air.toml", "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n"
-                      "[film]\nsize = [24, 20]\n[sky]\nchecker = true\n");
+    write(
+        "air.toml",
+        "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n"
+        "[film]\nsize = [24, 20]\n[sky]\nchecker = true\n");
     ASSERT_EQ(run("render air.toml -o usual.pfm --quiet --precision double").status, 0);
     const std::string usual = read("usual.pfm");
     for (const char* lanes : {"16", "32", "64", "128", "256"}) {
-        const Outcome outcome = run(std::string("render air.toml -o lanes.pfm --quiet --precision double --json --lanes ") + lanes);
+        const Outcome outcome =
+            run(std::string("render air.toml -o lanes.pfm --quiet --precision double --json --lanes ") + lanes);
         ASSERT_EQ(outcome.status, 0) << lanes << ": " << outcome.err;
         EXPECT_EQ(json::parse(outcome.out)["lanes"], std::stoi(lanes));
         EXPECT_EQ(read("lanes.pfm"), usual) << lanes;
@@ -195,7 +204,9 @@ TEST_F(CompareVerb, SixteenLanesAndMoreThereAreInEverySpace) {
 TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 1").status, 0);
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 128").status, 0);
-    const auto lanes = [&](const char* options) { return json::parse(run(std::string("explain hole.toml --json ") + options).out)["lanes"]; };
+    const auto lanes = [&](const char* options) {
+        return json::parse(run(std::string("explain hole.toml --json ") + options).out)["lanes"];
+    };
     EXPECT_EQ(lanes("-D integrator.lanes=1 --lanes auto"), lanes(""));
     EXPECT_EQ(lanes("-D integrator.lanes=1"), 1);
     const Outcome none = run("render hole.toml -o a.png --quiet --lanes 7");

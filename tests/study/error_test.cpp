@@ -28,7 +28,8 @@ protected:
     }
     static json curve_of(const json& study, const std::string& method) {
         for (const json& curve : study["curves"])
-            if (curve["method"] == method && curve["strategy"] == "packet" && curve["precision"] == "double") return curve;
+            if (curve["method"] == method && curve["strategy"] == "packet" && curve["precision"] == "double")
+                return curve;
         ADD_FAILURE() << "no curve of " << method;
         return {};
     }
@@ -57,20 +58,23 @@ TEST_F(Error, WritesACompleteReport) {
         EXPECT_TRUE(report.contains(key)) << key;
     std::size_t points = 0;
     for (const json& curve : report["curves"]) {
-        for (const char* key : {"method", "strategy", "precision", "order", "points"}) EXPECT_TRUE(curve.contains(key)) << key;
+        for (const char* key : {"method", "strategy", "precision", "order", "points"})
+            EXPECT_TRUE(curve.contains(key)) << key;
         points += curve["points"].size();
         for (const json& point : curve["points"]) {
-            for (const char* key : {"step", "ns_per_ray", "gradients_per_ray", "steps_per_ray", "position", "direction", "pixels",
-                                    "flips", "energy_drift"})
+            for (const char* key : {"step", "ns_per_ray", "gradients_per_ray", "steps_per_ray", "position", "direction",
+                                    "pixels", "flips", "energy_drift"})
                 EXPECT_TRUE(point.contains(key)) << key;
             for (const char* key : {"position", "direction", "pixels"}) expect_ascending(point[key]);
-            for (const char* key : {"max", "first_tenth", "last_tenth"}) EXPECT_TRUE(point["energy_drift"].contains(key)) << key;
+            for (const char* key : {"max", "first_tenth", "last_tenth"})
+                EXPECT_TRUE(point["energy_drift"].contains(key)) << key;
             EXPECT_LE(point["ns_per_ray"]["min"], point["ns_per_ray"]["median"]);
             EXPECT_LE(point["ns_per_ray"]["median"], point["ns_per_ray"]["max"]);
         }
     }
     for (const json& best : report["cheapest"])
-        for (const char* key : {"error", "method", "step", "precision", "ns_per_ray"}) EXPECT_TRUE(best.contains(key)) << key;
+        for (const char* key : {"error", "method", "step", "precision", "ns_per_ray"})
+            EXPECT_TRUE(best.contains(key)) << key;
     EXPECT_EQ(lines_of(read("report/results.csv")).size(), points + 1);
     const std::string page = read("report/report.html");
     EXPECT_TRUE(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
@@ -79,7 +83,8 @@ TEST_F(Error, WritesACompleteReport) {
     // The picture and its two error maps lie in the page itself.
     EXPECT_NE(page.find("Where the picture is wrong"), std::string::npos);
     std::size_t pictures = 0;
-    for (std::size_t at = page.find("data:image/png;base64,iVBOR"); at != std::string::npos; at = page.find("data:image/png;base64,iVBOR", at + 1))
+    for (std::size_t at = page.find("data:image/png;base64,iVBOR"); at != std::string::npos;
+         at = page.find("data:image/png;base64,iVBOR", at + 1))
         ++pictures;
     EXPECT_EQ(pictures, 4u);  // with the scale
     EXPECT_NE(read("report/plot.gp").find("results.csv"), std::string::npos);
@@ -97,8 +102,9 @@ TEST_F(Error, TimesStrategiesOnEveryInstructionSet) {
             for (const char* precision : {"double", "float"})
                 EXPECT_EQ(std::count_if(report["strategies"].begin(), report["strategies"].end(),
                                         [&](const json& row) {
-                                            return row["isa"] == isa.name && row["strategy"] == strategy && row["form"].is_null() &&
-                                                   row["precision"] == precision && row["ns_per_ray"]["min"] > 0;
+                                            return row["isa"] == isa.name && row["strategy"] == strategy &&
+                                                   row["form"].is_null() && row["precision"] == precision &&
+                                                   row["ns_per_ray"]["min"] > 0;
                                         }),
                           1)
                     << isa.name << " " << strategy << " " << precision;
@@ -123,12 +129,16 @@ TEST_F(Error, OrdersAreThoseOfTheMethods) {
     EXPECT_TRUE(exists("hole-error/report.html"));
 }
 
-// The same scene, two thousand million times as large: errors are lengths of the scene, and so are the bounds that they are set against.
+// The same scene, two thousand million times as large: errors are lengths of the scene, and so are the bounds that they
+// are set against.
 TEST_F(Error, IsTheSameInUnitsOfAnySize) {
-    const json small = study(), large = study("-D space.rg=2e8 -D camera.position=[0,-4e9,0] -D integrator.escape_radius=8e9");
+    const json small = study(),
+               large = study("-D space.rg=2e8 -D camera.position=[0,-4e9,0] -D integrator.escape_radius=8e9");
     EXPECT_EQ(small["reference"]["method"], large["reference"]["method"]);
     for (const char* method : {"verlet", "rk4", "gauss8"})
-        EXPECT_NEAR(curve_of(small, method)["order"].get<double>(), curve_of(large, method)["order"].get<double>(), 0.01) << method;
+        EXPECT_NEAR(curve_of(small, method)["order"].get<double>(), curve_of(large, method)["order"].get<double>(),
+                    0.01)
+            << method;
 }
 
 // A ray that ends otherwise than it should has no error in scene units: it is counted, and leaves the percentiles.
@@ -138,7 +148,8 @@ TEST_F(Error, FlipsAreCountedApart) {
     std::uint64_t flips = 0;
     for (const json& curve : report["curves"])
         for (const json& point : curve["points"]) {
-            const std::uint64_t mistaken = point["flips"], compared = point["compared"], ill = point["ill_conditioned"]["rays"];
+            const std::uint64_t mistaken = point["flips"], compared = point["compared"],
+                                ill = point["ill_conditioned"]["rays"];
             EXPECT_LE(compared + ill + mistaken, decided);
             EXPECT_GE(compared + ill + mistaken + captured, decided);
             flips += mistaken;
@@ -148,7 +159,8 @@ TEST_F(Error, FlipsAreCountedApart) {
 
 // A lens whose surface only collocation can cross has a reference, too.
 TEST_F(Error, OfALensIsConfirmedByAnotherCollocation) {
-    const Outcome outcome = run("error " KAGERO_SCENES "/luneburg.toml --quick --sample 12x12 -o lens --json lens.json --quiet");
+    const Outcome outcome =
+        run("error " KAGERO_SCENES "/luneburg.toml --quick --sample 12x12 -o lens --json lens.json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json report = json::parse(read("lens.json"));
     EXPECT_EQ(report["reference"]["confirmed_by"], "gauss12");
@@ -158,14 +170,16 @@ TEST_F(Error, OfALensIsConfirmedByAnotherCollocation) {
 
 // However much more work a method does than the others; those that cannot have the rescaled H begin with longer steps.
 TEST_F(Error, ShowsEveryMethodAtFiveSteps) {
-    const Outcome outcome = run("error " KAGERO_SCENES "/kerr.toml --quick --sample 4x4 -o spin --json spin.json --quiet");
+    const Outcome outcome =
+        run("error " KAGERO_SCENES "/kerr.toml --quick --sample 4x4 -o spin --json spin.json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json report = json::parse(read("spin.json"));
     for (const json& curve : report["curves"]) {
         const bool apart = curve["loose"] || curve["strategy"] == "scalar";
         EXPECT_GE(curve["points"].size(), apart ? 3u : 5u) << curve["method"] << curve["strategy"];
     }
-    EXPECT_EQ(curve_of(report, "satoh4")["points"][0]["step"], 2 * curve_of(report, "verlet")["points"][0]["step"].get<double>());
+    EXPECT_EQ(curve_of(report, "satoh4")["points"][0]["step"],
+              2 * curve_of(report, "verlet")["points"][0]["step"].get<double>());
 }
 
 TEST_F(Error, TwoRunsDifferInTimesAlone) {
@@ -233,9 +247,11 @@ TEST_F(Error, ShowsTheStrategyThatWasStudied) {
     for (const std::string options : {"--strategy scalar", "--precision float"}) {
         const json report = study(options + " -o " + options.substr(2, 5));
         EXPECT_GE(report["pictures"].size(), 1u) << options;
-        const std::string directory = options.substr(2, 5) + "/", page = read(directory + "report.html"), script = read(directory + "plot.gp");
+        const std::string directory = options.substr(2, 5) + "/", page = read(directory + "report.html"),
+                          script = read(directory + "plot.gp");
         EXPECT_NE(script.find("plot \\\n    'results.csv'"), std::string::npos) << script;
-        EXPECT_NE(script.find(options == "--strategy scalar" ? "eq 'scalar'" : "eq 'packet'"), std::string::npos) << script;
+        EXPECT_NE(script.find(options == "--strategy scalar" ? "eq 'scalar'" : "eq 'packet'"), std::string::npos)
+            << script;
         const std::size_t chart = page.find("Error against run time"), next = page.find("Error against work");
         EXPECT_LT(page.find("<path", chart), next) << options << ": a chart without curves";
         EXPECT_EQ(page.find("nan"), std::string::npos) << options;

@@ -1,5 +1,5 @@
-// `kagero profile`: its numbers fit together, its files can be read by those they are for. How fast anything is, is not asked
-// here.
+// `kagero profile`: its numbers fit together, its files can be read by those they are for. How fast anything is, is not
+// asked here.
 #include "tests/support/hole_scene.h"
 #include "tests/support/plan_fixture.h"
 
@@ -37,7 +37,8 @@ TEST_F(ProfileVerb, ProfilesAPartOfThePicture) {
 TEST_F(ProfileVerb, WritesItsReport) {
     profile();
     EXPECT_EQ(read("all.json"), read("report/profile.json"));
-    for (const char* name : {"trace.json", "report.html", "hole.exr"}) EXPECT_TRUE(exists(std::string("report/") + name)) << name;
+    for (const char* name : {"trace.json", "report.html", "hole.exr"})
+        EXPECT_TRUE(exists(std::string("report/") + name)) << name;
     EXPECT_EQ(read("report/hole.exr").find("kagero/energy_error"), std::string::npos);  // nobody watched it
     const std::string page = read("report/report.html");
     EXPECT_EQ(page.find("<script src"), std::string::npos);
@@ -110,7 +111,8 @@ TEST_F(ProfileVerb, TilesCoverTheFilmOnce) {
     EXPECT_LE(correlation, 1);
 }
 
-// What viewers ask of a trace: complete events with numbers, of which those on one thread lie inside or beside each other.
+// What viewers ask of a trace: complete events with numbers, of which those on one thread lie inside or beside each
+// other.
 TEST_F(ProfileVerb, TheTraceIsOne) {
     profile();
     const json trace = json::parse(read("report/trace.json"));
@@ -196,7 +198,8 @@ TEST(Prediction, FollowsWhatTilesDo) {
     for (const auto& [place, record] : tiles_of(*plan)) {
         const Counters& c = record.counters;
         predicted.push_back(record.predicted);
-        done.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) + 400 * double(c.queries));
+        done.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) +
+                       400 * double(c.queries));
     }
     EXPECT_GT(*correlation(predicted, done), 0.9);
 }

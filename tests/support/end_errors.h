@@ -1,4 +1,5 @@
-/// Layers that say how wrong a picture's rays are, beside closed forms: the orbits around a Schwarzschild hole, the circles of a fisheye.
+/// Layers that say how wrong a picture's rays are, beside closed forms: the orbits around a Schwarzschild hole, the
+/// circles of a fisheye.
 #pragma once
 
 #include "tests/support/plan_fixture.h"
@@ -94,15 +95,17 @@ struct Compared {
     /// Share of the pixels whose estimate is the truth within a factor.
     double share_within(double factor) const {
         std::size_t within = 0;
-        for (const Pair& pair : pairs) within += pair.estimate <= factor * pair.truth && pair.truth <= factor * pair.estimate;
+        for (const Pair& pair : pairs)
+            within += pair.estimate <= factor * pair.truth && pair.truth <= factor * pair.estimate;
         return double(within) / double(pairs.size());
     }
 };
 
-/// Pixels of which the truth is less than `clear` roundings of the end itself are left out: there luck rules, and the closed form
-/// has roundings of its own.
-inline Compared compare(const char* scene, const std::string& method, double step, const Exact& exact, const std::string& layer,
-                 const std::string& precision, double clear, Overrides overrides = {}) {
+/// Pixels of which the truth is less than `clear` roundings of the end itself are left out: there luck rules, and the
+/// closed form has roundings of its own.
+inline Compared compare(const char* scene, const std::string& method, double step, const Exact& exact,
+                        const std::string& layer, const std::string& precision, double clear,
+                        Overrides overrides = {}) {
     Options options;
     options.precision = precision_named(precision);
     const char* key = method == "dp54" || method == "dp85" || method == "rkf78" ? "tolerance" : "step";

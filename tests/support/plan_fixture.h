@@ -27,8 +27,8 @@ namespace kagero::test {
 
 using Overrides = std::vector<Override>;
 
-inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides, const Options& options = {},
-                                          bool with_camera = true) {
+inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides,
+                                          const Options& options = {}, bool with_camera = true) {
     const Purpose purpose = with_camera ? Purpose::picture : Purpose::ray_list;
     return std::make_unique<Plan>(make_plan(load_scene(path, overrides, catalogue(options.isa)), options, purpose));
 }
@@ -41,8 +41,8 @@ inline std::string scene_text(const std::string& name) {
 }
 
 /// The text is a file only while it is read.
-inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrides& overrides, const Options& options = {},
-                                          bool with_camera = true) {
+inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrides& overrides,
+                                          const Options& options = {}, bool with_camera = true) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-scene-" + std::to_string(::getpid()) + ".toml");
     std::ofstream(path) << text;
     auto plan = plan_of_file(path.string(), overrides, options, with_camera);

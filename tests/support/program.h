@@ -57,15 +57,20 @@ protected:
     std::string read(const std::string& name) const { return text_of(directory_ / name); }
     std::set<std::string> files() const {
         std::set<std::string> names;
-        for (const auto& entry : std::filesystem::directory_iterator(directory_)) names.insert(entry.path().filename().string());
+        for (const auto& entry : std::filesystem::directory_iterator(directory_))
+            names.insert(entry.path().filename().string());
         return names;
     }
 
     /// `arguments` as typed in a shell behind "kagero"; `before` may set variables or feed stdin.
-    Outcome run(const std::string& arguments, const std::string& before = "") const { return run_program(KAGERO_BINARY, arguments, before); }
-    Outcome run_program(const std::string& program, const std::string& arguments, const std::string& before = "") const {
-        const std::string command = "cd '" + directory_.string() + "' && " + before + " '" + program + "' " + arguments +
-                                    " >'" + (output_ / "out").string() + "' 2>'" + (output_ / "err").string() + "'";
+    Outcome run(const std::string& arguments, const std::string& before = "") const {
+        return run_program(KAGERO_BINARY, arguments, before);
+    }
+    Outcome run_program(const std::string& program, const std::string& arguments,
+                        const std::string& before = "") const {
+        const std::string command = "cd '" + directory_.string() + "' && " + before + " '" + program + "' " +
+                                    arguments + " >'" + (output_ / "out").string() + "' 2>'" +
+                                    (output_ / "err").string() + "'";
         const int status = std::system(command.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(output_ / "out"), text_of(output_ / "err")};
     }

@@ -20,7 +20,8 @@ inline const Catalogue& small_catalogue() {
     static const HamiltonianInfo hamiltonians[] = {
         {"flat", "straight rays", "", "", "", nullptr, 0, false, false, 0, "verlet", 0.5},
         {"schwarzschild", "a black hole", "", "", "", &radius, 1, true, true, 0, "gauss8", 0.05},
-        {"wormhole", "two universes", "", "", "", &throat, 1, true, false, 0, "gauss8", 0.05, nullptr, nullptr, false, false, false, false, true},
+        {"wormhole", "two universes", "", "", "", &throat, 1, true, false, 0, "gauss8", 0.05, nullptr, nullptr, false,
+         false, false, false, true},
     };
     static const IntegratorInfo integrators[] = {
         {"verlet", 2, true, true, false, false, ""},

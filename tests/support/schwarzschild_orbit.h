@@ -1,8 +1,9 @@
-/// Light around a Schwarzschild hole in closed form, for tests to compare with. Lengths in r_g, u = 1/r, p_t = 1, impact
-/// parameter b.
+/// Light around a Schwarzschild hole in closed form, for tests to compare with. Lengths in r_g, u = 1/r, p_t = 1,
+/// impact parameter b.
 ///
-/// The orbit is (du/dφ)² = P(u) = 1/b² − u² + u³ (Chandrasekhar 1983, §20). For b > b_c it has the real roots u_a < 0 < u_b <
-/// u_c, and with u = u_a + (u_b − u_a) sin²ψ the angle is φ = 2 F(ψ | k) / √(u_c − u_a), k² = (u_b − u_a)/(u_c − u_a).
+/// The orbit is (du/dφ)² = P(u) = 1/b² − u² + u³ (Chandrasekhar 1983, §20). For b > b_c it has the real roots u_a < 0 <
+/// u_b < u_c, and with u = u_a + (u_b − u_a) sin²ψ the angle is φ = 2 F(ψ | k) / √(u_c − u_a), k² = (u_b − u_a)/(u_c −
+/// u_a).
 #pragma once
 
 #include "render/render.h"
@@ -19,8 +20,8 @@ namespace kagero::test {
 
 inline const double critical_impact = 1.5 * std::sqrt(3.0);
 
-/// Components of dq/dλ along the radius and across it at radius r, ingoing: with p_⊥ = b/r and H = 0, dr/dλ = (1−f) p_r − f is
-/// ∓√(1 − (1−f) b²/r²), f = 1/r.
+/// Components of dq/dλ along the radius and across it at radius r, ingoing: with p_⊥ = b/r and H = 0, dr/dλ = (1−f) p_r
+/// − f is ∓√(1 − (1−f) b²/r²), f = 1/r.
 struct Velocity {
     double along, aside;
 };
@@ -73,7 +74,8 @@ inline double swept_by_quadrature(double b, double r0, double r1) {
 inline double swept_around_by_quadrature(const Orbit& o, double r0) {
     boost::math::quadrature::tanh_sinh<double> rule;
     const double end = std::sqrt(o.ub - 1 / r0);
-    return 2 * rule.integrate([&o](double w) { return 2 / std::sqrt((o.ub - w * w - o.ua) * (o.uc - o.ub + w * w)); }, 0.0, end);
+    return 2 * rule.integrate([&o](double w) { return 2 / std::sqrt((o.ub - w * w - o.ua) * (o.uc - o.ub + w * w)); },
+                              0.0, end);
 }
 
 /// A plane through the hole's centre, spanned by two unit vectors; φ counts from `outward` towards `across`.

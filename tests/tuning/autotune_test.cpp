@@ -39,7 +39,8 @@ TEST_F(MaxPixelError, IsReported) {
     EXPECT_EQ(met.status, 0) << met.err;
     EXPECT_LE(json::parse(met.out)["pixel_error_estimate"], 0.25);
     EXPECT_EQ(json::parse(met.out)["max_pixel_error"], 0.25);
-    const Outcome missed = run("render hole.toml --size 32x16 -o b.exr --quiet --json -D integrator.max_pixel_error=1e-30");
+    const Outcome missed =
+        run("render hole.toml --size 32x16 -o b.exr --quiet --json -D integrator.max_pixel_error=1e-30");
     EXPECT_EQ(missed.status, 4) << missed.err;
     EXPECT_TRUE(json::parse(missed.out)["pixel_error_estimate"].is_null());
     EXPECT_TRUE(exists("b.exr"));
@@ -47,28 +48,36 @@ TEST_F(MaxPixelError, IsReported) {
 
 // Deep in a shadow all rays are captured: nothing is off by anything.
 TEST_F(MaxPixelError, IsMetWhereAllRaysAreCaptured) {
-    const Outcome met = run("render hole.toml --size 16x16 -o a.exr --quiet --json -D camera.fov=0.5 -D integrator.max_pixel_error=0.25");
+    const Outcome met = run(
+        "render hole.toml --size 16x16 -o a.exr --quiet --json -D camera.fov=0.5 -D integrator.max_pixel_error=0.25");
     EXPECT_EQ(met.status, 0) << met.err;
     EXPECT_EQ(json::parse(met.out)["status"]["captured"], 256);
     EXPECT_EQ(json::parse(met.out)["pixel_error_estimate"], 0);
-    EXPECT_EQ(run("compare hole.toml --size 8x8 --rounds 1 --quiet --strategy packet --equal-error 0.25 -D camera.fov=0.5").status, 0);
+    EXPECT_EQ(
+        run("compare hole.toml --size 8x8 --rounds 1 --quiet --strategy packet --equal-error 0.25 -D camera.fov=0.5")
+            .status,
+        0);
 }
 
-// Seen from far away the rays around a hole are all ill-conditioned: what is promised then is another pixel, and that is said.
+// Seen from far away the rays around a hole are all ill-conditioned: what is promised then is another pixel, and that
+// is said.
 TEST_F(MaxPixelError, SaysWhatAPixelIsWhereRaysAreIllConditioned) {
-    const auto plan = plan_of_file((directory_ / "hole.toml").string(), {"camera.position=[0,-10000,0]", "camera.fov=0.006", "film.size=[32,32]",
-                                                       "integrator.escape_radius=20000", "integrator.max_pixel_error=0.25"});
+    const auto plan = plan_of_file((directory_ / "hole.toml").string(),
+                                   {"camera.position=[0,-10000,0]", "camera.fov=0.006", "film.size=[32,32]",
+                                    "integrator.escape_radius=20000", "integrator.max_pixel_error=0.25"});
     *plan = autotune(*plan);
     ASSERT_TRUE(plan->method_trial && plan->method_trial->met);
     EXPECT_GT(plan->method_trial->estimate, 0);
     EXPECT_GT(plan->method_trial->ill_conditioned, 0.5);
     ASSERT_FALSE(plan->remarks.empty());
-    EXPECT_NE(plan->remarks.back().find("turn their neighbours apart more than a thousandfold"), std::string::npos) << plan->remarks.back();
+    EXPECT_NE(plan->remarks.back().find("turn their neighbours apart more than a thousandfold"), std::string::npos)
+        << plan->remarks.back();
 }
 
 // Where nothing can be measured the picture is drawn all the same, as the scene says, with a warning.
 TEST_F(MaxPixelError, IsNotMetWhereNobodyKnowsHowRaysEnd) {
-    const Outcome short_of_steps = run("render hole.toml --size 16x16 -o a.exr -D integrator.max_steps=5 -D integrator.max_pixel_error=0.25");
+    const Outcome short_of_steps =
+        run("render hole.toml --size 16x16 -o a.exr -D integrator.max_steps=5 -D integrator.max_pixel_error=0.25");
     EXPECT_EQ(short_of_steps.status, 4) << short_of_steps.err;
     EXPECT_NE(short_of_steps.err.find("is not seen to be met"), std::string::npos) << short_of_steps.err;
     EXPECT_TRUE(exists("a.exr"));
@@ -86,7 +95,8 @@ integrator = { escape_radius = 6, max_steps = 2000, max_pixel_error = 0.25 }
 }
 
 TEST_F(MaxPixelError, IsSoughtWithinTheTimeLimit) {
-    const Outcome late = run("render hole.toml --size 16x16 -o a.exr --time-limit 1e-4 -D integrator.max_pixel_error=0.25");
+    const Outcome late =
+        run("render hole.toml --size 16x16 -o a.exr --time-limit 1e-4 -D integrator.max_pixel_error=0.25");
     EXPECT_EQ(late.status, 4) << late.err;
     EXPECT_NE(late.err.find("the time was up"), std::string::npos) << late.err;
     EXPECT_TRUE(exists("a.exr"));
@@ -113,7 +123,9 @@ TEST_F(MaxPixelError, TakesTheLongestSteps) {
 
 TEST_F(MaxPixelError, LooserBoundsCostLess) {
     const auto gradients = [&](const char* bound) {
-        const Outcome outcome = run(std::string("render hole.toml --size 64x32 -o a.exr --quiet --json -D integrator.max_pixel_error=") + bound);
+        const Outcome outcome =
+            run(std::string("render hole.toml --size 64x32 -o a.exr --quiet --json -D integrator.max_pixel_error=") +
+                bound);
         return json::parse(outcome.out)["gradients"].get<double>();
     };
     EXPECT_LT(gradients("1"), gradients("1e-6"));
@@ -133,15 +145,18 @@ TEST_F(MaxPixelError, SaysThatAStatedStepIsNotTaken) {
         return run("explain hole.toml -D integrator.max_pixel_error=" + options).err;
     };
     EXPECT_NE(said("0.25 -D integrator.step=0.07").find("integrator.step = 0.07 is not taken"), std::string::npos);
-    EXPECT_NE(said("0.25 -D integrator.tolerance=1e-5").find("integrator.tolerance = 1e-05 is not taken"), std::string::npos);
+    EXPECT_NE(said("0.25 -D integrator.tolerance=1e-5").find("integrator.tolerance = 1e-05 is not taken"),
+              std::string::npos);
     EXPECT_EQ(said("0.25").find("is not taken"), std::string::npos);
     EXPECT_EQ(said("1e-30 -D integrator.step=0.07").find("is not taken"), std::string::npos);
 }
 
 TEST_F(MaxPixelError, KeepsMethodStrategyAndLanesThatAreAskedFor) {
-    for (const char* asked : {"--integrator gauss8 --lanes 1", "--strategy scalar", "--integrator rk4 --strategy packet"}) {
+    for (const char* asked :
+         {"--integrator gauss8 --lanes 1", "--strategy scalar", "--integrator rk4 --strategy packet"}) {
         SCOPED_TRACE(asked);
-        const Outcome outcome = run(std::string("render hole.toml -o a.exr --quiet --json -D integrator.max_pixel_error=0.25 ") + asked);
+        const Outcome outcome =
+            run(std::string("render hole.toml -o a.exr --quiet --json -D integrator.max_pixel_error=0.25 ") + asked);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         const json report = json::parse(outcome.out);
         EXPECT_LE(report["pixel_error_estimate"], 0.25);

@@ -28,9 +28,11 @@ TEST(Precision, IsFloatWhereItCannotBeSeen) {
 
 /// The camera looks past the hole at a ball from so far that float's places are coarser than pixels.
 TEST(Precision, IsDoubleWhereFloatWouldShow) {
-    const std::string far = "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nescape_radius = 4e4\nmax_steps = 100000\n"
-                            "[camera]\nposition = [20000, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 0.003\n[film]\nsize = [512, 512]\n"
-                            "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 0.4\n";
+    const std::string far =
+        "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nescape_radius = 4e4\nmax_steps = 100000\n"
+        "[camera]\nposition = [20000, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 0.003\n[film]\nsize = [512, "
+        "512]\n"
+        "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 0.4\n";
     const auto plan = plan_of_text(far, {});
     *plan = choose_precision(*plan);
     EXPECT_EQ(plan->run.kernel->precision, Precision::float64);
@@ -41,7 +43,8 @@ TEST(Precision, IsDoubleWhereFloatWouldShow) {
 TEST(Precision, IsDoubleWhereItIsAskedForOrNothingIsGained) {
     const auto stays = [](const Overrides& overrides, const Options& options = {}) {
         const auto plan = chosen("room.toml", overrides, options);
-        return plan->run.kernel->precision == Precision::float64 && plan->precision_trial->rays == 0 && !plan->precision_trial->why_not.empty();
+        return plan->run.kernel->precision == Precision::float64 && plan->precision_trial->rays == 0 &&
+               !plan->precision_trial->why_not.empty();
     };
     Options in_double;
     in_double.precision = Precision::float64;
@@ -54,8 +57,9 @@ TEST(Precision, IsDoubleWhereItIsAskedForOrNothingIsGained) {
 
 /// Beside a horizon float loses the momentum before the first step: there is nothing to try.
 TEST(Precision, IsDoubleBesideAHorizon) {
-    const std::string near = "[space]\nhamiltonian = \"schwarzschild\"\nrg = 1\n[camera]\nposition = [1.0001, 0, 0]\nlook_at = [9, 0, 0]\n"
-                             "up = [0, 0, 1]\n[film]\nsize = [256, 256]\n";
+    const std::string near =
+        "[space]\nhamiltonian = \"schwarzschild\"\nrg = 1\n[camera]\nposition = [1.0001, 0, 0]\nlook_at = [9, 0, 0]\n"
+        "up = [0, 0, 1]\n[film]\nsize = [256, 256]\n";
     const auto plan = plan_of_text(near, {});
     *plan = choose_precision(*plan);
     EXPECT_EQ(plan->run.kernel->precision, Precision::float64);
@@ -64,8 +68,9 @@ TEST(Precision, IsDoubleBesideAHorizon) {
 
 /// Far out a float's last place is more of a step than landing comes close to; the ray has arrived all the same.
 TEST(Precision, FloatReachesFarSpheres) {
-    const std::string nearly_straight = "[space]\nhamiltonian = \"gradient\"\ng = 1e-6\n[integrator]\nescape_radius = 1000\n"
-                                        "[camera]\nposition = [0.3, -8, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 70\n[film]\nsize = [128, 128]\n";
+    const std::string nearly_straight =
+        "[space]\nhamiltonian = \"gradient\"\ng = 1e-6\n[integrator]\nescape_radius = 1000\n"
+        "[camera]\nposition = [0.3, -8, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 70\n[film]\nsize = [128, 128]\n";
     Options in_float;
     in_float.precision = Precision::float32;
     const auto plan = plan_of_text(nearly_straight, {}, in_float);

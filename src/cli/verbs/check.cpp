@@ -22,7 +22,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const bool json = !arguments.json.empty();
     check_outputs({{"--json", arguments.json}}, {{"the scene", arguments.scene}});
-    const auto report = [&](const std::string& text) { write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; }); };
+    const auto report = [&](const std::string& text) {
+        write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
+    };
     const auto or_report = [&](const auto& make) {
         try {
             return make();

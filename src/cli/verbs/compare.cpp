@@ -19,13 +19,16 @@ constexpr std::uint32_t most_rounds = 1000, most_lanes = 1024;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments, true);
-    add_option(app, "--methods", arguments.methods, "Integrators to compare by; default: the scene's, or what it would be without the plane of the orbit", "A,B");
+    add_option(app, "--methods", arguments.methods,
+               "Integrators to compare by; default: the scene's, or what it would be without the plane of the orbit",
+               "A,B");
     add_option(app, "--equal-error", arguments.equal_error,
                    "Each strategy by its own cheapest method that brings 99 % of the rays within E pixels", "E");
     add_option(app, "--rounds", arguments.rounds, "Interleaved rounds; default: 5", "N");
     add_json(app, arguments);
     add_machine(app, arguments, "1");
-    add_option(app, "--lanes", arguments.lanes, "Rays at a time of the packets to compare; default: every number there is", "A,B");
+    add_option(app, "--lanes", arguments.lanes,
+               "Rays at a time of the packets to compare; default: every number there is", "A,B");
     add_messages(app, arguments);
 }
 
@@ -33,7 +36,8 @@ void declare(CLI::App& app, Arguments& arguments) {
 std::vector<std::string> methods_of(const std::string& text) {
     std::vector<std::string> methods = split(text, ',');
     for (auto method = methods.begin(); method != methods.end(); ++method)
-        if (std::find(methods.begin(), method, *method) != method) throw InputError("--methods: " + *method + " stands there twice");
+        if (std::find(methods.begin(), method, *method) != method)
+            throw InputError("--methods: " + *method + " stands there twice");
     return methods;
 }
 
@@ -50,7 +54,8 @@ CompareOptions compare_options(const Arguments& arguments, const Options& option
     if (!arguments.rounds.empty()) compared.rounds = count_of("--rounds", arguments.rounds, most_rounds);
     if (arguments.equal_error.empty()) return compared;
     compared.equal_error = finite_number("--equal-error", arguments.equal_error);
-    if (!(compared.equal_error > 0)) throw InputError("--equal-error: " + arguments.equal_error + " is not greater than 0");
+    if (!(compared.equal_error > 0))
+        throw InputError("--equal-error: " + arguments.equal_error + " is not greater than 0");
     if (!compared.methods.empty()) throw InputError("--equal-error chooses the methods itself; leave --methods out");
     return compared;
 }
@@ -80,7 +85,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb compare_verb{"compare", "Set the vectorization strategies side by side: time, and difference of the pictures", declare,
+const Verb compare_verb{"compare",
+                        "Set the vectorization strategies side by side: time, and difference of the pictures", declare,
                         run};
 
 }  // namespace kagero

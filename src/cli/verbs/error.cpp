@@ -35,13 +35,15 @@ StudyOptions study_options(const Arguments& arguments, const Options& options) {
     study.quick = arguments.quick, study.full = arguments.full;
     if (options.threads) study.threads = options.threads;
     study.precision = options.precision, study.strategy = options.strategy;
-    if (study.strategy == Strategy::per_ray) throw InputError("--strategy: a study follows packets and single rays; `kagero compare` has per-ray");
+    if (study.strategy == Strategy::per_ray)
+        throw InputError("--strategy: a study follows packets and single rays; `kagero compare` has per-ray");
     if (arguments.quick && arguments.full) throw InputError("--quick and --full exclude each other");
     if (arguments.sample.empty()) return study;
     const auto size = whole_numbers("--sample", arguments.sample, 'x', 2);
     for (const std::uint32_t n : size)
         if (n < 1 || n > most_sampled)
-            throw InputError("--sample: " + arguments.sample + " has a side that is not in 1 to " + std::to_string(most_sampled));
+            throw InputError("--sample: " + arguments.sample + " has a side that is not in 1 to " +
+                             std::to_string(most_sampled));
     study.width = size[0], study.height = size[1];
     return study;
 }
@@ -71,12 +73,17 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     own.isa = options.isa, own.threads = options.threads;
     const Plan plan = make_plan(std::move(scene), own);
     for (const std::string& remark : plan.remarks) terminal.warning(remark);
-    if (plan.description().integrator.max_pixel_error > 0) terminal.warning(std::string("integrator.max_pixel_error has no effect on a study of errors: the scene's own method is ") + plan.method().name);
+    if (plan.description().integrator.max_pixel_error > 0)
+        terminal.warning(
+            std::string("integrator.max_pixel_error has no effect on a study of errors: the scene's own method is ") +
+            plan.method().name);
     const std::string directory = report_directory(arguments, "error");
-    const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json, files_of(plan.description()));
+    const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json,
+                               files_of(plan.description()));
     const ErrorStudy study = study_watched(plan, wanted, terminal);
     write_report(directory, plan, study);
-    if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << error_json(plan, study); });
+    if (!arguments.json.empty())
+        write_output(arguments.json, [&](std::ostream& out) { out << error_json(plan, study); });
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << error_text(study); });
     terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
     return study.interrupted ? exit_interrupted : exit_done;
@@ -84,6 +91,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb error_verb{"error", "Measure error against run time, method by method, for a scene's own rays", declare, run};
+const Verb error_verb{"error", "Measure error against run time, method by method, for a scene's own rays", declare,
+                      run};
 
 }  // namespace kagero

@@ -44,7 +44,8 @@ unsigned repeats_of(const Arguments& arguments) {
 Profile profile_watched(const Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
     ProgressLine line(terminal);
     return profile(
-        plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); }, InterruptGuard::requested());
+        plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); },
+        InterruptGuard::requested());
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -56,7 +57,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Plan plan = resolve_watched(std::move(scene), options, terminal);
     const InterruptGuard interrupts;
     const std::string directory = report_directory(arguments, "profile");
-    const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json, files_of(plan.description()));
+    const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json,
+                               files_of(plan.description()));
 
     prepare_to_write(picture);  // what loading takes is not writing
     Film film = film_of(plan);
@@ -68,8 +70,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     write_text_file(path_in(directory, "trace.json"), profile_trace(plan, profile, write_seconds));
     write_text_file(path_in(directory, "report.html"), profile_page(plan, profile, write_seconds));
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << json; });
-    if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << profile_text(profile, write_seconds); });
-    terminal.note((profile.interrupted ? "interrupted; what was done is in " : "the report is in ") + path_in(directory, "report.html"));
+    if (arguments.json != "-")
+        write_output("-", [&](std::ostream& out) { out << profile_text(profile, write_seconds); });
+    terminal.note((profile.interrupted ? "interrupted; what was done is in " : "the report is in ") +
+                  path_in(directory, "report.html"));
     if (profile.interrupted) return exit_interrupted;
     return plan.method_trial && !plan.method_trial->met ? exit_bound : exit_done;
 }

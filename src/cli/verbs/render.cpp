@@ -31,8 +31,11 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_crop(app, arguments);
     add_option(app, "--pixel", arguments.pixel,
                    "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing", "X,Y");
-    add_option(app, "--time-limit", arguments.time_limit, "Stop after so many seconds; the picture so far is written. In double, unless --precision says else", "SECONDS");
-    add_flag(app, "--maps", arguments.maps, "Beside the picture, PICTURE-LAYER.png of every layer of numbers, in false colours with a scale");
+    add_option(app, "--time-limit", arguments.time_limit,
+               "Stop after so many seconds; the picture so far is written. In double, unless --precision says else",
+               "SECONDS");
+    add_flag(app, "--maps", arguments.maps,
+             "Beside the picture, PICTURE-LAYER.png of every layer of numbers, in false colours with a scale");
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_machine(app, arguments);
@@ -54,12 +57,14 @@ int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal&
 double time_limit_of(const Arguments& arguments) {
     if (arguments.time_limit.empty()) return std::numeric_limits<double>::infinity();
     const double seconds = finite_number("--time-limit", arguments.time_limit);
-    if (seconds <= 0) throw InputError("--time-limit: " + arguments.time_limit + " is not a positive number of seconds");
+    if (seconds <= 0)
+        throw InputError("--time-limit: " + arguments.time_limit + " is not a positive number of seconds");
     return seconds;
 }
 
 /// Answers SIGUSR1. A snapshot that cannot be written is no reason to end the work.
-void write_snapshot(const Plan& plan, const Film& film, const std::string& path, const Terminal& terminal, ProgressLine& line) {
+void write_snapshot(const Plan& plan, const Film& film, const std::string& path, const Terminal& terminal,
+                    ProgressLine& line) {
     RunReport so_far;
     so_far.interrupted = true;
     try {
@@ -70,7 +75,8 @@ void write_snapshot(const Plan& plan, const Film& film, const std::string& path,
     }
 }
 
-RunReport render_watched(const Plan& plan, Film& film, const std::string& output, double time_limit, const Terminal& terminal) {
+RunReport render_watched(const Plan& plan, Film& film, const std::string& output, double time_limit,
+                         const Terminal& terminal) {
     ProgressLine line(terminal);
     Watch watch;
     watch.progress = [&](double done, double seconds) { line.show(done, seconds); };
@@ -89,12 +95,14 @@ std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const st
     std::vector<const LayerInfo*> mapped;
     if (!arguments.maps) return mapped;
     for (const LayerInfo& layer : all_layers())
-        if (layer.scale != LayerInfo::Scale::colors && std::find(names.begin(), names.end(), layer.name) != names.end()) mapped.push_back(&layer);
+        if (layer.scale != LayerInfo::Scale::colors && std::find(names.begin(), names.end(), layer.name) != names.end())
+            mapped.push_back(&layer);
     if (mapped.empty()) throw InputError("--maps: film.layers has no layer of numbers; see `kagero list layers`");
     return mapped;
 }
 
-void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, const std::string& output, const Terminal& terminal) {
+void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, const std::string& output,
+                const Terminal& terminal) {
     for (const LayerInfo* layer : mapped) {
         write_map(film, *layer, map_path(output, *layer));
         terminal.note("a map of " + layer->name + " is in " + map_path(output, *layer));
@@ -102,10 +110,12 @@ void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, c
 }
 
 void tell_plan(const Plan& plan, const Terminal& terminal) {
-    const std::string text = plan.description().space.hamiltonian + ", " + plan.method().name + ", " + plan.module().isa + ", " +
-                             name_of(plan.run.kernel->strategy) + ", " + name_of(plan.run.kernel->precision) + ", " +
-                             std::to_string(plan.run.kernel->lanes) + " lanes";
-    terminal.detail(text + ", " + std::to_string(plan.run.threads) + " threads; loaded in " + rounded(plan.load_seconds) + " s");
+    const std::string text = plan.description().space.hamiltonian + ", " + plan.method().name + ", " +
+                             plan.module().isa + ", " + name_of(plan.run.kernel->strategy) + ", " +
+                             name_of(plan.run.kernel->precision) + ", " + std::to_string(plan.run.kernel->lanes) +
+                             " lanes";
+    terminal.detail(text + ", " + std::to_string(plan.run.threads) + " threads; loaded in " +
+                    rounded(plan.load_seconds) + " s");
 }
 
 void tell_result(const RunReport& report, const std::string& path, const Terminal& terminal) {
@@ -113,8 +123,8 @@ void tell_result(const RunReport& report, const std::string& path, const Termina
     const char* ending = report.out_of_time   ? "the time is up; what was done is in "
                          : report.interrupted ? "interrupted; what was done is in "
                                               : "the picture is in ";
-    terminal.note(ending + path + " (" + rounded(static_cast<double>(report.rays)) + " rays in " + rounded(report.seconds) +
-                  " s, " + rounded(rate) + " rays/s)");
+    terminal.note(ending + path + " (" + rounded(static_cast<double>(report.rays)) + " rays in " +
+                  rounded(report.seconds) + " s, " + rounded(rate) + " rays/s)");
 }
 
 /// Pixels that show nothing of the scene, and why.
@@ -123,27 +133,36 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
     const auto count = [&](Status status) { return double(report.counters.ended[static_cast<int>(status)]); };
     const double rays = double(report.rays);
     if (const double endless = count(Status::step_limit); endless > many * rays)
-        terminal.warning((endless == rays ? "no ray ended" : rounded(endless) + " of " + rounded(rays) + " rays did not end") +
-                         " within integrator.max_steps = " + std::to_string(plan.description().integrator.max_steps) + " steps: such rays show black");
+        terminal.warning(
+            (endless == rays ? "no ray ended" : rounded(endless) + " of " + rounded(rays) + " rays did not end") +
+            " within integrator.max_steps = " + std::to_string(plan.description().integrator.max_steps) +
+            " steps: such rays show black");
     if (count(Status::failed) > many * rays)
-        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) + " rays failed, and are black; `kagero trace` tells the reason of each. Where it is a step, " +
-                         (plan.method().adaptive ? "another integrator.tolerance" : "a smaller integrator.step") + " may do");
+        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) +
+                         " rays failed, and are black; `kagero trace` tells the reason of each. Where it is a step, " +
+                         (plan.method().adaptive ? "another integrator.tolerance" : "a smaller integrator.step") +
+                         " may do");
     if (report.energy_error.p99 > large && !(plan.method_trial && plan.method_trial->met))
-        terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) + " alone: a smaller integrator.step will show another picture");
+        terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) +
+                         " alone: a smaller integrator.step will show another picture");
 }
 
 /// A path goes to stdout, and is of one pixel of the whole film.
 void check_combination(const Arguments& arguments) {
     if (arguments.pixel.empty()) return;
     const auto refuse = [](bool given, const char* option) {
-        if (given) throw InputError(std::string("--pixel writes a path on stdout and renders nothing; leave ") + option + " out");
+        if (given)
+            throw InputError(std::string("--pixel writes a path on stdout and renders nothing; leave ") + option +
+                             " out");
     };
-    refuse(!arguments.output.empty(), "-o"), refuse(!arguments.json.empty(), "--json"), refuse(!arguments.crop.empty(), "--crop");
+    refuse(!arguments.output.empty(), "-o"), refuse(!arguments.json.empty(), "--json"),
+        refuse(!arguments.crop.empty(), "--crop");
     refuse(arguments.maps, "--maps"), refuse(!arguments.time_limit.empty(), "--time-limit");
 }
 
 /// What is told when the picture is written, and the exit status.
-int conclude(const Plan& plan, const RunReport& report, double write_seconds, const std::string& output, const std::string& json, const Terminal& terminal) {
+int conclude(const Plan& plan, const RunReport& report, double write_seconds, const std::string& output,
+             const std::string& json, const Terminal& terminal) {
     if (!json.empty()) write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds); });
     tell_result(report, output, terminal);
     warn_of_ends(plan, report, terminal);
@@ -165,7 +184,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
     if (arguments.pixel.empty()) {
         std::vector<NamedFile> outputs{{"-o", output}, {"--json", arguments.json}};
-        for (const LayerInfo* layer : mapped) outputs.emplace_back("the map of " + layer->name, map_path(output, *layer));
+        for (const LayerInfo* layer : mapped)
+            outputs.emplace_back("the map of " + layer->name, map_path(output, *layer));
         check_outputs(outputs, files_of(scene));
     }
     check_crop(arguments, options, scene.film);

@@ -28,7 +28,8 @@ void declare(CLI::App& app, Arguments& arguments) {
 StabilityRequest request_of(const Arguments& arguments) {
     const Options options = options_of(arguments);
     if (options.strategy == Strategy::per_ray)
-        throw InputError("--strategy: per-ray kernels are compiled for a few spaces alone; the cases run by packet and scalar ones");
+        throw InputError(
+            "--strategy: per-ray kernels are compiled for a few spaces alone; the cases run by packet and scalar ones");
     StabilityRequest request;
     request.isas = isas_for(options.isa), request.threads = options.threads;
     if (options.precision) request.precisions = {*options.precision};
@@ -60,15 +61,18 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (table) write_output("-", [&](std::ostream& out) { out << stability_summary(rows); });
     if (!json.empty()) write_output(json, [&](std::ostream& out) { out << stability_json(rows); });
     if (!arguments.output.empty()) {
-        write_output(path_in(arguments.output, "stability.html"), [&](std::ostream& out) { out << stability_page(rows); });
-        write_output(path_in(arguments.output, "stability.json"), [&](std::ostream& out) { out << stability_json(rows); });
+        write_output(path_in(arguments.output, "stability.html"),
+                     [&](std::ostream& out) { out << stability_page(rows); });
+        write_output(path_in(arguments.output, "stability.json"),
+                     [&](std::ostream& out) { out << stability_json(rows); });
         terminal.note("the page is in " + path_in(arguments.output, "stability.html"));
     }
     if (*guard.requested()) {
         terminal.note("interrupted; the cases that were done are told");
         return exit_interrupted;
     }
-    return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass(); }) ? exit_done : exit_bound;
+    return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.pass(); }) ? exit_done
+                                                                                                     : exit_bound;
 }
 
 }  // namespace

@@ -24,10 +24,14 @@ constexpr std::uint32_t most_repeats = 1'000'000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    add_option(app, "--rays", arguments.rays, "CSV with the columns x,y,z,dx,dy,dz; '-', the default, is stdin", "FILE");
+    add_option(app, "--rays", arguments.rays, "CSV with the columns x,y,z,dx,dy,dz; '-', the default, is stdin",
+               "FILE");
     add_option(app, "-o,--output", arguments.output, "Where the CSV goes; '-', the default, is stdout", "FILE");
     add_flag(app, "--path", arguments.path, "Every step of every ray instead of its end");
-    add_option(app, "--observer", arguments.observer, "Read directions in the rest frame of: static, zamo, falling, coordinate; default: as dq/dλ in the scene's coordinates", "NAME");
+    add_option(app, "--observer", arguments.observer,
+               "Read directions in the rest frame of: static, zamo, falling, coordinate; default: as dq/dλ in the "
+               "scene's coordinates",
+               "NAME");
     add_option(app, "--parameter", arguments.parameter, "End every ray where its parameter has this value", "L");
     add_option(app, "--repeat", arguments.repeat, "With --json: how many runs to time", "N");
     add_json(app, arguments);
@@ -39,7 +43,8 @@ void declare(CLI::App& app, Arguments& arguments) {
 std::vector<RayInput> rays_of(const Arguments& arguments) {
     if (arguments.rays == "-") return read_rays(std::cin, "stdin");
     std::error_code ignored;
-    if (std::filesystem::is_directory(arguments.rays, ignored)) throw InputError("cannot read the rays '" + arguments.rays + "': it is a directory");
+    if (std::filesystem::is_directory(arguments.rays, ignored))
+        throw InputError("cannot read the rays '" + arguments.rays + "': it is a directory");
     std::ifstream in(arguments.rays, std::ios::binary);
     if (!in) throw InputError("cannot read the rays '" + arguments.rays + "': no such file, or no permission");
     return read_rays(in, arguments.rays);
@@ -60,8 +65,8 @@ std::optional<ObserverKind> observer_of(const Arguments& arguments) {
     return observer_named(arguments.observer);
 }
 
-/// λ belongs to H: rays that are to end at a given λ follow no other clock. The scene on the general path, and without a rescaling of the
-/// space's own, as if it said so, and with the defaults that follow.
+/// λ belongs to H: rays that are to end at a given λ follow no other clock. The scene on the general path, and without
+/// a rescaling of the space's own, as if it said so, and with the defaults that follow.
 SceneDescription scene_with_parameter(Arguments arguments, const Options& options) {
     const SceneDescription scene = general_scene_of(arguments, options);
     if (scene.integrator.rescale != "auto") return scene;
@@ -78,7 +83,8 @@ Plan plan_of(const Request& request, bool every_column) {
     if (!limit.empty()) {
         if (scene.integrator.rescale != "none")
             throw InputError(
-                "--parameter: a ray cannot be ended at a parameter of H while integrator.rescale changes that parameter; "
+                "--parameter: a ray cannot be ended at a parameter of H while integrator.rescale changes that "
+                "parameter; "
                 "set it to \"none\"");
     }
     Plan plan = resolve(std::move(scene), options, Purpose::ray_list);
@@ -105,8 +111,8 @@ bool write_csv(const Request& request, const std::string& output, const Watch& w
     return report.interrupted;
 }
 
-/// Tracing alone, after one run that is not counted, to where rays end: without watching H, without λ. Of runs that were cut short nothing
-/// is told.
+/// Tracing alone, after one run that is not counted, to where rays end: without watching H, without λ. Of runs that
+/// were cut short nothing is told.
 std::size_t write_timing(const Request& request, std::uint32_t repetitions, const Watch& watch) {
     const auto plan = plan_of(request, false);
     const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
@@ -127,16 +133,19 @@ void check_combination(const Arguments& arguments) {
         throw InputError("--parameter: " + arguments.parameter + " is not greater than 0, where rays start");
     if (arguments.path && !arguments.json.empty())
         throw InputError("--path writes steps and --json reports on ends; ask for one of the two");
-    if (!arguments.repeat.empty() && arguments.json.empty()) throw InputError("--repeat times runs for a report; add --json");
+    if (!arguments.repeat.empty() && arguments.json.empty())
+        throw InputError("--repeat times runs for a report; add --json");
     if (arguments.output == "-" && arguments.json == "-")
         throw InputError("CSV and JSON cannot both go to stdout; give --json a FILE");
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
-    const std::uint32_t repetitions = arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, most_repeats);
+    const std::uint32_t repetitions =
+        arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, most_repeats);
     const Options options = options_of(arguments);
-    SceneDescription scene = arguments.parameter.empty() ? scene_of(arguments, options) : scene_with_parameter(arguments, options);
+    SceneDescription scene =
+        arguments.parameter.empty() ? scene_of(arguments, options) : scene_with_parameter(arguments, options);
     const bool json = !arguments.json.empty();
     const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
     const std::string output = arguments.output.empty() ? "-" : arguments.output;
@@ -154,7 +163,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         const std::size_t runs = write_timing(request, repetitions, watch);
         interrupted = runs < repetitions, told = told || runs > 0;
     }
-    if (interrupted) terminal.note(told ? "interrupted; what was done is written" : "interrupted before a run was complete: there is nothing to report");
+    if (interrupted)
+        terminal.note(told ? "interrupted; what was done is written"
+                           : "interrupted before a run was complete: there is nothing to report");
     return interrupted ? exit_interrupted : exit_done;
 }
 

@@ -64,15 +64,16 @@ std::array<std::size_t, 6> parse_header(const std::vector<Field>& fields, Place 
         std::size_t k = 0;
         while (k < column_names.size() && fields[i].text != column_names[k]) ++k;
         if (k == column_names.size())
-            throw InputError(place, quoted(fields[i].text) + " is not a column of rays; the header must be " + expected_header);
+            throw InputError(place, quoted(fields[i].text) + " is not a column of rays; the header must be " +
+                                        expected_header);
         if (where[k] != absent) throw InputError(place, "the column " + quoted(fields[i].text) + " stands there twice");
         where[k] = i;
     }
     place.column = 1;
     for (std::size_t k = 0; k < where.size(); ++k)
         if (where[k] == absent)
-            throw InputError(
-                place, std::string("the column '") + column_names[k] + "' is missing; the header must be " + expected_header);
+            throw InputError(place, std::string("the column '") + column_names[k] +
+                                        "' is missing; the header must be " + expected_header);
     return where;
 }
 
@@ -118,7 +119,8 @@ std::vector<RayInput> read_rays(std::istream& in, const std::string& name) {
         throw InputError(Place{name, place.line + 1, 1}, "a line of more than 10,000 characters, which is no ray's");
     if (in.bad()) throw RunError("cannot read '" + name + "' to its end");
     if (!header_seen)
-        throw InputError(Place{name, 1, 1}, std::string("there is nothing here; the first line must be ") + expected_header);
+        throw InputError(Place{name, 1, 1},
+                         std::string("there is nothing here; the first line must be ") + expected_header);
     return rays;
 }
 

@@ -45,7 +45,10 @@ void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEn
     append_number(row, end.parameter);
     row += ',' + std::to_string(end.steps) + ',' + std::to_string(end.gradients);
     append_number(row, end.energy_error);
-    row += ',' + (end.status == Status::failed ? csv_text(why_failed(*plan.scene, plan.run.kernel->precision, end.failure)) : std::string()) + '\n';
+    row += ',' +
+           (end.status == Status::failed ? csv_text(why_failed(*plan.scene, plan.run.kernel->precision, end.failure))
+                                         : std::string()) +
+           '\n';
 }
 
 void append_point(std::string& row, const PathPoint& point) {

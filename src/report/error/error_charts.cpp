@@ -29,11 +29,14 @@ bool emphasised(const StudyCurve& curve) {
 
 Series series_of(const ErrorStudy& study, const StudyCurve& curve, Work work) {
     const MethodStyle style = style_of(*curve.info);
-    Series series{curve.method, style.color, style.mark, false, false, emphasised(curve) && study.shows(curve) && !curve.loose, {}, {}};
+    Series series{curve.method, style.color, style.mark,
+                  false,        false,       emphasised(curve) && study.shows(curve) && !curve.loose,
+                  {},           {}};
     if (curve.loose) series.label += " loose", series.dotted = true;
     if (curve.precision == Precision::float32) series.label += " float", series.dashed = true;
     for (const StudyPoint& point : curve.points) {
-        series.points.push_back({work == Work::nanoseconds ? point.time.median : point.gradients, point.errors.pixels.p90});
+        series.points.push_back(
+            {work == Work::nanoseconds ? point.time.median : point.gradients, point.errors.pixels.p90});
         series.tips.push_back(tip_of(curve, point));
     }
     return series;
@@ -53,10 +56,12 @@ bool represents(const ErrorStudy& study, std::size_t index) {
     return curve.precision == study.precision && !curve.loose && curve.info->typical;
 }
 
-std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vector<const StudyCurve*>& curves, Work work) {
+std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vector<const StudyCurve*>& curves,
+                     Work work) {
     LineChart chart;
     const bool time = work == Work::nanoseconds;
-    chart.title = std::string("Pixel error against ") + (time ? "run time" : "gradient evaluations") + " for " + plan.description().path;
+    chart.title = std::string("Pixel error against ") + (time ? "run time" : "gradient evaluations") + " for " +
+                  plan.description().path;
     chart.x.title = time ? "run time per ray, ns (median)" : "gradient evaluations per ray";
     chart.y.title = "error of 90 % of the rays, pixels";
     for (const StudyCurve* curve : curves) chart.series.push_back(series_of(study, *curve, work));
@@ -100,11 +105,19 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
     for (const EnergyTrace& trace : study.energy) {
         const MethodStyle style = style_of(*trace.info);
         const bool own = trace.info->name == plan.method().name;
-        Series series{trace.info->name, style.color, trace.points.size() > 60 ? Mark::none : style.mark, false, false, own, {}, {}};
+        Series series{trace.info->name,
+                      style.color,
+                      trace.points.size() > 60 ? Mark::none : style.mark,
+                      false,
+                      false,
+                      own,
+                      {},
+                      {}};
         // Points where the error changes sign are accidents; the floor keeps them from ruling the axis.
         for (std::size_t i = 1; i < trace.points.size(); ++i)
             series.points.push_back({trace.points[i][0], std::max(std::abs(trace.points[i][1]), 1e-17)});
-        series.label += (trace.info->adaptive ? ", tolerance " : ", step ") + short_number(trace.step) + ", " + rounded(trace.gradients) + " gradients";
+        series.label += (trace.info->adaptive ? ", tolerance " : ", step ") + short_number(trace.step) + ", " +
+                        rounded(trace.gradients) + " gradients";
         chart.series.push_back(std::move(series));
     }
     chart.least_y = 1e-17;
@@ -128,8 +141,8 @@ std::string strategy_chart(const ErrorStudy& study) {
         std::string words = short_number(std::round(one.time.median)) + " ns";
         if (one.time.median >= 1000) words = short_number(one.time.median / 1000) + " µs";
         if (yardstick > 0) words += " · " + short_number(yardstick / one.time.median) + "×";
-        chart.bars.push_back({what + ", " + name_of(kernel.precision), color_of(kernel.strategy), words, one.time.median,
-                              one.time.min, one.time.max});
+        chart.bars.push_back({what + ", " + name_of(kernel.precision), color_of(kernel.strategy), words,
+                              one.time.median, one.time.min, one.time.max});
     }
     return svg_of(chart);
 }

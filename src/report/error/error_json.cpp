@@ -37,25 +37,26 @@ Json json_of(const ReferenceStory& story) {
 
 Json json_of(const StudyPoint& point) {
     const RayErrors& errors = point.errors;
-    return {{"step", point.stated_step},
-            {"ns_per_ray", json_of(point.time)},
-            {"gradients_per_ray", point.gradients},
-            {"steps_per_ray", point.steps},
-            {"position", json_of(errors.position)},
-            {"direction", json_of(errors.direction)},
-            {"pixels", json_of(errors.pixels)},
-            {"flips", errors.flips},
-            {"energy_drift",
-             {{"max", point.drift.max}, {"first_tenth", point.drift.first_tenth}, {"last_tenth", point.drift.last_tenth}}},
-            {"above_quarter_pixel", errors.above_quarter_pixel},
-            {"compared", errors.compared},
-            {"ill_conditioned", {{"rays", errors.ill}, {"pixels_over_conditioning", json_of(errors.ill_pixels)}}},
-            {"ns_per_ray_without_surfaces", json_of(point.time_without)},
-            {"steps_per_ray_without_surfaces", point.steps_without},
-            {"queries_per_ray", point.queries},
-            {"iterations_per_ray", point.iterations},
-            {"lane_occupancy", point.occupancy},
-            {"solver_tolerance", point.solver_tolerance}};
+    return {
+        {"step", point.stated_step},
+        {"ns_per_ray", json_of(point.time)},
+        {"gradients_per_ray", point.gradients},
+        {"steps_per_ray", point.steps},
+        {"position", json_of(errors.position)},
+        {"direction", json_of(errors.direction)},
+        {"pixels", json_of(errors.pixels)},
+        {"flips", errors.flips},
+        {"energy_drift",
+         {{"max", point.drift.max}, {"first_tenth", point.drift.first_tenth}, {"last_tenth", point.drift.last_tenth}}},
+        {"above_quarter_pixel", errors.above_quarter_pixel},
+        {"compared", errors.compared},
+        {"ill_conditioned", {{"rays", errors.ill}, {"pixels_over_conditioning", json_of(errors.ill_pixels)}}},
+        {"ns_per_ray_without_surfaces", json_of(point.time_without)},
+        {"steps_per_ray_without_surfaces", point.steps_without},
+        {"queries_per_ray", point.queries},
+        {"iterations_per_ray", point.iterations},
+        {"lane_occupancy", point.occupancy},
+        {"solver_tolerance", point.solver_tolerance}};
 }
 
 Json json_of(const StudyCurve& curve) {
@@ -77,7 +78,11 @@ Json json_of(const StudyCurve& curve) {
 Json cheapest_json(const ErrorStudy& study) {
     Json all = Json::array();
     for (const Cheapest& best : study.cheapest) {
-        Json row{{"error", best.error}, {"method", nullptr}, {"step", nullptr}, {"precision", nullptr}, {"ns_per_ray", nullptr}};
+        Json row{{"error", best.error},
+                 {"method", nullptr},
+                 {"step", nullptr},
+                 {"precision", nullptr},
+                 {"ns_per_ray", nullptr}};
         if (best.found) {
             const StudyCurve& curve = study.curves[best.curve];
             const StudyPoint& point = curve.points[best.point];
@@ -85,7 +90,8 @@ Json cheapest_json(const ErrorStudy& study) {
             row["ns_per_ray"] = point.time.median;
         }
         row["measure"] = best.measure;
-        row["solver_tolerance"] = best.found ? Json(study.curves[best.curve].points[best.point].solver_tolerance) : Json();
+        row["solver_tolerance"] =
+            best.found ? Json(study.curves[best.curve].points[best.point].solver_tolerance) : Json();
         all.push_back(row);
     }
     return all;

@@ -30,9 +30,10 @@ std::string base64(const std::vector<unsigned char>& bytes) {
 
 std::string image(double x, double y, double width, double height, const std::vector<unsigned char>& png,
                   const std::string& title) {
-    return "<image x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" width=\"" + fixed(width) + "\" height=\"" + fixed(height) +
-           "\" preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64," + base64(png) +
-           "\"><title>" + html_text(title) + "</title></image>\n";
+    return "<image x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" width=\"" + fixed(width) + "\" height=\"" +
+           fixed(height) +
+           "\" preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" href=\"data:image/png;base64," +
+           base64(png) + "\"><title>" + html_text(title) + "</title></image>\n";
 }
 
 std::string words(double x, double y, const std::string& kind, const std::string& text) {
@@ -97,7 +98,8 @@ double share_within(const ErrorMap& map, double factor) {
 
 std::string error_map_svg(const ErrorMap& map) {
     const int w = static_cast<int>(map.width), h = static_cast<int>(map.height);
-    const double width = (bar_place - 3 * panel_gap) / 3, height = width * h / w, total = heading_height + height + foot;
+    const double width = (bar_place - 3 * panel_gap) / 3, height = width * h / w,
+                 total = heading_height + height + foot;
     const Decades decades(map);
     std::string svg = "<svg viewBox=\"0 0 " + fixed(page_width) + " " + fixed(total) +
                       "\" role=\"img\" aria-label=\"The picture, its estimated and its true error\">\n";

@@ -45,8 +45,10 @@ std::string row_of(const StudyCurve& curve, const StudyPoint& point) {
 constexpr const char* columns =
     "method,strategy,precision,step,ns_median,ns_min,ns_max,gradients,steps,"
     "position_p50,position_p90,position_p99,position_max,direction_p50,direction_p90,direction_p99,direction_max,"
-    "pixels_p50,pixels_p90,pixels_p99,pixels_max,above_quarter_pixel,flips,drift_max,drift_first_tenth,drift_last_tenth,"
-    "ns_without_surfaces_median,ns_without_surfaces_min,ns_without_surfaces_max,queries,iterations,lane_occupancy,solver_"
+    "pixels_p50,pixels_p90,pixels_p99,pixels_max,above_quarter_pixel,flips,drift_max,drift_first_tenth,drift_last_"
+    "tenth,"
+    "ns_without_surfaces_median,ns_without_surfaces_min,ns_without_surfaces_max,queries,iterations,lane_occupancy,"
+    "solver_"
     "tolerance,loose\n";
 
 }  // namespace
@@ -54,16 +56,18 @@ constexpr const char* columns =
 std::string error_text(const ErrorStudy& study) {
     std::string text;
     for (const Cheapest& best : study.cheapest) {
-        text += "99 % of the rays within " + shortest(best.error) + (std::string(best.measure) == "pixels" ? " pixel: " : " rad: ");
+        text += "99 % of the rays within " + shortest(best.error) +
+                (std::string(best.measure) == "pixels" ? " pixel: " : " rad: ");
         if (!best.found) {
             text += "by none of the points\n";
             continue;
         }
         const StudyCurve& curve = study.curves[best.curve];
         const StudyPoint& point = curve.points[best.point];
-        text += curve.method + (curve.info->adaptive ? ", tolerance " : ", step ") + shortest(point.stated_step) + ", " + name_of(curve.precision) +
-                (curve.loose ? ", solver_tolerance " + rounded(point.solver_tolerance) : "") + ", " + rounded(1e-3 * point.time.median) +
-                " \u00b5s per ray\n";
+        text += curve.method + (curve.info->adaptive ? ", tolerance " : ", step ") + shortest(point.stated_step) +
+                ", " + name_of(curve.precision) +
+                (curve.loose ? ", solver_tolerance " + rounded(point.solver_tolerance) : "") + ", " +
+                rounded(1e-3 * point.time.median) + " \u00b5s per ray\n";
     }
     return text;
 }
@@ -95,9 +99,9 @@ std::string error_plot(const Plan& plan, const ErrorStudy& study) {
     for (const StudyCurve& curve : study.curves) {
         if (curve.strategy != study.strategy) continue;
         const std::string precision = name_of(curve.precision);
-        text += std::string(between) + "'results.csv' skip 1 using (pick('" + curve.method + "', '" + precision + "', '" +
-                (curve.loose ? "yes" : "no") + "') ? $5 : 1/0):(column(11) > 0 ? column(11) : 1/0) with linespoints title '" +
-                curve.method +
+        text += std::string(between) + "'results.csv' skip 1 using (pick('" + curve.method + "', '" + precision +
+                "', '" + (curve.loose ? "yes" : "no") +
+                "') ? $5 : 1/0):(column(11) > 0 ? column(11) : 1/0) with linespoints title '" + curve.method +
                 (curve.precision == Precision::float32 ? " float"
                  : curve.loose                         ? " loose"
                                                        : "") +

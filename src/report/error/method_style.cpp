@@ -18,12 +18,14 @@ const std::vector<FamilyStyle>& family_styles() {
 }
 
 std::string FamilyStyle::color(int hue_shift, int lightness) const {
-    return "hsl(" + std::to_string(hue + hue_shift) + " " + std::to_string(saturation) + "% calc(" + std::to_string(lightness) + "% + var(--shade)))";
+    return "hsl(" + std::to_string(hue + hue_shift) + " " + std::to_string(saturation) + "% calc(" +
+           std::to_string(lightness) + "% + var(--shade)))";
 }
 
 MethodStyle style_of(const IntegratorInfo& method) {
     const auto& families = family_styles();
-    const auto family = std::find_if(families.begin(), families.end(), [&](const FamilyStyle& f) { return f.family == method.family; });
+    const auto family =
+        std::find_if(families.begin(), families.end(), [&](const FamilyStyle& f) { return f.family == method.family; });
     if (family == families.end()) return {"var(--ink)", Mark::circle};
     // A name has the same shade in every run.
     unsigned sum = 0;

@@ -17,8 +17,8 @@ constexpr const char* grey = "#8a94a3";
 constexpr const char* red = "#b5403a";
 
 std::string rectangle(double x, double y, double w, double h, const std::string& css, const std::string& tip = "") {
-    return "<rect x=\"" + fixed(x, 2) + "\" y=\"" + fixed(y, 2) + "\" width=\"" + fixed(w, 2) + "\" height=\"" + fixed(h, 2) +
-           "\" style=\"" + css + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
+    return "<rect x=\"" + fixed(x, 2) + "\" y=\"" + fixed(y, 2) + "\" width=\"" + fixed(w, 2) + "\" height=\"" +
+           fixed(h, 2) + "\" style=\"" + css + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
 }
 
 std::string anchored_text(double x, double y, const std::string& anchor, const std::string& text) {
@@ -38,7 +38,8 @@ std::string seconds_text(double seconds) {
 Tile extent_of(const std::vector<TileRecord>& tiles) {
     Tile all{~0u, ~0u, 0, 0};
     for (const TileRecord& t : tiles)
-        all = {std::min(all.x0, t.tile.x0), std::min(all.y0, t.tile.y0), std::max(all.x1, t.tile.x1), std::max(all.y1, t.tile.y1)};
+        all = {std::min(all.x0, t.tile.x0), std::min(all.y0, t.tile.y0), std::max(all.x1, t.tile.x1),
+               std::max(all.y1, t.tile.y1)};
     return all;
 }
 
@@ -49,10 +50,11 @@ std::string film_of_tiles(const Profile& profile, double left, double top, doubl
     const double scale = width / double(all.x1 - all.x0);
     std::string body;
     for (const TileRecord& t : profile.recording.tiles)
-        body += rectangle(
-            left + scale * (t.tile.x0 - all.x0), top + scale * (t.tile.y0 - all.y0), scale * (t.tile.x1 - t.tile.x0),
-            scale * (t.tile.y1 - t.tile.y0), "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
-            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " + seconds_text(t.processor));
+        body += rectangle(left + scale * (t.tile.x0 - all.x0), top + scale * (t.tile.y0 - all.y0),
+                          scale * (t.tile.x1 - t.tile.x0), scale * (t.tile.y1 - t.tile.y0),
+                          "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
+                          "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " +
+                              seconds_text(t.processor));
     return body;
 }
 
@@ -78,19 +80,21 @@ std::string threads_chart(const Profile& profile) {
         body += anchored_text(left - 8, row * double(i) + 18, "end", "thread " + std::to_string(i));
         body += rectangle(left, row * double(i) + 3, width, row - 6, "fill:var(--panel);stroke:var(--line)");
         if (shift > 0)
-            body += rectangle(left, row * double(i) + 3, scale * shift, row - 6, "fill:" + std::string(orange), "predict");
+            body +=
+                rectangle(left, row * double(i) + 3, scale * shift, row - 6, "fill:" + std::string(orange), "predict");
     }
     for (const TileRecord& t : profile.recording.tiles) {
         const double y = row * t.thread + 3, x = left + scale * (shift + t.begin);
-        const std::string tip =
-            "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " + seconds_text(t.end - t.begin);
+        const std::string tip = "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " +
+                                seconds_text(t.end - t.begin);
         body += rectangle(x, y, scale * (t.traced - t.begin), row - 6,
                           "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tip);
-        body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6, "fill:" + std::string(green),
-                          tip);
+        body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6,
+                          "fill:" + std::string(green), tip);
     }
     const double below = row * double(report.threads.size());
-    body += anchored_text(left, below + 16, "start", "0") + anchored_text(left + width, below + 16, "end", seconds_text(report.seconds));
+    body += anchored_text(left, below + 16, "start", "0") +
+            anchored_text(left + width, below + 16, "end", seconds_text(report.seconds));
     return svg(940, below + 24, "What every thread did when", body);
 }
 
@@ -102,11 +106,15 @@ std::string tiles_map(const Profile& profile) {
     double predicted = 0, measured = 0;
     for (const TileRecord& t : profile.recording.tiles)
         predicted = std::max(predicted, t.predicted / area(t)), measured = std::max(measured, t.processor / area(t));
-    std::string body = anchored_text(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
+    std::string body = anchored_text(width / 2, 14, "middle",
+                                     profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
                        anchored_text(485 + width / 2, 14, "middle", "measured");
-    body += film_of_tiles(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
-    body += film_of_tiles(profile, 485, 22, width, [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
-    return svg(940, 24 + width * double(all.y1 - all.y0) / double(all.x1 - all.x0), "Predicted and measured cost of tiles", body);
+    body += film_of_tiles(profile, 0, 22, width,
+                          [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
+    body += film_of_tiles(profile, 485, 22, width,
+                          [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
+    return svg(940, 24 + width * double(all.y1 - all.y0) / double(all.x1 - all.x0),
+               "Predicted and measured cost of tiles", body);
 }
 
 std::string prediction_chart(const Profile& profile) {
@@ -157,9 +165,11 @@ std::string roofline_chart(const Profile& profile) {
     };
     BarChart chart{"Floating-point operations per second of one thread", {}};
     chart.bars.push_back(bar("multiply-adds alone", purple, peak));
-    chart.bars.push_back(bar("integrating and landing", blue, ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine)));
+    chart.bars.push_back(bar("integrating and landing", blue,
+                             ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine)));
     chart.bars.push_back(bar("tracing", blue, ratio(profile.all_operations, tracing_seconds(profile))));
-    chart.bars.push_back(bar("the whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
+    chart.bars.push_back(
+        bar("the whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
     return svg_of(chart);
 }
 

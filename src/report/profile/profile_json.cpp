@@ -9,8 +9,9 @@ namespace kagero {
 namespace {
 
 Json stages_json(const StageTimes& stages, double write_seconds) {
-    return {{"predict", stages.predict}, {"list", stages.list},   {"integrate", stages.integrate}, {"query", stages.query},
-            {"refine", stages.refine},   {"shade", stages.shade}, {"write", write_seconds}};
+    return {{"predict", stages.predict}, {"list", stages.list},     {"integrate", stages.integrate},
+            {"query", stages.query},     {"refine", stages.refine}, {"shade", stages.shade},
+            {"write", write_seconds}};
 }
 
 Json tiles_json(const Profile& profile) {
@@ -28,7 +29,9 @@ Json tiles_json(const Profile& profile) {
                         {"measured", t.processor},
                         {"gradients", t.counters.gradients},
                         {"queries", t.counters.queries}});
-    return {{"count", rows.size()}, {"correlation", profile.correlation ? Json(*profile.correlation) : Json()}, {"rows", rows}};
+    return {{"count", rows.size()},
+            {"correlation", profile.correlation ? Json(*profile.correlation) : Json()},
+            {"rows", rows}};
 }
 
 /// Operations per second, in units of 10⁹.
@@ -62,7 +65,8 @@ Json scaling_json(const Profile& profile) {
 Json schedules_json(const Profile& profile) {
     Json rows = Json::array();
     for (const ScheduleTime& time : profile.schedules)
-        rows.push_back({{"schedule", name_of(time.schedule)}, {"seconds", time.seconds}, {"idle_at_end", time.idle_at_end}});
+        rows.push_back(
+            {{"schedule", name_of(time.schedule)}, {"seconds", time.seconds}, {"idle_at_end", time.idle_at_end}});
     return rows;
 }
 

@@ -1,5 +1,5 @@
-// The format: "Trace Event Format", Google, 2016. Complete events ("X") with times in microseconds; inner ones lie inside outer
-// ones.
+// The format: "Trace Event Format", Google, 2016. Complete events ("X") with times in microseconds; inner ones lie
+// inside outer ones.
 #include "report/profile/profile_trace.h"
 
 #include "report/json.h"
@@ -33,14 +33,18 @@ Json thread_name(unsigned thread) {
 Json stages_of(const TileRecord& t) {
     if (!t.looked_into) return Json::object();
     const double per_tick = ratio(t.traced - t.listed, double(t.ticks));
-    const double query = per_tick * double(t.counters.query_ticks), refine = per_tick * double(t.counters.landing_ticks);
-    return {{"integrate_ms", 1e3 * (t.traced - t.listed - query - refine)}, {"query_ms", 1e3 * query}, {"refine_ms", 1e3 * refine}};
+    const double query = per_tick * double(t.counters.query_ticks),
+                 refine = per_tick * double(t.counters.landing_ticks);
+    return {{"integrate_ms", 1e3 * (t.traced - t.listed - query - refine)},
+            {"query_ms", 1e3 * query},
+            {"refine_ms", 1e3 * refine}};
 }
 
 /// A tile with what was done for it one after the other.
 void add_tile(Json& events, const TileRecord& t, double shift, double unit) {
     events.push_back(
-        event("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0), t.thread, shift + t.begin, shift + t.end,
+        event("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0), t.thread, shift + t.begin,
+              shift + t.end,
               {{"predicted_ms", 1e3 * unit * t.predicted},
                {"measured_ms", 1e3 * t.processor},
                {"gradients", t.counters.gradients},

@@ -35,8 +35,8 @@ struct Scale {
     bool logarithmic;
     double least, greatest, from, to;
     double place(double value) const {
-        const double share =
-            logarithmic ? std::log10(value / least) / std::log10(greatest / least) : (value - least) / (greatest - least);
+        const double share = logarithmic ? std::log10(value / least) / std::log10(greatest / least)
+                                         : (value - least) / (greatest - least);
         return from + share * (to - from);
     }
     bool shows(double value) const { return std::isfinite(value) && value >= least && value <= greatest; }
@@ -60,7 +60,8 @@ std::vector<Tick> logarithmic_ticks(const Scale& scale) {
             if (value < scale.least * (1 - 1e-9) || value > scale.greatest * (1 + 1e-9)) continue;
             if (digit == 1 && (e - first) % stride == 0) ticks.push_back({value, power_of_ten(e)});
             if (digit != 1 && few)
-                ticks.push_back({value, e >= 0 && e <= 5 ? general(value) : std::to_string(digit) + "·" + power_of_ten(e)});
+                ticks.push_back(
+                    {value, e >= 0 && e <= 5 ? general(value) : std::to_string(digit) + "·" + power_of_ten(e)});
         }
     return ticks;
 }
@@ -93,22 +94,22 @@ Scale scale_of(const LineChart& chart, int axis, double from, double to) {
     if (logarithmic) {
         // Whole decades upward; sideways a little air suffices.
         if (axis == 1)
-            return {true, std::pow(10.0, std::floor(std::log10(least))), std::pow(10.0, std::ceil(std::log10(greatest) + 1e-9)),
-                    from, to};
+            return {true, std::pow(10.0, std::floor(std::log10(least))),
+                    std::pow(10.0, std::ceil(std::log10(greatest) + 1e-9)), from, to};
         return {true, least / 1.25, greatest * 1.25, from, to};
     }
     return {false, least, greatest > least ? greatest : least + 1, from, to};
 }
 
 std::string line(double x1, double y1, double x2, double y2, const std::string& style) {
-    return "<line x1=\"" + fixed(x1) + "\" y1=\"" + fixed(y1) + "\" x2=\"" + fixed(x2) + "\" y2=\"" + fixed(y2) + "\" style=\"" +
-           style + "\"/>\n";
+    return "<line x1=\"" + fixed(x1) + "\" y1=\"" + fixed(y1) + "\" x2=\"" + fixed(x2) + "\" y2=\"" + fixed(y2) +
+           "\" style=\"" + style + "\"/>\n";
 }
 
 std::string text(double x, double y, const std::string& anchor, const std::string& kind, const std::string& words,
                  const std::string& more = "") {
-    return "<text x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" text-anchor=\"" + anchor + "\" class=\"" + kind + "\"" + more +
-           ">" + html_text(words) + "</text>\n";
+    return "<text x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" text-anchor=\"" + anchor + "\" class=\"" + kind + "\"" +
+           more + ">" + html_text(words) + "</text>\n";
 }
 
 std::string mark_of(const Series& series, double x, double y) {
@@ -120,8 +121,8 @@ std::string mark_of(const Series& series, double x, double y) {
     };
     switch (series.mark) {
         case Mark::circle:
-            return "<circle cx=\"" + fixed(x) + "\" cy=\"" + fixed(y) + "\" r=\"" + fixed(r) + "\" style=\"fill:" + series.color +
-                   "\">";
+            return "<circle cx=\"" + fixed(x) + "\" cy=\"" + fixed(y) + "\" r=\"" + fixed(r) +
+                   "\" style=\"fill:" + series.color + "\">";
         case Mark::square:
             return polygon({{-.9, -.9}, {.9, -.9}, {.9, .9}, {-.9, .9}});
         case Mark::triangle:
@@ -192,16 +193,19 @@ std::string draw_labels(const LineChart& chart, const Scale& x, const Scale& y) 
                 break;
             }
     std::stable_sort(labels.begin(), labels.end(), [](const Label& a, const Label& b) { return a.y < b.y; });
-    const double room = std::max(1.0, double(labels.size()) - 1), apart = std::min(label_height, (plot_bottom - plot_top) / room);
-    for (std::size_t i = 0; i < labels.size(); ++i) labels[i].at = std::max(labels[i].at, i ? labels[i - 1].at + apart : plot_top + 6);
+    const double room = std::max(1.0, double(labels.size()) - 1),
+                 apart = std::min(label_height, (plot_bottom - plot_top) / room);
+    for (std::size_t i = 0; i < labels.size(); ++i)
+        labels[i].at = std::max(labels[i].at, i ? labels[i - 1].at + apart : plot_top + 6);
     for (std::size_t i = labels.size(); i-- > 0;)
         labels[i].at = std::min(labels[i].at, i + 1 < labels.size() ? labels[i + 1].at - apart : plot_bottom);
     std::string svg;
     for (const Label& label : labels) {
-        svg += "<path d=\"M" + fixed(label.x + 5) + " " + fixed(label.y) + " L" + fixed(x.to + 6) + " " + fixed(label.at) +
-               " h8\" style=\"fill:none;stroke:" + label.series->color + ";stroke-width:.7;opacity:.45\"/>\n";
-        svg += text(x.to + label_margin, label.at + 4, "start", label.series->strong ? "label strong" : "label", label.series->label,
-                    " style=\"fill:" + label.series->color + "\"");
+        svg += "<path d=\"M" + fixed(label.x + 5) + " " + fixed(label.y) + " L" + fixed(x.to + 6) + " " +
+               fixed(label.at) + " h8\" style=\"fill:none;stroke:" + label.series->color +
+               ";stroke-width:.7;opacity:.45\"/>\n";
+        svg += text(x.to + label_margin, label.at + 4, "start", label.series->strong ? "label strong" : "label",
+                    label.series->label, " style=\"fill:" + label.series->color + "\"");
     }
     return svg;
 }
@@ -210,8 +214,8 @@ std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
     std::string svg;
     if (chart.doubtful > y.least && chart.y.logarithmic) {
         const double edge = y.place(std::min(chart.doubtful, y.greatest));
-        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(x.to - x.from) + "\" height=\"" +
-               fixed(plot_bottom - edge) + "\" style=\"fill:var(--soft);opacity:.12\"/>\n";
+        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(x.to - x.from) +
+               "\" height=\"" + fixed(plot_bottom - edge) + "\" style=\"fill:var(--soft);opacity:.12\"/>\n";
         svg += text(plot_left + 8, std::min(edge + 15, plot_bottom - 4), "start", "label", chart.doubtful_label);
     }
     for (const Tick& tick : ticks_of(x)) {
@@ -236,8 +240,8 @@ std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
 }
 
 std::string opening(double w, double h, const std::string& title) {
-    return "<svg viewBox=\"0 0 " + fixed(w, 0) + " " + fixed(h, 0) + "\" role=\"img\" aria-label=\"" + html_text(title) +
-           "\" xmlns=\"http://www.w3.org/2000/svg\">\n";
+    return "<svg viewBox=\"0 0 " + fixed(w, 0) + " " + fixed(h, 0) + "\" role=\"img\" aria-label=\"" +
+           html_text(title) + "\" xmlns=\"http://www.w3.org/2000/svg\">\n";
 }
 
 }  // namespace
@@ -248,9 +252,11 @@ std::string svg_of(const LineChart& chart) {
     const double right = chart_width - label_margin - label_letter * double(longest);
     const Scale x = scale_of(chart, 0, plot_left, right), y = scale_of(chart, 1, plot_bottom, plot_top);
     const auto shown = [&](const auto& point) { return x.shows(point[0]) && y.shows(point[1]); };
-    if (std::none_of(chart.series.begin(), chart.series.end(), [&](const Series& one) { return std::any_of(one.points.begin(), one.points.end(), shown); }))
+    if (std::none_of(chart.series.begin(), chart.series.end(),
+                     [&](const Series& one) { return std::any_of(one.points.begin(), one.points.end(), shown); }))
         return "";
-    std::string svg = opening(chart_width, chart_height, chart.title) + draw_axes(chart, x, y) + draw_labels(chart, x, y);
+    std::string svg =
+        opening(chart_width, chart_height, chart.title) + draw_axes(chart, x, y) + draw_labels(chart, x, y);
     for (const bool strong : {false, true})
         for (const Series& series : chart.series)
             if (series.strong == strong) svg += draw(series, x, y);

@@ -31,7 +31,9 @@ std::string rounded(double value) {
         suffix = next;
     }
     char buffer[40];
-    return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 3).ptr) + suffix;
+    return std::string(buffer,
+                       std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 3).ptr) +
+           suffix;
 }
 
 }  // namespace kagero

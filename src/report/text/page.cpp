@@ -8,7 +8,8 @@
 namespace kagero {
 namespace {
 
-// Colours are variables so that charts follow the page into the dark; on paper ink is dark and the ground is left to the paper.
+// Colours are variables so that charts follow the page into the dark; on paper ink is dark and the ground is left to
+// the paper.
 constexpr const char* style = R"css(
 :root { color-scheme: light dark; --ink: #1d2430; --soft: #5a6577; --line: #d9dee6; --grid: #e8ebf0; --ground: #ffffff; --panel: #f6f7f9; --mark: #b3261e; --shade: 0%; }
 @media (prefers-color-scheme: dark) {
@@ -135,8 +136,8 @@ std::string html_fact(const std::string& value, const std::string& what) {
 std::string html_page(const std::string& title, const std::string& subtitle, const std::string& body) {
     return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
            "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-           html_text(title) + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<main>\n<header><h1>" + html_text(title) +
-           "</h1><p>" + html_text(subtitle) + "</p></header>\n" + body +
+           html_text(title) + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<main>\n<header><h1>" +
+           html_text(title) + "</h1><p>" + html_text(subtitle) + "</p></header>\n" + body +
            "<footer>kagero " KAGERO_VERSION "</footer>\n</main>\n</body>\n</html>\n";
 }
 

@@ -16,7 +16,8 @@ std::string html_number(double value);
 std::string html_table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows,
                        std::size_t text_columns);
 
-/// A picture under a heading, with a sentence on how to read it; `svg` is HTML already, and where it is empty so is the figure.
+/// A picture under a heading, with a sentence on how to read it; `svg` is HTML already, and where it is empty so is the
+/// figure.
 std::string html_figure(const std::string& heading, const std::string& svg, const std::string& how_to_read);
 
 /// One tile of a `<div class="facts">`: a value and what it is; both are HTML already.

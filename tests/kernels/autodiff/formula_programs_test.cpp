@@ -1,4 +1,5 @@
-// Programs of formulas: whatever the formula, code that is interpreted has the values and the gradient of the formula itself.
+// Programs of formulas: whatever the formula, code that is interpreted has the values and the gradient of the formula
+// itself.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
 #include "kernels/trace/packets.h"
@@ -102,7 +103,8 @@ TEST(FormulaPrograms, TakeTheFirstOfEqualNumbers) {
             ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
             double gradient[6];
             formula::evaluate(programs->derivatives, at, gradient);
-            for (int k = 0; k < 6; ++k) EXPECT_EQ(gradient[k], values[7].derivative[k]) << static_cast<int>(op) << ' ' << first << ' ' << k;
+            for (int k = 0; k < 6; ++k)
+                EXPECT_EQ(gradient[k], values[7].derivative[k]) << static_cast<int>(op) << ' ' << first << ' ' << k;
         }
 }
 
@@ -118,7 +120,8 @@ TEST(FormulaPrograms, HaveTheValuesAndTheGradientOfTheFormula) {
         for (double& x : at) x = anywhere(random);
         const auto values = values_of(nodes, at);
         if (!tame(nodes, values)) continue;
-        const Formula f{nodes.data(), static_cast<std::uint32_t>(nodes.size()), root, -1, -1, -1, -1, {-1, -1}, 0.25, at[6]};
+        const Formula f{nodes.data(), static_cast<std::uint32_t>(nodes.size()), root, -1, -1, -1, -1, {-1, -1}, 0.25,
+                        at[6]};
         ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
         double gradient[6], energy[1], force[3], velocity[3];
         formula::evaluate(programs->derivatives, at, gradient);

@@ -1,5 +1,5 @@
-// The derivatives that the tape writes against the complex step, f'(x) = Im f(x + iε)/ε, which subtracts nothing and so is exact to
-// rounding; and second derivatives of nested duals against the complex step of first ones.
+// The derivatives that the tape writes against the complex step, f'(x) = Im f(x + iε)/ε, which subtracts nothing and so
+// is exact to rounding; and second derivatives of nested duals against the complex step of first ones.
 
 #include "tests/kernels/spaces.h"
 
@@ -33,7 +33,8 @@ struct Complex {
     /// To first order in the imaginary parts, which is all that a complex step has.
     friend Complex atan2(Complex a, Complex b) {
         return std::complex<double>(std::atan2(a.z.real(), b.z.real()),
-                                    (b.z.real() * a.z.imag() - a.z.real() * b.z.imag()) / std::norm(std::complex(a.z.real(), b.z.real())));
+                                    (b.z.real() * a.z.imag() - a.z.real() * b.z.imag()) /
+                                        std::norm(std::complex(a.z.real(), b.z.real())));
     }
     friend Complex select(bool m, Complex a, Complex b) { return m ? a : b; }
     friend Complex min(Complex a, Complex b) { return a < b ? a : b; }
@@ -122,7 +123,8 @@ std::vector<Point> states(std::size_t n) {
     std::vector<Point> points;
     for (const RayStart& ray : random_rays<H>(n, 2)) {
         Point y;
-        for (int k = 0; k < 3; ++k) y[k] = static_cast<float>(ray.q[k]), y[3 + k] = static_cast<float>(ray.p[k] * random(0.5, 2));
+        for (int k = 0; k < 3; ++k)
+            y[k] = static_cast<float>(ray.q[k]), y[3 + k] = static_cast<float>(ray.p[k] * random(0.5, 2));
         y[6] = static_cast<float>(ray.pt * random(0.5, 2));
         points.push_back(y);
     }
@@ -136,7 +138,8 @@ std::array<double, 6> numbers_of(const V (&values)[6], int lane) {
     return numbers;
 }
 void expect_near(const std::array<double, 6>& found, const Point& expected, double epsilon, const Point& unit) {
-    for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(found[k], expected[k], roundings * epsilon * unit[k]) << "component " << k;
+    for (std::size_t k = 0; k < 6; ++k)
+        EXPECT_NEAR(found[k], expected[k], roundings * epsilon * unit[k]) << "component " << k;
 }
 
 template <class H, bool rescaled, class V>
@@ -153,7 +156,8 @@ void check_tape() {
         const Vec3<V> dq = system.dq(s), dp = system.dp(s);
         const V sides[6] = {dq.x, dq.y, dq.z, dp.x, dp.y, dp.z};
         for (const int lane : {0, lane_count<V> - 1})
-            for (const auto& found : {numbers_of(both, lane), numbers_of(sides, lane)}) expect_near(found, expected, static_cast<double>(machine_epsilon<S>), unit);
+            for (const auto& found : {numbers_of(both, lane), numbers_of(sides, lane)})
+                expect_near(found, expected, static_cast<double>(machine_epsilon<S>), unit);
     }
 }
 template <class H, class V>
@@ -177,8 +181,10 @@ TYPED_TEST(Gradients, SecondDerivativesByDuals) {
                 for (const double x : row) size = std::max(size, std::abs(x));
             for (int i = 0; i < 7; ++i) {
                 for (int k = 0; k < 7; ++k) {
-                    EXPECT_NEAR(by_duals[i][k], by_step[i][k], roundings * machine_epsilon<double> * size) << i << ' ' << k;
-                    EXPECT_NEAR(by_duals[i][k], by_duals[k][i], roundings * machine_epsilon<double> * size) << i << ' ' << k;
+                    EXPECT_NEAR(by_duals[i][k], by_step[i][k], roundings * machine_epsilon<double> * size)
+                        << i << ' ' << k;
+                    EXPECT_NEAR(by_duals[i][k], by_duals[k][i], roundings * machine_epsilon<double> * size)
+                        << i << ' ' << k;
                 }
             }
         }
@@ -200,11 +206,13 @@ TYPED_TEST(Gradients, OfTheRescaledHamiltonianByTheProductRule) {
             std::array<Dual<double, 3>, H::parameters.size() + 1> parameters;
             for (std::size_t i = 0; i < k.size(); ++i) parameters[i] = k[i];
             const auto at = [&](int i) { return Dual<double, 3>::variable(y[i], i); };
-            const auto omega = H::rescale(make_parameters<H>(parameters.data()), Vec3<Dual<double, 3>>{at(0), at(1), at(2)});
+            const auto omega =
+                H::rescale(make_parameters<H>(parameters.data()), Vec3<Dual<double, 3>>{at(0), at(1), at(2)});
             double of_h[6], of_k[6];
             plain.derivatives(s, of_h), transformed.derivatives(s, of_k);
             const double excess = plain.energy(s);
-            EXPECT_NEAR(transformed.time_rescaling_factor(s), omega.value, roundings * machine_epsilon<double> * omega.value);
+            EXPECT_NEAR(transformed.time_rescaling_factor(s), omega.value,
+                        roundings * machine_epsilon<double> * omega.value);
             const Point unit = rounding_unit(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
             for (int i = 0; i < 6; ++i) {
                 const double expected = omega.value * of_h[i] + (i < 3 ? excess * omega.derivative[i] : 0);
@@ -222,7 +230,8 @@ TYPED_TEST(Gradients, EnergyAndItsSize) {
         State<double> s;
         std::copy(y.begin(), y.end(), s.y);
         const EventFunctions<double> found = system.event_functions(s);
-        const Point g = gradient_by_complex_step<H>(y, false), unit = rounding_unit(y, g, hessian_by_duals<H>(y, false));
+        const Point g = gradient_by_complex_step<H>(y, false),
+                    unit = rounding_unit(y, g, hessian_by_duals<H>(y, false));
         double size = 0, expected_pv = 0;
         for (int k = 0; k < 7; ++k) size += std::abs(y[k]) * unit[k];
         for (int k = 3; k < 6; ++k) expected_pv += y[k] * g[k];

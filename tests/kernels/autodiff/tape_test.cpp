@@ -1,5 +1,5 @@
-// What the tape simplifies keeps its value, what it differentiates is the derivative: random expressions, recorded and evaluated
-// again node by node, against the same expressions evaluated directly.
+// What the tape simplifies keeps its value, what it differentiates is the derivative: random expressions, recorded and
+// evaluated again node by node, against the same expressions evaluated directly.
 #include "tests/kernels/steps.h"
 
 #include <cstdio>
@@ -70,7 +70,8 @@ struct Term {
     Slopes direct;
 };
 
-/// A random operation on terms chosen at random; often the same one twice, and often on constants, as simplification likes it.
+/// A random operation on terms chosen at random; often the same one twice, and often on constants, as simplification
+/// likes it.
 Term random_operation(Random& random, const std::vector<Term>& terms) {
     const auto any_term = [&] { return terms[static_cast<std::size_t>(random.below(static_cast<int>(terms.size())))]; };
     const Term a = any_term(), b = random.below(5) == 0 ? a : any_term();
@@ -86,7 +87,9 @@ Term random_operation(Random& random, const std::vector<Term>& terms) {
         case 12: if (positive) return {log(a.recorded), log(a.direct)}; break;
         case 13: if (moderate) return {tanh(sin(a.recorded)), tanh(sin(a.direct))}; break;
         case 14: if (moderate) return {cos(a.recorded) * tan(b.recorded), cos(a.direct) * tan(b.direct)}; break;
-        default: if (abs(a.direct.value - b.direct.value) > Quad(0.1)) return {max(a.recorded, b.recorded), max(a.direct, b.direct)};
+        default:
+            if (abs(a.direct.value - b.direct.value) > Quad(0.1))
+                return {max(a.recorded, b.recorded), max(a.direct, b.direct)};
     }
     return {min(a.recorded, a.recorded + 1.0), min(a.direct, a.direct + 1.0)};
 }
@@ -114,7 +117,8 @@ Term random_expression(Random& random, Tape& t, const LeafValues& leaves, std::a
 
 /// Constants are folded in double, and some of their rounding is enlarged on the way; all else here is in 34 digits.
 void expect_equal(Quad a, Quad b, const char* what) {
-    EXPECT_LE(static_cast<double>(abs(a - b)), 4096 * machine_epsilon<double> * (1 + static_cast<double>(abs(b)))) << what;
+    EXPECT_LE(static_cast<double>(abs(a - b)), 4096 * machine_epsilon<double> * (1 + static_cast<double>(abs(b))))
+        << what;
 }
 
 constexpr int expressions = 300;
@@ -168,7 +172,8 @@ TEST(Tape, MultiplyThroughIsMultiplication) {
         const LeafValues leaves = random_leaves(random);
         std::array<int, variables> nodes;
         const Term e = random_expression(random, *t, leaves, nodes);
-        // A factor that e contains, as Ω does: √(x² + y²), its cube, or an input; e with and without it in denominators.
+        // A factor that e contains, as Ω does: √(x² + y²), its cube, or an input; e with and without it in
+        // denominators.
         const Recorded x(t.get(), nodes[0]), y(t.get(), nodes[1]), r = sqrt(x * x + y * y);
         const Recorded factor = round % 3 == 0 ? r : round % 3 == 1 ? r * r * r : x;
         const Recorded whole = e.recorded / factor - 0.5 * (x / r) * e.recorded * e.recorded + e.recorded;
@@ -187,7 +192,8 @@ TEST(Tape, FindsPerfectSquares) {
         const LeafValues leaves = random_leaves(random);
         std::vector<Recorded> x;
         for (int i = 0; i < inputs; ++i) x.push_back({t.get(), t->input(i)});
-        const Recorded k(t.get(), t->parameter(0)), m(t.get(), t->parameter(1)), r = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+        const Recorded k(t.get(), t->parameter(0)), m(t.get(), t->parameter(1)),
+            r = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
         std::vector<Recorded> roots;
         for (int i = 0; i < 2 + random.below(inputs - 1); ++i) {
             Recorded root = random.below(2) == 0 ? x[i] : -x[i];
@@ -209,7 +215,8 @@ TEST(Tape, FindsPerfectSquares) {
 TEST(Tape, TakesNothingElseForASquare) {
     Tape t;
     const Recorded x(&t, t.input(0)), y(&t, t.input(1)), k(&t, t.parameter(0));
-    for (const Recorded& sum : {x * x + y * y + 1.9 * x * y, x * x - y * y + 2.0 * x * y, x * x + k * y * y + 2.0 * k * x * y, x * x * y + y})
+    for (const Recorded& sum :
+         {x * x + y * y + 1.9 * x * y, x * x - y * y + 2.0 * x * y, x * x + k * y * y + 2.0 * k * x * y, x * x * y + y})
         EXPECT_EQ(take_squares_together(t, sum.node), sum.node);
     const Recorded square = x * x + y * y - 2.0 * x * y;
     EXPECT_EQ(kagero::detail::operations_to(t, take_squares_together(t, square.node)), 2);
@@ -264,8 +271,8 @@ template <class H>
 class TapeOf : public ::testing::Test {};
 TYPED_TEST_SUITE(TapeOf, AllHamiltonians, HamiltonianName);
 
-/// ∂H/∂k by the tape, for one parameter k at a time, because a tape may be too short for all of them. It is too short for the
-/// seed of `shimmer`, on which the phase of every wave depends.
+/// ∂H/∂k by the tape, for one parameter k at a time, because a tape may be too short for all of them. It is too short
+/// for the seed of `shimmer`, on which the phase of every wave depends.
 template <class H>
 std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& leaves) {
     std::vector<std::optional<Quad>> derivatives;
@@ -316,12 +323,13 @@ TYPED_TEST(TapeOf, OperationCounts) {
         ::testing::Test::RecordProperty(form + "derivatives", whole);
         ::testing::Test::RecordProperty(form + "force", force);
         ::testing::Test::RecordProperty(form + "velocity", velocity);
-        std::printf("%s%s: %d operations for all derivatives, %d for the force, %d for the velocity\n", form.c_str(), H::name, whole, force,
-                    velocity);
+        std::printf("%s%s: %d operations for all derivatives, %d for the force, %d for the velocity\n", form.c_str(),
+                    H::name, whole, force, velocity);
         EXPECT_LE(force, whole);
         EXPECT_LE(velocity, whole);
     };
-    record("", operations(derivatives_program<H, false>), operations(force_program<H, false>), operations(velocity_program<H, false>));
+    record("", operations(derivatives_program<H, false>), operations(force_program<H, false>),
+           operations(velocity_program<H, false>));
     if constexpr (Rescalable<H>)
         record("rescaled_", operations(derivatives_program<H, true>), operations(force_program<H, true>),
                operations(velocity_program<H, true>));

@@ -1,4 +1,4 @@
-"""Runs kagero and its benchmarks and reads their reports."""
+"""Runs kagero and its benchmark programs, and reads their reports."""
 import importlib.machinery
 import importlib.util
 import json
@@ -13,7 +13,7 @@ SCENES = SOURCE / "scenes"
 
 
 class Program:
-    """The program of a build, one instruction set of it, and how patient to be."""
+    """The executables of one build directory, run with one instruction set. `quick` takes fewer repetitions."""
 
     def __init__(self, build, isa, quick):
         self.build = pathlib.Path(build)
@@ -23,17 +23,17 @@ class Program:
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="kagero-performance-"))
         self.commands = []
 
-    def keep(self, words):
-        """For the page: what was run, from the root of the source and with the lists of rays there."""
+    def record(self, words):
+        """Adds a command to the list that is written to the data file; paths are relative to the source folder."""
         shown = shlex.join(words).replace(str(SOURCE) + "/", "").replace(str(self.directory) + "/", "")
         if shown not in self.commands:
             self.commands.append(shown)
         return shown
 
     def text(self, *arguments):
-        """Standard output of one run."""
+        """Returns the standard output of one run of kagero."""
         words = [*(str(a) for a in arguments), "--isa", self.isa]
-        shown = self.keep(["kagero", *words])
+        shown = self.record(["kagero", *words])
         done = subprocess.run([self.build / "bin" / "kagero", *words], capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(f"{shown}: status {done.returncode}: {done.stderr.strip()}")
@@ -43,50 +43,66 @@ class Program:
         return json.loads(self.text(*arguments, "--quiet", "--json"))
 
     def benchmark(self, name, *arguments):
-        """What a program of Google Benchmark's measures, once each."""
+        """Runs a Google Benchmark program once and returns its list of results."""
         words = [str(a) for a in arguments]
-        shown = self.keep([name, *words])
-        done = subprocess.run([self.build / "bin" / name, *words, "--benchmark_format=json"], capture_output=True, text=True)
+        shown = self.record([name, *words])
+        command = [self.build / "bin" / name, *words, "--benchmark_format=json"]
+        done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             raise RuntimeError(f"{shown}: status {done.returncode}: {done.stderr.strip()}")
         return json.loads(done.stdout)["benchmarks"]
 
-    def medians(self, name, wanted):
-        """The medians, by name, of the benchmarks of a program that `wanted` matches, as bench/run measures them."""
-        self.keep(["bench/run", *(["--quick"] if self.quick else []), wanted])
+    def medians(self, name, pattern):
+        """Runs the benchmarks whose names match `pattern` as bench/run does; returns their medians by name."""
+        self.record(["bench/run", *(["--quick"] if self.quick else []), pattern])
         loader = importlib.machinery.SourceFileLoader("bench_run", str(SOURCE / "bench" / "run"))
         bench = importlib.util.module_from_spec(importlib.util.spec_from_loader("bench_run", loader))
         loader.exec_module(bench)
         output = self.build / "bench" / f"{name}-performance.json"
-        bench.run(self.build / "bin" / name, output, self.quick, wanted)
+        bench.run(self.build / "bin" / name, output, self.quick, pattern)
         return bench.medians(output)
 
     def compare(self, scene, *arguments):
         return self.json("compare", SCENES / scene, "--rounds", self.rounds, *arguments)
 
     def render(self, scene, *arguments):
-        """The report of a render, and the bytes of its picture."""
+        """Returns the report of a render, and the bytes of its picture."""
         picture = self.directory / "picture.pfm"
         report = self.json("render", SCENES / scene, "-o", picture, *arguments)
         return report, picture.read_bytes()
 
-    def ratio(self, *ways):
-        """Calls each way, which return a time, in turn, round by round; medians, least and greatest of the first time over the second."""
-        for way in ways:
-            way()
+    def roofline(self, scene, *arguments):
+        """Returns counted operations and the measured peak, from `kagero profile` with one thread."""
+        directory = self.directory / "profile"
+        return self.json("profile", SCENES / scene, "-o", directory, "--threads", 1, *arguments)["roofline"]
+
+    def share_of_peak(self, scene, *arguments):
+        """Returns the operations of tracing per second, in percent of the peak of multiply-adds on one thread."""
+        return 100 * self.roofline(scene, *arguments)["share_of_peak"]
+
+    def ratio(self, *measurements):
+        """Calls two functions that return a time, in turn, round by round. Returns the spread of first ÷ second."""
+        for measure in measurements:
+            measure()
         ratios = []
         for _ in range(self.rounds):
-            first, second = (way() for way in ways)
+            first, second = (measure() for measure in measurements)
             ratios.append(first / second)
         return Spread(ratios)
 
 
 class Spread:
+    """Median, least and greatest of a list of numbers."""
+
     def __init__(self, values):
         self.median, self.least, self.greatest = statistics.median(values), min(values), max(values)
 
+    def __str__(self):
+        return f"{self.least:.2f} to {self.greatest:.2f}"
 
-def row_of(report, strategy, precision):
-    """The quickest row of a comparison that has both, of code that the compiler has not vectorized by itself."""
-    rows = [r for r in report["rows"] if r["strategy"] == strategy and r["precision"] == precision and r["form"] != "auto-vectorized"]
+
+def fastest_row(report, strategy, precision):
+    """Returns the fastest row of a comparison with this strategy and precision, without auto-vectorized code."""
+    rows = [r for r in report["rows"]
+            if r["strategy"] == strategy and r["precision"] == precision and r["form"] != "auto-vectorized"]
     return max(rows, key=lambda r: r["speedup"], default=None)

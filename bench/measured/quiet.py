@@ -1,59 +1,60 @@
-"""Whether the processor is as quick as it can be: where others share the host it is not, for minutes at a time, and code that fills a core
-loses more by it than code that waits for its own results. Ratios shift then as well."""
+"""Detects whether other programs slow the processor down. On a shared host that happens for minutes at a time. It
+costs code that fills a core more than code that waits for its own results, so that ratios shift as well."""
 import time
 
-SLOWER = 1.05        # than ever before in this run: others are at work
+TOLERANCE = 1.05     # a calibration step that takes more than this times the least one means that the host is busy
 CALIBRATION = 30     # seconds
-PAUSE = 5            # seconds between two looks
-TRIES = 3            # of a measurement that was disturbed
+PAUSE = 5            # seconds between two checks
+ATTEMPTS = 3         # at a measurement that was disturbed
 
 
 class Quiet:
-    """Waits for quiet, up to so many minutes in all; 0: never."""
+    """Repeats disturbed measurements, and waits for a quiet processor for at most `minutes` in all (0: never)."""
 
     def __init__(self, program, minutes):
         self.program = program
         self.minutes = minutes
-        self.left = 60 * minutes
+        self.seconds_left = 60 * minutes
         self.least = float("inf")
-        self.quiet = self.all = 0
-        self.steps = []  # seconds, of the step below, after each measurement
+        self.undisturbed = self.total = 0
+        self.steps = []  # seconds per calibration step, after each measurement
         end = time.monotonic() + (CALIBRATION if minutes else 0)
         while time.monotonic() < end:
-            self.now()
+            self.is_quiet()
 
-    def now(self):
-        """A step of `verlet` on packets of doubles fills a core."""
-        row, = self.program.benchmark(f"bench_kernels_{self.program.isa}", "--benchmark_filter=^step/schwarzschild_rescaled/verlet/packet_double$",
+    def is_quiet(self):
+        """Times a step of `verlet` on packets of doubles, which fills a core, and compares it with the least time."""
+        row, = self.program.benchmark(f"bench_kernels_{self.program.isa}",
+                                      "--benchmark_filter=^step/schwarzschild_rescaled/verlet/packet_double$",
                                       "--benchmark_min_time=0.1")
         self.last = row["s/step"]
         self.least = min(self.least, self.last)
-        return self.last <= SLOWER * self.least
+        return self.last <= TOLERANCE * self.least
 
     def wait(self):
         begin = time.monotonic()
-        while time.monotonic() - begin < self.left:
-            if self.now():
+        while time.monotonic() - begin < self.seconds_left:
+            if self.is_quiet():
                 break
             time.sleep(PAUSE)
-        self.left = max(0, self.left - (time.monotonic() - begin))
+        self.seconds_left = max(0, self.seconds_left - (time.monotonic() - begin))
 
     def measured(self, measure):
-        """What `measure` returns, if possible of a time that was quiet when it began and when it ended."""
-        for _ in range(TRIES if self.minutes else 1):
+        """Returns the result of `measure`, if possible from a time that was quiet at its beginning and at its end."""
+        for _ in range(ATTEMPTS if self.minutes else 1):
             self.wait()
             found = measure()
-            quiet = self.now()
-            if quiet or self.left == 0:
+            quiet = self.is_quiet()
+            if quiet or self.seconds_left == 0:
                 break
-        self.quiet += quiet
-        self.all += 1
+        self.undisturbed += quiet
+        self.total += 1
         self.steps.append(self.last)
         return found
 
-    def story(self):
+    def summary(self):
+        """Returns the data by which a reader judges how far other programs disturbed the run."""
         if not self.steps:
-            return []
-        waited = "; where it was not they waited, and took up to three tries" if self.minutes else ""
-        return [f"- others on the host: after the measurements a step of `verlet` on a packet of doubles took {1e9 * min(self.steps):.1f} to {1e9 * max(self.steps):.1f} ns a ray, "
-                f"and {self.quiet} of {self.all} times no more than {100 * SLOWER - 100:.0f} % above the least of the run{waited}"]
+            return {}
+        return {"undisturbed": self.undisturbed, "measurements": self.total,
+                "calibration_step_ns": {"min": 1e9 * min(self.steps), "max": 1e9 * max(self.steps)}}

@@ -1,4 +1,4 @@
-"""Ray lists, and the cheapest way to a bound on their directions."""
+"""Lists of rays, and the search for the cheapest method that keeps an error bound on their directions."""
 import csv
 import io
 import itertools
@@ -12,9 +12,10 @@ START = 20
 
 
 def inward(b):
-    """A ray at r = 20 r_g of impact parameter b: dr/dlambda = -sqrt(1 - (1 - 1/r) b^2/r^2), r dphi/dlambda = b/r."""
-    along, aside = -math.sqrt(1 - (1 - 1 / START) * b * b / START**2), b / START
-    return [START * o for o in OUTWARD] + [along * o + aside * a for o, a in zip(OUTWARD, ACROSS)]
+    """Returns position and direction of a ray at r = 20 r_g with impact parameter b (in r_g):
+    dr/dlambda = -sqrt(1 - (1 - 1/r) b^2/r^2), r dphi/dlambda = b/r."""
+    radial, tangential = -math.sqrt(1 - (1 - 1 / START) * b * b / START**2), b / START
+    return [START * o for o in OUTWARD] + [radial * o + tangential * a for o, a in zip(OUTWARD, ACROSS)]
 
 
 def write_rays(path, rays):
@@ -28,7 +29,7 @@ def peers(path, least=3.0, width=7.0, count=2048):
 
 
 def room_rays(path, shuffled, side=192):
-    """Directions through a square window, from the room's camera; in rows of a picture or in no order."""
+    """Writes side² rays from the room's camera through a square window, row by row or shuffled (seed 7)."""
     eye, right, up = (0.22, -0.92, 0.16), (0.97, 0.23, 0.0), (0.0, 0.0, 1.0)
     forward = [-c for c in eye]
     rays = []
@@ -42,72 +43,91 @@ def room_rays(path, shuffled, side=192):
 
 
 def directions(program, scene, rays, *arguments):
+    """Returns (status, unit direction at the end) of each ray."""
     rows = csv.DictReader(io.StringIO(program.text("trace", scene, "--rays", rays, "--threads", 1, *arguments)))
     return [(row["status"], [float(row[k]) for k in ("dx", "dy", "dz")]) for row in rows]
 
 
-def worst_angle(ends, should):
-    if any(a[0] != b[0] for a, b in zip(ends, should)):
+def worst_angle(ends, reference):
+    """Returns the greatest angle between directions, in radians; infinity if a status differs."""
+    if any(a[0] != b[0] for a, b in zip(ends, reference)):
         return math.inf
-    return max(2 * math.asin(min(1.0, 0.5 * math.dist(a[1], b[1]))) for a, b in zip(ends, should))
+    return max(2 * math.asin(min(1.0, 0.5 * math.dist(a[1], b[1]))) for a, b in zip(ends, reference))
 
 
-# The longest steps first.
+# For each method its steps, or tolerances, the longest first.
 TOLERANCES = tuple(m * 10.0**-k for k in range(5, 14) for m in (1, 0.5, 0.2))
-METHODS = {"dp5": (0.3, 0.29, 0.28, 0.27, 0.25, 0.2, 0.15, 0.1, 0.07, 0.05), "dp8": (1, 0.8, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.12, 0.1),
-           "verner9": (1, 0.8, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.22, 0.2, 0.19, 0.18, 0.17, 0.15, 0.12), "dp85": TOLERANCES, "rkf78": TOLERANCES,
-           "gauss4": (0.4, 0.2, 0.1), "gauss6": (0.9, 0.6, 0.4, 0.25), "gauss8": (1.2, 0.9, 0.7, 0.55, 0.45, 0.38, 0.3),
-           "gauss12": (1.2, 0.9, 0.6, 0.45, 0.35, 0.3, 0.25, 0.2, 0.15), "gauss16": (1.2, 0.9, 0.7, 0.5, 0.4, 0.3, 0.2)}
+METHODS = {
+    "dp5": (0.3, 0.29, 0.28, 0.27, 0.25, 0.2, 0.15, 0.1, 0.07, 0.05),
+    "dp8": (1, 0.8, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.12, 0.1),
+    "verner9": (1, 0.8, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.22, 0.2, 0.19, 0.18, 0.17, 0.15, 0.12),
+    "dp85": TOLERANCES,
+    "rkf78": TOLERANCES,
+    "gauss4": (0.4, 0.2, 0.1),
+    "gauss6": (0.9, 0.6, 0.4, 0.25),
+    "gauss8": (1.2, 0.9, 0.7, 0.55, 0.45, 0.38, 0.3),
+    "gauss12": (1.2, 0.9, 0.6, 0.45, 0.35, 0.3, 0.25, 0.2, 0.15),
+    "gauss16": (1.2, 0.9, 0.7, 0.5, 0.4, 0.3, 0.2),
+}
+ADAPTIVE = ("rkf78", "dp85")
+ORBITS = {
+    "orbit-srkn6": (0.8, 0.6, 0.4, 0.3, 0.2),
+    "orbit-srkn11": (1.2, 1, 0.8, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15),
+    "orbit-srkn14": (1, 0.8, 0.6, 0.4, 0.3, 0.25, 0.2),
+}
 
-ADAPTIVE = ("rkf78", "dp85")  # whose numbers are tolerances
 
-ORBITS = {"orbit-srkn6": (0.8, 0.6, 0.4, 0.3, 0.2), "orbit-srkn11": (1.2, 1, 0.8, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15),
-          "orbit-srkn14": (1, 0.8, 0.6, 0.4, 0.3, 0.25, 0.2)}
+def cheapest(program, rays, bounds, solver_share, methods=METHODS, precisions=("double",)):
+    """Finds, for each bound on the greatest error of direction, the fastest method, step and precision.
 
-
-def cheapest(program, rays, bounds, solved, methods=METHODS, precisions=("double",)):
-    """For each bound on the greatest error of direction: (ns per ray, error, precision, method and step, arguments for them), the quickest; and
-    how well the reference, gauss16 at two short steps, agrees with itself. Implicit equations are solved to `solved` of the bound: what a ray multiplies its
-    errors by. The least time decides, as the one that nothing disturbed; those that come near the least are timed again, in turn."""
+    Returns a list with (report of trace, error, text, arguments) or None for each bound, and the uncertainty of the
+    reference: the difference between two step sizes of gauss16. Implicit equations are solved to `solver_share` of the
+    bound. The least time decides, because nothing disturbed it; candidates near the least are timed again, in turn."""
     scene = SCENES / "hole.toml"
-    should = directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.1)
-    doubt = worst_angle(directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.15), should)
-    if not doubt <= 0.1 * min(bounds):
-        raise RuntimeError(f"the reference agrees with itself to {doubt:.0e} alone: too little to judge errors of {min(bounds):.0e}")
-    def time_of(how):
-        return program.json("trace", scene, "--rays", rays, "--threads", 1, "--repeat", 9 if program.quick else 25, *how)["ns_per_ray"]
-    def least(way):
-        return way[0]["min"]
+    reference = directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.1)
+    uncertainty = worst_angle(directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.15), reference)
+    if not uncertainty <= 0.1 * min(bounds):
+        raise RuntimeError(f"the uncertainty of the reference is {uncertainty:.0e}, too much to judge errors of "
+                           f"{min(bounds):.0e}")
+    def report_of(arguments):
+        return program.json("trace", scene, "--rays", rays, "--threads", 1, "--repeat", 9 if program.quick else 25,
+                            *arguments)
+    def least(candidate):
+        return candidate[0]["ns_per_ray"]["min"]
     found = []
     for bound in bounds:
-        ways = []
+        candidates = []
         for precision, (method, steps) in itertools.product(precisions, methods.items()):
             for step in steps:
                 length = ["-D", f"integrator.tolerance={step:g}"] if method in ADAPTIVE else ["--step", step]
-                how = ["--precision", precision, "--integrator", method, *length, "-D", f"integrator.solver_tolerance={solved * bound:g}"]
-                error = worst_angle(directions(program, scene, rays, *how), should)
+                arguments = ["--precision", precision, "--integrator", method, *length, "-D",
+                             f"integrator.solver_tolerance={solver_share * bound:g}"]
+                error = worst_angle(directions(program, scene, rays, *arguments), reference)
                 if error > bound:
                     continue
-                ways.append((time_of(how), error, f"{precision}, {method}, {'tolerance' if method in ADAPTIVE else 'step'} {step:g}", how))
-                break  # shorter steps of the same method only cost more
+                text = f"{precision}, {method}, {'tolerance' if method in ADAPTIVE else 'step'} {step:g}"
+                candidates.append((report_of(arguments), error, text, arguments))
+                break  # shorter steps of the same method cost more
         for _ in range(1 if program.quick else 4):
-            ways = [min(way, (time_of(way[3]), *way[1:]), key=least) for way in ways if least(way) <= 1.3 * min(map(least, ways))]
-        found.append(min(ways, key=least, default=None))
-    return found, doubt
+            near = 1.3 * min(map(least, candidates), default=0)
+            candidates = [min(c, (report_of(c[3]), *c[1:]), key=least) for c in candidates if least(c) <= near]
+        found.append(min(candidates, key=least, default=None))
+    return found, uncertainty
 
 
 def cheapest_of_odeint(program, rays, bounds):
-    """The same of Boost.Odeint's steppers: the benchmark of each bound, None where none comes so near."""
+    """Finds the fastest benchmark of Boost.Odeint's steppers for each bound; None where none meets it."""
     def run(*options):
         return program.benchmark("bench_peers", f"--rays={rays}", *options)
     rows = run("--benchmark_min_time=0.01")
     found = []
     for bound in bounds:
-        near = [row for row in rows if row["error"] <= bound]
-        if near and not program.quick:
-            least = min(row["s/ray"] for row in near)
-            contenders = "|".join(row["name"] for row in near if row["s/ray"] <= 1.3 * least)
-            again = run(f"--benchmark_filter=^({contenders})$", "--benchmark_min_time=0.02", "--benchmark_repetitions=5")
-            near = [row for row in again if row["run_type"] == "iteration"]
-        found.append(min(near, key=lambda row: row["s/ray"], default=None))
+        within = [row for row in rows if row["error"] <= bound]
+        if within and not program.quick:
+            least = min(row["s/ray"] for row in within)
+            contenders = "|".join(row["name"] for row in within if row["s/ray"] <= 1.3 * least)
+            again = run(f"--benchmark_filter=^({contenders})$", "--benchmark_min_time=0.02",
+                        "--benchmark_repetitions=5")
+            within = [row for row in again if row["run_type"] == "iteration"]
+        found.append(min(within, key=lambda row: row["s/ray"], default=None))
     return found

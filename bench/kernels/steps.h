@@ -113,7 +113,7 @@ void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& 
     const auto start = std::make_unique<StepperState<V>>(), flow = std::make_unique<StepperState<V>>();
     aim(*start, H::spacetime ? 1.0 : 0.0);
     start->h = V(ScalarOf<V>(step_of(method)));
-    start->tolerance = ScalarOf<V>(1e-6);  // adaptive methods estimate their error, but every step counts here
+    start->options.tolerance = ScalarOf<V>(1e-6);  // adaptive methods estimate their error, but every step counts here
     kernel.begin[kind](*system, *start, method.coefficients);
     const int count = static_cast<int>(way / step_of(method));
     const int stages =

@@ -1,12 +1,12 @@
-/// Straight light by Embree alone: what kagero is measured against where nothing bends.
+/// Baseline for scenes with straight rays: a loop that only queries Embree.
 #pragma once
 
 #include "kernels/abi.h"
 
 namespace kagero::bench {
 
-/// The first surface that the camera's straight rays through a tile meet; all that hit nothing have escaped. Sixteen
-/// rays at a time, or as many as Embree takes at once on this instruction set.
+/// Writes the ends of the camera's straight rays through a tile, row by row. A ray ends at the first surface that it
+/// meets, or as escaped at the distance 2·escape_radius. Rays are traced in packets of 16 (4 × 4 pixels).
 void bare_embree(const CameraRays& camera, const Geometry& geometry, double escape_radius, const Tile& tile,
                  RayEnd* ends);
 

@@ -1,6 +1,6 @@
 #include "bench/odeint.h"
 
-#include "bench/kernels/gradient_rivals.h"
+#include "bench/kernels/gradient_methods.h"
 
 #include <boost/numeric/odeint.hpp>
 
@@ -13,25 +13,28 @@ namespace kagero::bench {
 namespace {
 
 namespace odeint = boost::numeric::odeint;
-using Numbers = std::array<double, 6>;  // q, p
+using PhasePoint = std::array<double, 6>;  // q, p
 
-/// Hamilton's equations of (16), H, or of K = r·H, with derivatives worked out by hand.
+/// Hamilton's equations for H of Satoh (2003), equation (16), or for K = r·H. The derivatives are written by hand.
 template <bool Rescaled>
-struct Light {
-    Hand<double, Rescaled> hand;
+struct RayEquations {
+    HandWritten<double, Rescaled> hand;
     double pt;
 
-    void operator()(const Numbers& y, Numbers& slope, double) const {
+    void operator()(const PhasePoint& y, PhasePoint& slope, double) const {
         State<double> s;
         for (std::size_t k = 0; k < 6; ++k) s.y[k] = y[k];
         s.y[6] = pt;
         double out[6];
         hand.derivatives(s, out);
-        for (std::size_t k = 0; k < 3; ++k) slope[k] = out[3 + k], slope[3 + k] = -out[k];
+        for (std::size_t k = 0; k < 3; ++k) {
+            slope[k] = out[3 + k];
+            slope[3 + k] = -out[k];
+        }
     }
-    /// How long light takes to a sphere that is not far away, if it goes on as it does: dr/dλ = p_r − r_g (p_r + p_t)/r
-    /// is about constant there.
-    double time_to(double radius, const Numbers& y) const {
+    /// Estimates the integration parameter that is needed to reach the sphere r = radius. Near that sphere
+    /// dr/dλ = p_r − r_g (p_r + p_t)/r is about constant. Returns infinity for inward rays and for 3 r < radius.
+    double parameter_to(double radius, const PhasePoint& y) const {
         const double square = y[0] * y[0] + y[1] * y[1] + y[2] * y[2], along = y[0] * y[3] + y[1] * y[4] + y[2] * y[5];
         if (along <= 0 || 9 * square < radius * radius) return std::numeric_limits<double>::infinity();
         const double r = std::sqrt(square), pr = along / r;
@@ -41,28 +44,34 @@ struct Light {
     }
 };
 
+/// Length of the first step of methods with step control.
 constexpr double first_step = 0.1;
-constexpr int most_tries = 100, most_steps = 10000;
+/// Limits of the attempts at one step of a method with step control, and of the steps of a ray.
+constexpr int max_tries = 100, max_steps = 10000;
 
-/// A stepper forgets the ray before.
-void start_again(auto& stepper) {
+/// Resets a stepper that keeps data between steps; call before each ray.
+void reset_stepper(auto& stepper) {
     if constexpr (requires { stepper.reset(); }) stepper.reset();
 }
 
-/// A step that is as long as the tolerance allows; `length` becomes that of the next one.
+/// Stepper with step control. `step` replaces `length` by the proposed length of the next step.
 template <class Stepper>
 struct Controlled {
     Stepper stepper;
-    explicit Controlled(double tolerance) : stepper(made(tolerance)) {}
-    double begin() { return start_again(stepper), first_step; }
+    explicit Controlled(double tolerance) : stepper(make_stepper(tolerance)) {}
+    /// Prepares for a new ray and returns the length of its first step.
+    double begin() {
+        reset_stepper(stepper);
+        return first_step;
+    }
     template <class System>
-    void step(const System& system, Numbers& y, double& length) {
+    void step(const System& system, PhasePoint& y, double& length) {
         double time = 0;
-        for (int i = 0; i < most_tries && stepper.try_step(system, y, time, length) == odeint::fail; ++i) {}
+        for (int i = 0; i < max_tries && stepper.try_step(system, y, time, length) == odeint::fail; ++i) {}
     }
 
 private:
-    static Stepper made(double tolerance) {
+    static Stepper make_stepper(double tolerance) {
         if constexpr (requires { typename Stepper::stepper_type; })
             return odeint::make_controlled<typename Stepper::stepper_type>(tolerance, tolerance);
         else
@@ -71,106 +80,122 @@ private:
 };
 template <class Single>
 using RungeKutta = Controlled<decltype(odeint::make_controlled<Single>(1.0, 1.0))>;
-using BulirschStoer = Controlled<odeint::bulirsch_stoer<Numbers>>;
+using BulirschStoer = Controlled<odeint::bulirsch_stoer<PhasePoint>>;
 
-/// Steps of one length.
+/// One-step method with a fixed step. Only the last steps of a ray have another length.
 template <class Stepper>
 struct Fixed {
     Stepper stepper;
-    double length_of_all;
-    explicit Fixed(double length) : length_of_all(length) {}
-    double begin() { return start_again(stepper), length_of_all; }
+    double fixed_length;
+    explicit Fixed(double length) : fixed_length(length) {}
+    double begin() {
+        reset_stepper(stepper);
+        return fixed_length;
+    }
     template <class System>
-    void step(const System& system, Numbers& y, double& length) {
+    void step(const System& system, PhasePoint& y, double& length) {
         stepper.do_step(system, y, 0.0, length);
     }
 };
 
-/// Steps of one length, of which each uses what the ones before found; one of another length is a Runge–Kutta method's,
-/// as the first ones are.
+/// Multistep method with a fixed step. A Runge–Kutta method takes the first steps, and the last steps of a ray, which
+/// are shorter.
 template <std::size_t order>
 struct Multistep {
-    odeint::runge_kutta_fehlberg78<Numbers> single;
-    odeint::adams_bashforth_moulton<order, Numbers> stepper;
-    double length_of_all;
-    bool started = false;
-    explicit Multistep(double length) : length_of_all(length) {}
-    double begin() { return started = false, length_of_all; }
+    odeint::runge_kutta_fehlberg78<PhasePoint> single;
+    odeint::adams_bashforth_moulton<order, PhasePoint> stepper;
+    double fixed_length;
+    bool started = false;  ///< True if the stepper has the history of previous steps.
+    explicit Multistep(double length) : fixed_length(length) {}
+    double begin() {
+        started = false;
+        return fixed_length;
+    }
     template <class System>
-    void step(const System& system, Numbers& y, double& length) {
+    void step(const System& system, PhasePoint& y, double& length) {
         double time = 0;
-        if (length != length_of_all) single.do_step(system, y, time, length);
+        if (length != fixed_length) single.do_step(system, y, time, length);
         else if (started) stepper.do_step(system, y, time, length);
-        else stepper.initialize(single, system, y, time, length), started = true;
+        else {
+            stepper.initialize(single, system, y, time, length);
+            started = true;
+        }
     }
 };
 
-/// Light to the escape sphere: the last steps are shortened to where it should be, and from very close it goes
-/// straight.
-template <class Way, bool Rescaled>
-void follow(const Hole& hole, double number, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
+/// Integrates rays to the escape sphere. `number` is the tolerance or the step length. The last steps are shortened so
+/// that they end at the estimated parameter of the sphere. If the sphere is closer than 1e-5, one Euler step reaches
+/// it.
+template <class Method, bool Rescaled>
+void integrate(const Hole& hole, double number, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     constexpr double close = 1e-5;
-    Way way(number);
+    Method method(number);
     for (std::size_t i = 0; i < starts.size(); ++i) {
         const RayStart& start = starts[i];
-        const Light<Rescaled> light{Hand<double, Rescaled>(hole.rg), start.pt};
-        Numbers y{start.q[0], start.q[1], start.q[2], start.p[0], start.p[1], start.p[2]}, slope;
-        double length = way.begin();
+        const RayEquations<Rescaled> equations{HandWritten<double, Rescaled>(hole.rg), start.pt};
+        PhasePoint y{start.q[0], start.q[1], start.q[2], start.p[0], start.p[1], start.p[2]}, slope;
+        double length = method.begin();
         RayEnd& end = ends[i];
         end.status = Status::step_limit;
-        for (int n = 0; n < most_steps; ++n) {
-            double left = light.time_to(hole.escape_radius, y);
-            if (std::abs(left) < close) {
-                light(y, slope, 0);
-                for (std::size_t k = 0; k < 6; ++k) y[k] += left * slope[k];
+        for (int n = 0; n < max_steps; ++n) {
+            double remaining = equations.parameter_to(hole.escape_radius, y);
+            if (std::abs(remaining) < close) {
+                equations(y, slope, 0);
+                for (std::size_t k = 0; k < 6; ++k) y[k] += remaining * slope[k];
                 end.status = Status::escaped;
                 break;
             }
-            way.step(light, y, left < length ? left : length);
+            method.step(equations, y, remaining < length ? remaining : length);
         }
-        light(y, slope, 0);
+        equations(y, slope, 0);
         const double inverse = 1 / std::sqrt(slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2]);
-        for (std::size_t k = 0; k < 3; ++k) end.q[k] = y[k], end.p[k] = y[3 + k], end.v[k] = inverse * slope[k];
+        for (std::size_t k = 0; k < 3; ++k) {
+            end.q[k] = y[k];
+            end.p[k] = y[3 + k];
+            end.v[k] = inverse * slope[k];
+        }
     }
 }
 
-template <class Way, bool Rescaled>
-void add(std::vector<OdeintWay>& ways, const std::string& name, const std::vector<double>& numbers) {
+/// Adds a stepper for K if `Rescaled`, else for H, with each tolerance or step length in `numbers`.
+template <class Method, bool Rescaled>
+void add(std::vector<OdeintMethod>& methods, const std::string& name, const std::vector<double>& numbers) {
     for (const double number : numbers) {
         char text[32];
         std::snprintf(text, sizeof text, "%g", number);
-        ways.push_back({name + (Rescaled ? "/K/" : "/H/") + text, follow<Way, Rescaled>, number});
+        methods.push_back({name + (Rescaled ? "/K/" : "/H/") + text, integrate<Method, Rescaled>, number});
     }
 }
-/// Steps as long as the tolerance allows fit either function; of one length they fit K alone.
-template <class Way>
-void add_controlled(std::vector<OdeintWay>& ways, const std::string& name) {
+/// Adds a stepper with step control for H and for K.
+template <class Method>
+void add_controlled(std::vector<OdeintMethod>& methods, const std::string& name) {
     std::vector<double> tolerances;
     for (int k = 3; k <= 14; ++k)
         for (const double share : {1.0, 0.5, 0.2}) tolerances.push_back(share * std::pow(10, -k));
-    add<Way, false>(ways, name, tolerances);
-    add<Way, true>(ways, name, tolerances);
+    add<Method, false>(methods, name, tolerances);
+    add<Method, true>(methods, name, tolerances);
 }
-template <class Way>
-void add_fixed(std::vector<OdeintWay>& ways, const std::string& name) {
+/// Adds a stepper with a fixed step for K. A fixed step is inefficient for H, which needs short steps near the hole.
+template <class Method>
+void add_fixed(std::vector<OdeintMethod>& methods, const std::string& name) {
     std::vector<double> lengths;
     for (int k = -10; k <= 28; ++k) lengths.push_back(0.5 * std::pow(1.12, -k));  // from 1.55 to 0.02
-    add<Way, true>(ways, name, lengths);
+    add<Method, true>(methods, name, lengths);
 }
 
 }  // namespace
 
-std::vector<OdeintWay> odeint_ways() {
-    std::vector<OdeintWay> ways;
-    add_controlled<RungeKutta<odeint::runge_kutta_cash_karp54<Numbers>>>(ways, "cash_karp54");
-    add_controlled<RungeKutta<odeint::runge_kutta_dopri5<Numbers>>>(ways, "dopri5");
-    add_controlled<RungeKutta<odeint::runge_kutta_fehlberg78<Numbers>>>(ways, "fehlberg78");
-    add_controlled<BulirschStoer>(ways, "bulirsch_stoer");
-    add_fixed<Fixed<odeint::runge_kutta_dopri5<Numbers>>>(ways, "dopri5_fixed");
-    add_fixed<Fixed<odeint::runge_kutta_fehlberg78<Numbers>>>(ways, "fehlberg78_fixed");
-    add_fixed<Multistep<5>>(ways, "adams_bashforth_moulton5");
-    add_fixed<Multistep<8>>(ways, "adams_bashforth_moulton8");
-    return ways;
+std::vector<OdeintMethod> odeint_methods() {
+    std::vector<OdeintMethod> methods;
+    add_controlled<RungeKutta<odeint::runge_kutta_cash_karp54<PhasePoint>>>(methods, "cash_karp54");
+    add_controlled<RungeKutta<odeint::runge_kutta_dopri5<PhasePoint>>>(methods, "dopri5");
+    add_controlled<RungeKutta<odeint::runge_kutta_fehlberg78<PhasePoint>>>(methods, "fehlberg78");
+    add_controlled<BulirschStoer>(methods, "bulirsch_stoer");
+    add_fixed<Fixed<odeint::runge_kutta_dopri5<PhasePoint>>>(methods, "dopri5_fixed");
+    add_fixed<Fixed<odeint::runge_kutta_fehlberg78<PhasePoint>>>(methods, "fehlberg78_fixed");
+    add_fixed<Multistep<5>>(methods, "adams_bashforth_moulton5");
+    add_fixed<Multistep<8>>(methods, "adams_bashforth_moulton8");
+    return methods;
 }
 
 }  // namespace kagero::bench

@@ -1,4 +1,4 @@
-/// Light around a hole by Boost.Odeint: what kagero's rays are measured against.
+/// Rays around a black hole, integrated by Boost.Odeint for comparison with kagero.
 #pragma once
 
 #include "kernels/abi.h"
@@ -8,21 +8,22 @@
 
 namespace kagero::bench {
 
+/// The Schwarzschild space (Satoh 2003, equation 16) and its escape sphere, in scene units.
 struct Hole {
-    double rg;
+    double rg;  ///< Schwarzschild radius.
     double escape_radius;
 };
 
-/// A stepper with one tolerance, or one step length: follows light from its start, within the escape sphere of a hole,
-/// to that sphere, and writes status, q, p and v of its ends: `escaped`, or `step_limit` where a coarse method loses it
-/// to the hole.
-struct OdeintWay {
-    std::string name;  ///< stepper/function that is integrated/number
-    void (*follow)(const Hole& hole, double number, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends);
-    double number;
+/// A stepper of Odeint with one tolerance or one step length.
+struct OdeintMethod {
+    std::string name;  ///< "stepper/H/number" or "stepper/K/number"; K = r·H is the rescaled Hamiltonian.
+    /// Integrates rays that start within the escape sphere, and writes status, q, p and v of their ends. The status is
+    /// `escaped` at the escape sphere, or `step_limit` if an inaccurate method does not reach it.
+    void (*integrate)(const Hole& hole, double number, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends);
+    double number;  ///< Tolerance or step length.
 };
 
-/// Odeint's steppers that serve such equations, from coarse to fine.
-std::vector<OdeintWay> odeint_ways();
+/// Returns all combinations of the applicable steppers with tolerances or step lengths, from coarse to fine.
+std::vector<OdeintMethod> odeint_methods();
 
 }  // namespace kagero::bench

@@ -1,6 +1,6 @@
-// What do others take for a list of rays around the hole of scenes/hole.toml, and how well do they end? Each way of
-// Boost.Odeint follows them from where they start to the escape sphere; `error` is the greatest angle between where
-// they go there and where they go by gauss16.
+// Question: how fast and how accurate are the steppers of Boost.Odeint for a list of rays around the black hole of
+// scenes/hole.toml? Each method integrates the rays from their starts to the escape sphere. The counter `error` is the
+// greatest angle, in radians, between the directions of the ray ends and those of gauss16 with step 0.1.
 //
 //     bench_peers --rays=FILE [options of Google Benchmark]
 #include "bench/odeint.h"
@@ -24,6 +24,7 @@ namespace {
 
 using namespace kagero;
 
+/// The rays of the file, and their ends by the reference method.
 struct Rays {
     bench::Hole hole;
     std::vector<RayStart> starts;
@@ -38,7 +39,9 @@ Rays rays_of(const char* file) {
     const auto plan =
         make_plan(load_scene(KAGERO_SCENES "/hole.toml", accurate, catalogue(options.isa)), options, Purpose::ray_list);
     std::ifstream in(file);
-    if (!in) throw InputError(std::string("cannot read the rays '") + file + "'");
+    if (!in)
+        throw InputError(std::string("cannot read the rays '") + file +
+                         "': the file does not exist or is not readable");
     Rays rays{{plan.scene->space.parameters[0], plan.scene->limits.escape_radius},
               start_rays(plan, read_rays(in, file)),
               {}};
@@ -46,13 +49,14 @@ Rays rays_of(const char* file) {
     return rays;
 }
 
-/// The greatest angle; infinite where one has not come out.
-double worst_angle(const std::vector<RayEnd>& ends, const std::vector<RayEnd>& should) {
+/// Returns the greatest angle between the end directions of a ray and its reference, in radians. Infinity if the status
+/// of a ray differs.
+double worst_angle(const std::vector<RayEnd>& ends, const std::vector<RayEnd>& reference) {
     double worst = 0;
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        if (ends[i].status != should[i].status) return std::numeric_limits<double>::infinity();
+        if (ends[i].status != reference[i].status) return std::numeric_limits<double>::infinity();
         const double* a = ends[i].v;
-        const double* b = should[i].v;
+        const double* b = reference[i].v;
         worst = std::max(worst, 2 * std::asin(std::min(1.0, 0.5 * std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]))));
     }
     return worst;
@@ -68,10 +72,10 @@ int main(int count, char** arguments) try {
         return 2;
     }
     const Rays rays = rays_of(arguments[1] + std::strlen(option));
-    for (const bench::OdeintWay& way : bench::odeint_ways())
-        benchmark::RegisterBenchmark(("odeint/" + way.name).c_str(), [&rays, way](benchmark::State& state) {
+    for (const bench::OdeintMethod& method : bench::odeint_methods())
+        benchmark::RegisterBenchmark(("odeint/" + method.name).c_str(), [&rays, method](benchmark::State& state) {
             std::vector<RayEnd> ends(rays.starts.size());
-            for (auto _ : state) way.follow(rays.hole, way.number, rays.starts, ends);
+            for (auto _ : state) method.integrate(rays.hole, method.number, rays.starts, ends);
             using benchmark::Counter;
             state.counters["s/ray"] =
                 Counter(double(ends.size()), Counter::kIsIterationInvariantRate | Counter::kInvert);

@@ -1,5 +1,6 @@
-// What does a picture cost? scenes/room.toml on one thread, by every module this CPU can run; and with rg = 0, where
-// light is straight, against a loop that knows nothing but Embree, with the same rays and shading.
+// Question: how long does a picture take? Renders scenes/room.toml on one thread with every kernel module that this CPU
+// can run. With rg = 0, rays are straight, and the time is compared with that of a loop that only queries Embree, with
+// the same rays and shading.
 #include "bench/bare_embree.h"
 #include "modules/modules.h"
 #include "pixels/shade_tile.h"
@@ -21,6 +22,7 @@ namespace {
 
 using namespace kagero;
 
+/// A method with its step, as overrides of the scene.
 struct Integration {
     const char* name;
     std::vector<Override> overrides;
@@ -32,15 +34,16 @@ const Integration integrations[] = {
     {"verlet_fine", {"integrator.method=verlet", "integrator.step=0.05"}},
 };
 
-struct Question {
+/// Options and overrides of one benchmark.
+struct RenderCase {
     Options options;
     std::vector<Override> overrides;
 };
 
-void picture(benchmark::State& state, const Question& question) {
+void render_room(benchmark::State& state, const RenderCase& render_case) {
     const auto plan =
-        make_plan(load_scene(KAGERO_SCENES "/room.toml", question.overrides, catalogue(question.options.isa)),
-                  question.options);
+        make_plan(load_scene(KAGERO_SCENES "/room.toml", render_case.overrides, catalogue(render_case.options.isa)),
+                  render_case.options);
     Film film = film_of(plan);
     RunReport report;
     for (auto _ : state) report = render(plan, film);
@@ -56,71 +59,79 @@ void picture(benchmark::State& state, const Question& question) {
     if (c.issued_iterations) state.counters["iterating"] = double(c.active_iterations) / double(c.issued_iterations);
 }
 
-/// As `kagero render` would make its picture: in float, where that is seen to do.
+/// Returns the plan of `kagero render` for the room with straight rays. Trial rays choose the precision.
 Plan straight_room(const std::string& isa) {
     Options options;
-    options.isa = isa, options.threads = 1;
+    options.isa = isa;
+    options.threads = 1;
     return resolve(load_scene(KAGERO_SCENES "/room.toml", {"space.rg=0"}, catalogue(isa)), options);
 }
-void render_ours(const Plan& plan, Film& film) {
+void render_kagero(const Plan& plan, Film& film) {
     render(plan, film);
 }
+/// Renders with bare_embree instead of the kernels of kagero.
 void render_bare(const Plan& plan, Film& film) {
     const Tile all = plan.view.window;
     const Job job = plan.job();
     std::vector<RayEnd> ends;
-    for (const Tile& tile : cut(plan, all, Schedule::tiles).tiles) {
-        ends.resize(rays_of(tile, {}));
+    for (const Tile& tile : split_into_tiles(plan, all, Schedule::tiles).tiles) {
+        ends.resize(ray_count_of(tile, {}));
         bench::bare_embree(*job.camera, *job.geometry, job.escape_radius, tile, ends.data());
         shade_tile(plan, tile, all, ends.data(), {}, {}, film);
     }
 }
 
-/// Ends the program unless both ways draw the same picture, but for a pixel in a thousand, at an edge. Once per
-/// instruction set.
+/// Ends the program with status 1 if the two pictures differ in more than one pixel in a thousand. Pixels at edges may
+/// differ. Runs only once per instruction set.
 void require_same_picture(const std::string& isa) {
     static std::set<std::string> compared;
     if (!compared.insert(isa).second) return;
     const auto plan = straight_room(isa);
-    Film ours = film_of(plan), bare = film_of(plan);
-    render_ours(plan, ours), render_bare(plan, bare);
-    const std::size_t pixels = std::size_t{ours.width()} * ours.height();
-    const float *a = ours.plane("color"), *b = bare.plane("color");
+    Film kagero_film = film_of(plan), bare_film = film_of(plan);
+    render_kagero(plan, kagero_film);
+    render_bare(plan, bare_film);
+    const std::size_t pixels = std::size_t{kagero_film.width()} * kagero_film.height();
+    const float *a = kagero_film.plane("color"), *b = bare_film.plane("color");
     std::size_t differing = 0;
     for (std::size_t i = 0; i < pixels; ++i) {
-        float most = 0;
-        for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) most = std::max(most, std::abs(a[c] - b[c]));
-        differing += !(most <= 1.0f / 255);
+        float greatest = 0;
+        for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) greatest = std::max(greatest, std::abs(a[c] - b[c]));
+        differing += !(greatest <= 1.0f / 255);
     }
     if (differing <= pixels / 1000) return;
-    std::fprintf(stderr, "straight_room/%s: the bare loop draws %zu pixels otherwise\n", isa.c_str(), differing);
+    std::fprintf(stderr,
+                 "straight_room/%s: the pictures of kagero and the bare loop differ in %zu pixels; at most %zu may "
+                 "differ\n",
+                 isa.c_str(), differing, pixels / 1000);
     std::exit(1);
 }
 
 void add_straight(const std::string& isa) {
-    const auto add = [&](const char* way, void (*draw)(const Plan&, Film&)) {
-        benchmark::RegisterBenchmark(("straight_room/" + isa + "/" + way).c_str(), [=](benchmark::State& state) {
+    const auto add = [&](const char* name, void (*render_film)(const Plan&, Film&)) {
+        benchmark::RegisterBenchmark(("straight_room/" + isa + "/" + name).c_str(), [=](benchmark::State& state) {
             require_same_picture(isa);
             const auto plan = straight_room(isa);
             Film film = film_of(plan);
-            for (auto _ : state) draw(plan, film);
+            for (auto _ : state) render_film(plan, film);
         })->UseRealTime()->Unit(benchmark::kMillisecond);
     };
-    add("kagero", render_ours);
+    add("kagero", render_kagero);
     add("bare_embree", render_bare);
 }
 
 void add(const std::string& isa, const std::string& strategy, const std::string& precision,
          const Integration& integration, bool cull) {
-    Question question{{}, integration.overrides};
-    question.options.isa = isa, question.options.strategy = strategy_named(strategy),
-    question.options.precision = precision_named(precision);
-    question.options.threads = 1;
-    question.overrides.push_back("film.size=[256,256]");
-    if (!cull) question.overrides.push_back("integrator.cull=none");
+    RenderCase render_case{{}, integration.overrides};
+    render_case.options.isa = isa;
+    render_case.options.strategy = strategy_named(strategy);
+    render_case.options.precision = precision_named(precision);
+    render_case.options.threads = 1;
+    render_case.overrides.push_back("film.size=[256,256]");
+    if (!cull) render_case.overrides.push_back("integrator.cull=none");
     const std::string path =
         "render_room/" + isa + "/" + integration.name + (cull ? "/" : "_without_culling/") + strategy + "_" + precision;
-    benchmark::RegisterBenchmark(path.c_str(), [question](benchmark::State& state) { picture(state, question); })
+    benchmark::RegisterBenchmark(path.c_str(),
+                                 [render_case](benchmark::State& state) { render_room(state, render_case); })
         ->UseRealTime()->Unit(benchmark::kMillisecond);
 }
 

@@ -1,5 +1,5 @@
-# What `cmake --install` puts where. Modules lie in lib/kagero both in the build tree and installed, and are found from the program or
-# the library.
+# Installation and packaging. Kernel modules are in lib/kagero, in the build tree and after installation. The program
+# and the library find them relative to their position.
 install(TARGETS kagero RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/ DESTINATION ${CMAKE_INSTALL_LIBDIR}/kagero
         FILES_MATCHING PATTERN "kagero-*.so")
@@ -8,16 +8,17 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/scenes/ DESTINATION ${CMAKE_INSTALL_DATADI
 install(FILES ${CMAKE_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
-# For other programs: find_package(kagero), then kagero::kagero.
+# CMake package for other programs: find_package(kagero) provides the target kagero::kagero.
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/kagero)
 install(TARGETS kagero_shared EXPORT kagero LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT kagero NAMESPACE kagero:: FILE kagero-config.cmake DESTINATION ${package})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/kagero-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/kagero-config-version.cmake DESTINATION ${package})
-install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/kagero DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/kagero DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+        FILES_MATCHING PATTERN "*.h")
 
-# The man page and bash's completion are written from the program's own help.
+# The man page and the bash completion are generated from the help texts of the program.
 find_package(Python3 COMPONENTS Interpreter)
 if(Python3_FOUND)
   set(manual ${CMAKE_BINARY_DIR}/manual)
@@ -29,13 +30,15 @@ if(Python3_FOUND)
   install(FILES ${manual}/kagero.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kagero)
 endif()
 
-# `cpack` in the build directory makes a Debian package for the release that it runs on: what it depends on is read
-# from the libraries that were linked.
+# `cpack` in the build directory builds a Debian package for the Debian release of the machine. Its dependencies are
+# derived from the linked libraries.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME kagero)
 set(CPACK_PACKAGE_CONTACT "The kagero team <kagero@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
-set(CPACK_PACKAGE_DESCRIPTION "kagero renders scenes in which light bends: around black holes, through mirages, in any space whose rays follow a Hamiltonian. The package has the program, its scenes, and the library with its headers.")
+string(CONCAT CPACK_PACKAGE_DESCRIPTION
+  "kagero renders scenes in which light bends, for example around black holes and through mirages. "
+  "The rays follow a Hamiltonian. The package contains the program, its scenes, and the library with its headers.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
@@ -43,7 +46,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/lib ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS OFF)
-file(WRITE ${CMAKE_BINARY_DIR}/triggers "activate-noawait ldconfig\n")  # the library is found at once
+file(WRITE ${CMAKE_BINARY_DIR}/triggers "activate-noawait ldconfig\n")  # updates the cache of the dynamic linker
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${CMAKE_BINARY_DIR}/triggers)
 set(CPACK_STRIP_FILES ON)
 include(CPack)

@@ -1,8 +1,8 @@
-/// The wall between the program and its kernel modules.
+/// The binary interface between the program and its kernel modules.
 ///
-/// `src/` is ordinary baseline x86-64; each `kagero-kernels-<isa>.so` is compiled for one instruction set. They share
-/// the plain structs below and one exported function, `kagero_kernels`. Nothing here owns memory, throws or allocates.
-/// Coordinates on this side of the wall are those of the Hamiltonian: scene coordinates minus `space.center`.
+/// `src/` is compiled for baseline x86-64, each `kagero-kernels-<isa>.so` for one instruction set. Both share the plain
+/// structs below and one exported function, `kagero_kernels`. Nothing here owns memory, throws or allocates.
+/// Coordinates are those of the Hamiltonian: scene coordinates minus `space.center`.
 #pragma once
 
 #include "kernels/unit.h"
@@ -11,309 +11,288 @@
 #include <limits>
 
 namespace kagero {
-
 inline constexpr std::uint32_t abi_version = 27;
+/// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
-/// What a strategy puts into vectors where it has a choice: per-ray the components of the gradient or the stages of a
-/// Gauss method; `auto_vectorized` is the scalar code as the compiler regroups it by itself, a `gang` many packets in
-/// lockstep.
+/// The variant of a strategy. `gradient`, `stages` (per-ray): lanes hold gradient components, or stages of a Gauss
+/// method. `auto_vectorized` (scalar): the compiler vectorizes. `gang` (packet): several packets share one loop.
 enum class Form : std::uint8_t { none, gradient, stages, auto_vectorized, gang };
 
-/// How a ray ended. Every ray ends in exactly one of these.
+/// The result of a ray. Every ray ends with exactly one status.
 enum class Status : std::uint8_t { hit, escaped, captured, step_limit, failed };
 inline constexpr std::uint32_t status_count = 5;
 
-/// Why a ray `failed`; `none` of all others.
+/// The reason why a ray has the status `failed`; `none` for every other status.
 enum class Failure : std::uint8_t {
     none,
-    zero_direction,   ///< the direction has length zero
-    nonfinite_start,  ///< a coordinate of the start or direction is infinite or not a number
-    singular_start,   ///< H or its derivatives do not exist at the start
-    too_far,          ///< squares of the start's coordinates are out of the range of the number type
-    no_observer,      ///< the space has no such observer, or none can be here
-    no_rest_frame,    ///< H is no light in a spacetime: its rays start along directions in coordinates
-    no_momentum,      ///< no real momentum has this direction and H = H0 (inside a horizon, a negative index …)
-    not_converged,    ///< a step found no solution, or none within its tolerance, however often it was shortened
-    not_landed,       ///< the end of its last step leads to no place on what it meets, however often that was halved
-    not_finite,  ///< the state left the range of the number type, or Ω or the greatest length of a step is not greater
-                 ///< than 0
-    no_pace,     ///< Ω is not greater than 0 at the start
-    no_bounds,   ///< what a formula states of domain, capture or length of steps is no number at the start, or no such
-                 ///< length
-    untraced,    ///< the run was interrupted before
-    energy_lost,   ///< a step loses H, even after halving it: what it leads to is no ray
-    needs_double,  ///< the momentum is so large here that float would lose H at once
+    zero_direction,      ///< The direction has length zero.
+    nonfinite_start,     ///< A coordinate of the start or the direction is infinite or NaN.
+    singular_start,      ///< H or its derivatives do not exist at the start.
+    too_far,             ///< The squares of the start's coordinates overflow the number type.
+    no_observer,         ///< The space does not define this observer, or no such observer can exist at this position.
+    no_rest_frame,       ///< H is not ½ g^ab p_a p_b with p_t > 0, so directions are those of dq/dλ in coordinates.
+    no_momentum,         ///< No real momentum has this direction and H = H0 (inside a horizon, negative N²).
+    not_converged,       ///< A step has no solution, or none within its tolerance, at any step length.
+    not_refined,         ///< The event that ends the last step could not be refined, at any step length.
+    not_finite,          ///< The state overflows the number type, or Ω or the step bound is not greater than 0.
+    bad_time_rescaling,  ///< Ω is not greater than 0 at the start.
+    invalid_bounds,      ///< A formula's domain, capture or length_scale is NaN at the start, or length_scale is ≤ 0.
+    untraced,            ///< The run was interrupted before this ray was traced.
+    energy_lost,         ///< A step changes H too much, at any step length.
+    needs_double,        ///< The momentum at the start is so large that float cannot represent H = H0.
 };
 
 enum class ObserverKind : std::uint8_t { static_, zamo, falling, coordinate };
+/// The curve inside a step that is intersected with surfaces: the chord or the dense output.
 enum class HitModel : std::uint8_t { chord, hermite };
 
-/// One parameter that a Hamiltonian declares; `least <= value <= greatest` is the legal range (`least_open`: `least <
-/// value`).
+/// A parameter of a Hamiltonian. Legal values: `least <= value <= greatest`, or `least < value` if `least_open`.
 struct ParameterInfo {
     const char* name;
-    double fallback;
+    double default_value;
     double least, greatest;
     bool least_open;
     Unit unit;
     const char* meaning;
-    bool odd = false;  ///< of the other sign where time runs the other way
+    bool flips_under_time_reversal = false;  ///< The parameter changes sign if t → −t, like a spin.
 };
 
-/// What a Hamiltonian's header says of itself.
+/// The description of a Hamiltonian, from the members of its header (hamiltonians/hamiltonian.h).
 struct HamiltonianInfo {
     const char* name;
-    const char* what;       ///< one line
-    const char* formula;    ///< H as text
-    const char* source;     ///< author, year, equation
-    const char* conserved;  ///< quantities constant along a ray, as text
+    const char* what;       ///< Description in one line.
+    const char* formula;    ///< H as text.
+    const char* source;     ///< Author, year, equation.
+    const char* conserved;  ///< Quantities that are constant along a ray, as text.
     const ParameterInfo* parameters;
     std::uint32_t parameter_count;
-    bool spacetime;          ///< null rays with p_t; else an index medium without p_t
-    bool rescales;           ///< declares a time transformation, used by `rescale = "auto"`
-    double level;            ///< H0, the level set rays are started on
-    const char* method;      ///< default integrator
-    double step;             ///< its default step …
-    const char* step_goes_with = nullptr;  ///< … for the parameters' defaults: a formula in them and escape_radius, of
-                                           ///< the length that it goes with
-    const char* index_parameter = nullptr;  ///< an index of refraction: the step goes with its inverse too
-    bool bounded = false, captures = false;  ///< rays may end at the edge of the medium, or captured
-    bool discontinuous = false, bounds_steps = false;  ///< H is not smooth somewhere; it bounds the length of steps
-    bool far_sided = false;  ///< there is another universe, with a sky of its own
-    bool cyclic[3] = {};                     ///< coordinates that do not occur in what is integrated
-    const char* orbit_method = nullptr;      ///< integrator in the plane of the orbit, taken unasked; null: none
-    double orbit_step = 0;                   ///< its default step, radians
+    bool spacetime;      ///< Rays are null geodesics with a constant p_t; otherwise H is an index medium without p_t.
+    bool rescales;       ///< Declares Ω, which `rescale = "auto"` uses.
+    double level;        ///< H0, the value of H on every ray.
+    const char* method;  ///< Default integrator.
+    double step;         ///< Default step for the default values of the parameters.
+    const char* step_goes_with = nullptr;   ///< Formula for the length to which the default step is proportional.
+    const char* index_parameter = nullptr;  ///< Refractive index to whose inverse the default step is proportional.
+    bool bounded = false, captures = false;  ///< Rays may end at the edge of the medium; rays may be captured.
+    bool discontinuous = false, bounds_steps = false;  ///< Declares a switching function; declares max_step_length.
+    bool has_second_sheet = false;  ///< A throat leads to a second sheet, with a separate sky.
+    bool cyclic[3] = {};            ///< For x, y, z: true if the integrated Hamiltonian does not depend on it.
+    const char* orbit_method = nullptr;  ///< Default integrator in the orbit plane; null: there is no orbit plane.
+    double orbit_step = 0;               ///< Default step of that integrator, in radians.
 };
 
-/// What matter orbits at the origin of a space: lengths GM/c² and angular momentum per mass, along +z. Mass 0: nothing.
+/// The black hole at the origin of a space: mass GM/c² and spin a = J/(Mc) along +z, both lengths. Mass 0: no hole.
 struct Hole {
     double mass = 0, spin = 0;
 };
 
-/// What methods have in common.
-enum class Family : std::uint8_t { recipe, composition, exact_split, nystroem, runge_kutta, gauss };
+/// The class of numerical methods that an integrator belongs to.
+enum class MethodFamily : std::uint8_t { recipe, composition, exact_split, nystroem, runge_kutta, gauss };
 
-/// One integrator.
+/// The description of an integrator.
 struct IntegratorInfo {
     const char* name;
     std::uint32_t order;
     bool symplectic = false, symmetric = false, implicit = false, adaptive = false;
-    const char* what;      ///< one line with its source
-    bool angular = false;  ///< steps are angles, not lengths of the integration parameter
-    bool drifts = false;   ///< drifts along p and kicks in turn, so that cyclic coordinates can wait for a step's end
-    bool collocates = false;  ///< implicit for every H; others that are implicit are not for |p|²/2 + V(q)
-    bool typical = false;  ///< stands for its family where few methods are measured, or shown
-    Family family{};       ///< as its kind of step says
+    const char* what;             ///< Description and source in one line.
+    bool angular = false;         ///< Steps are angles in the orbit plane (radians), not lengths in λ or τ.
+    bool drift_kick = false;      ///< Alternates drifts and kicks, so cyclic coordinates need one update per step.
+    bool is_collocation = false;  ///< Implicit for every H; other implicit methods are explicit for |p|²/2 + V(q).
+    bool representative = false;  ///< Represents its family where only a few methods are measured or shown.
+    MethodFamily family{};              ///< Set from the stepper of the method.
 };
 
-/// One surface of the scene, which is one object (a box has one surface, so has a mesh), in the order of the scene's
-/// objects and of Embree's geometry identifiers; in double, for refinement.
+/// The surface of one object, such as a whole box or mesh. Surfaces have the order of Embree's geometry identifiers.
 struct Surface {
     enum class Kind : std::uint8_t { triangles, sphere };
     Kind kind;
-    const double* vertices;          ///< 3 per vertex (triangles)
-    const std::uint32_t* triangles;  ///< 3 indices per triangle
-    const double* planes;            ///< 4 per triangle: unit normal n and d of n·q = d
-    double center[3];                ///< sphere
-    double radius;
+    const double* vertices;          ///< Three coordinates per vertex (triangles).
+    const std::uint32_t* triangles;  ///< Three vertex indices per triangle.
+    const double* planes;            ///< Four numbers per triangle: unit normal n and d in n·q = d.
+    double center[3];                ///< Center of a sphere.
+    double radius;                   ///< Radius of a sphere.
 };
 
-/// Boxes without a surface, found by the cell of a grid that a place is in. All surfaces lie within the grid.
+/// A grid that contains all surfaces. Each cell refers to a clear box; the first six boxes are the half-spaces beyond
+/// the faces −x, +x, −y, +y, −z, +z of the grid.
 struct ClearanceGrid {
-    const float* box;       ///< of each cell, x fastest: which of `boxes`
-    const float* boxes;     ///< six numbers each, in cells from the origin: lower x, y, z, upper x, y, z. The first six
-                            ///< are what lies beyond the grid's faces
+    const float* box_index;  ///< For each cell, x fastest: index into `boxes`.
+    const float* boxes;      ///< Six numbers per box: lower x, y, z and upper x, y, z, in cells from the origin.
     std::uint32_t cells[3];
-    double origin[3], cell[3];  ///< where the first cell begins; edges of a cell
+    double origin[3], cell[3];  ///< Lower corner of the first cell; edge lengths of a cell.
 };
 
-/// What rays can meet. Embree works in float on coordinates shifted and scaled to order one: e = (q − shift) · scale.
+/// The surfaces of a scene. Embree uses float coordinates of order one: e = (q − shift) · scale.
 struct Geometry {
-    void* embree_scene;  ///< RTCScene, committed
+    void* embree_scene;  ///< Committed RTCScene.
     double shift[3];
     double scale;
     const Surface* surfaces;
     std::uint32_t surface_count;
-    const ClearanceGrid* clearance;  ///< null: every segment is queried
+    const ClearanceGrid* clearance;  ///< Null: every segment is queried.
 };
 
-/// The momentum of a ray that an observer sees in the unit direction d of its rest frame: p_i = Σ_j matrix[i][j] d_j +
-/// offset[i] for i = x, y, z, t; where `pt` is not 0 scaled to this p_t, if p_t > 0. Rays of other p_t, inside an
-/// ergosphere, were never outside: where there is the sky alone they are captured at once. Directions have unit length
-/// where Σ_ij d_i metric[i][j] d_j = 1.
+/// The momentum of the ray from a unit direction d of an observer's rest frame: p_i = Σ_j matrix[i][j] d_j + offset[i].
 struct StartMap {
-    double matrix[4][3];
+    double matrix[4][3];   ///< Rows for i = x, y, z, t.
     double offset[4];
-    double pt;
-    bool sky_alone;
-    double metric[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    double pt;             ///< If nonzero, momenta with p_t > 0 are scaled to this p_t.
+    bool has_no_surfaces;  ///< The scene has no surfaces. If also `pt` ≠ 0, rays with p_t ≤ 0 are captured at once.
+    double metric[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< |d|² = Σ_ij d_i metric[i][j] d_j.
 };
 
-/// One ray given by its canonical state.
+/// The position and momentum at the start of a ray.
 struct RayStart {
     double q[3], p[3], pt;
-    Failure failure;  ///< a start that cannot be used ends as `failed` at once
-    bool captured;    ///< no light comes from this direction: the ray ends as `captured` at once
-    bool escaped;     ///< it starts beyond the escape sphere, outward, where H cannot be evaluated: it ends there, as
-                      ///< `escaped`
+    Failure failure;  ///< If not `none`, the ray ends at its start as `failed`.
+    bool captured;    ///< The ray ends at its start as `captured`: no light comes from this direction.
+    bool escaped;     ///< The ray ends at its start as `escaped`: it moves outward beyond the escape sphere.
 };
 
-/// Rays of a perspective camera: pixel (x, y) looks along corner + (x+½)·right + (y+½)·down in the observer's rest
-/// frame.
+/// The rays of a perspective camera: in its rest frame pixel (x, y) has direction corner + (x+½)·right + (y+½)·down.
 struct CameraRays {
     std::uint32_t width, height;
     double position[3];
-    double clear;  ///< no surface is closer to it than this; infinity without any
+    double clearance;  ///< Lower bound on the distance to the nearest surface; infinity if there are no surfaces.
     double corner[3], right[3], down[3];
     StartMap start;
 };
 
-/// The end of one ray. Positions q, momenta p of H (also when a rescaled H was integrated), v the unit direction of
-/// dq/dλ.
+/// The end of one ray: position q, momentum p of H (also if a rescaled H was integrated), unit vector v along dq/dλ.
 struct RayEnd {
     double q[3], p[3], v[3];
     double pt;
-    double parameter;     ///< λ of H; only with `output_parameter`
-    double energy_error;  ///< max |H−H0| / (|p·∂H/∂p| + |H0|); only with `output_energy`
+    double parameter;     ///< λ of H; requires `output_parameter`.
+    double energy_error;  ///< Maximum of |H−H0| / (|p·∂H/∂p| + |H0|) over the steps; requires `output_energy`.
     std::uint32_t steps;
-    std::uint32_t gradients;  ///< evaluations of the derivative program, one-sided ones included
-    std::uint32_t iterations;  ///< of implicit solves, those of finding the hit aside
-    std::uint32_t queries;     ///< of the scene
-    float occupancy;  ///< of the lanes of its packet over the packet's steps (with refill: up to this ray's end); 0
-                      ///< without steps
-    std::uint32_t surface, primitive;  ///< if `hit`: index into Geometry::surfaces, and of what was met of it
+    std::uint32_t gradients;   ///< Evaluations of the gradient of H; one of ∂H/∂q or ∂H/∂p alone counts as one.
+    std::uint32_t iterations;  ///< Iterations of implicit solves, without those of refinement.
+    std::uint32_t queries;     ///< Embree queries.
+    float occupancy;           ///< Occupancy of the ray's packet (with refill: up to this ray's end); 0 without steps.
+    std::uint32_t surface, primitive;  ///< For `hit`: index into Geometry::surfaces; triangle of that surface.
     Status status;
     Failure failure;
-    bool unrefined;  ///< the hit is the chord's: it meets a surface that the ray, within its tolerance, misses
+    bool unrefined;  ///< Only the chord hits the surface; the dense output misses it by less than a small tolerance.
 };
 
 enum OutputBits : std::uint32_t { output_energy = 1, output_parameter = 2 };
 
-/// One point of a ray's path, handed to Job::path_sink after every step (step 0 is the start).
+/// A point of a ray's path, passed to Job::path_sink after every step; step 0 is the start.
 struct PathPoint {
     std::uint64_t ray;
     std::uint32_t step;
     double parameter, q[3], p[3], v[3], pt, energy;
 };
 
-/// The path of one ray, and what is seen at its end, to first order: two numbers, in pixels of the film, and how they
-/// move with the end and with the unit direction there.
+/// The path of one ray, and the derivatives of the two film coordinates of its end, in pixels.
 struct RayPath {
-    const PathPoint* points;  ///< from the start
+    const PathPoint* points;  ///< In order from the start.
     std::uint32_t count;
-    double normal[3];         ///< of what the ray ends on, of any length
-    double by_position[2][3], by_direction[2][3];
+    double normal[3];  ///< Normal of the surface or sphere on which the ray ends, of any length.
+    double by_position[2][3], by_direction[2][3];  ///< With respect to position and unit direction.
 };
 
 enum class Op : std::uint8_t;  // kernels/operation.h
 
-/// One operation of a formula; its operands are earlier nodes of the list. `a` of an input is its place in x y z px py
-/// pz pt.
+/// An operation of a formula. Operands are indices of earlier nodes; `a` of an input indexes (x y z px py pz pt).
 struct FormulaNode {
     Op op;
     std::int32_t a, b;
-    double value;  ///< of a constant
+    double value;  ///< Value of a constant.
 };
 
-/// A Hamiltonian written in a scene: expressions as places in one list of nodes, −1 where there is none. Where `energy`
-/// is −1, H and what it states are those of the compiled Hamiltonian `hamiltonian`, and `rescale` is the only
-/// expression.
+/// A Hamiltonian that is written in a scene. Its expressions are indices into one list of nodes; −1: absent. If
+/// `energy` is −1, only `rescale` may be stated, and everything else is that of the compiled Hamiltonian `hamiltonian`.
 struct Formula {
     const FormulaNode* nodes;
     std::uint32_t node_count;
     std::int32_t energy;
-    std::int32_t domain, capture;  ///< the ray is escaped, captured, where they are ≤ 0
-    std::int32_t length_scale;     ///< no step is longer
-    std::int32_t rescale;          ///< Ω(q): the rays are those of Ω·(H − H0)
-    std::int32_t parts[2];         ///< H_A and H_B: both or none
-    double level;                  ///< H0
+    std::int32_t domain, capture;  ///< A ray is escaped, or captured, where the expression is ≤ 0.
+    std::int32_t length_scale;     ///< Step bound, a length.
+    std::int32_t rescale;          ///< Ω(q): Ω·(H − H0) is integrated.
+    std::int32_t parts[2];         ///< H_A and H_B; both are stated, or neither.
+    double level;                  ///< H0.
     double pt;
-    std::uint32_t hamiltonian = 0;  ///< where `energy` is −1: an index into Module::hamiltonians, and its parameters
-    const double* parameters = nullptr;
+    std::uint32_t hamiltonian = 0;       ///< If `energy` is −1: an index into Module::hamiltonians.
+    const double* parameters = nullptr;  ///< If `energy` is −1: the parameters of that Hamiltonian.
 };
-inline constexpr std::uint32_t formula_limit = 4096;  ///< nodes
+inline constexpr std::uint32_t formula_limit = 4096;  ///< Greatest number of nodes.
 
-/// Everything that all rays of a job share.
+/// The data that all rays of a call share.
 struct Job {
-    std::uint32_t hamiltonian, integrator;  ///< indices into Module::hamiltonians, ::integrators
-    const double* parameters;  ///< of the Hamiltonian, in its declared order; of `formula` what Module::compile wrote
-    bool rescaled;                          ///< integrate Ω(q)·(H − H0) instead of H
+    std::uint32_t hamiltonian, integrator;  ///< Indices into Module::hamiltonians and Module::integrators.
+    const double* parameters;  ///< In the declared order; for `formula`, the programs that Module::compile wrote.
+    bool rescaled;             ///< Ω(q)·(H − H0) is integrated instead of H.
     double step;
-    double tolerance;         ///< local error of adaptive methods, relative to 1 + |value|
-    /// In a space that bounds its steps adaptive methods go no farther than this share of |q|: they leap over what lies
-    /// between their stages.
-    double longest_share = std::numeric_limits<double>::infinity();
-    double solver_tolerance;  ///< of implicit equations, relative; 0: to rounding
+    double tolerance;  ///< Local error of adaptive methods, relative to 1 + |value|.
+    double max_step_radius_ratio = std::numeric_limits<double>::infinity();  ///< Bound on adaptive steps / |q|.
+    double solver_tolerance;  ///< Relative residual of implicit equations; 0: the rounding error.
     std::uint32_t max_steps;
-    double escape_radius,
-        bends_within = std::numeric_limits<double>::infinity();  ///< of |q|; beyond the second rays are straight
-    double inner_escape_radius;  ///< rays that fall below it are escaped too, into a wormhole's other universe; 0:
-                                 ///< there is none
-    /// A ray that falls inward and will not come out is captured at once where nothing can be met further in: within
-    /// this |(x, y, stretch z)|.
-    double capture_within = std::numeric_limits<double>::infinity(), capture_stretch = 1;
-    double parameter_limit;  ///< infinity, or the λ at which every ray is ended exactly
-    bool use_symmetry;       ///< leave to each step's end the coordinates that do not occur in H, where the method can
+    double escape_radius;  ///< Radius |q| of the escape sphere.
+    double bending_radius = std::numeric_limits<double>::infinity();  ///< Radius |q| beyond which rays are straight.
+    double inner_escape_radius;  ///< A ray with a smaller |q| escapes into the second sheet; 0: there is none.
+    /// Inward rays that cannot return are captured within this |(x, y, capture_stretch·z)|: no surface is inside.
+    double capture_radius = std::numeric_limits<double>::infinity(), capture_stretch = 1;
+    double parameter_limit;  ///< λ at which every ray ends exactly; infinity: no limit.
+    bool use_symmetry;       ///< Cyclic coordinates are updated once per step if the method has `drift_kick`.
     HitModel hit;
-    double chord_tolerance;  ///< chords closer than this to the dense output are not split
-    std::uint32_t outputs;   ///< OutputBits
-    const Geometry* geometry;  ///< null: nothing to meet
-    const CameraRays* camera;  ///< either this
-    bool scanlines;            ///< … in packets that are runs of a row, as the paper's, instead of blocks
-    const RayStart* rays;      ///< or a list
-    bool refill;               ///< new rays into finished lanes
-    void (*path_sink)(void* user, const PathPoint*);  ///< null: no paths
+    double chord_tolerance;  ///< Steps are cut until each chord is within this distance of the dense output.
+    std::uint32_t outputs;   ///< OutputBits.
+    const Geometry* geometry;  ///< Null: there are no surfaces.
+    const CameraRays* camera;  ///< Null: the rays are those of `rays`.
+    bool scanlines;            ///< Packets of camera rays are runs of one row, as in the paper, not blocks of pixels.
+    const RayStart* rays;      ///< Null: the rays are those of `camera`.
+    bool refill;               ///< New rays are loaded into lanes whose ray has terminated.
+    void (*path_sink)(void* user, const PathPoint*);  ///< Null: paths are not reported.
     void* path_user;
-    bool timed;  ///< fill Counters::query_ticks and landing_ticks
-    bool (*halted)(void* user);  ///< asked every few dozen steps; true: the call returns at once, its tile half done.
-                                 ///< Null: never asked
-    void* halted_user;
+    bool timed;                     ///< Counters::query_ticks and refinement_ticks are measured.
+    bool (*cancelled)(void* user);  ///< Called every few dozen steps; if true, the tile is abandoned. May be null.
+    void* cancel_user;
 };
 
-/// The rays one call traces: the half-open pixel rectangle of a camera, or [x0, x1) of a list (y0 = 0, y1 = 1).
+/// The rays that one call traces: the half-open pixel rectangle of a camera, or [x0, x1) of a list (y0 = 0, y1 = 1).
 struct Tile {
     std::uint32_t x0, y0, x1, y1;
 };
 
-/// A packet of so many rays of a camera is a block of pixels so wide.
+/// Returns the width in pixels of the block that a packet of camera rays covers.
 constexpr std::uint32_t block_width(std::uint32_t lanes) {
     return lanes >= 64 ? 8 : lanes >= 8 ? 4 : lanes >= 4 ? 2 : lanes;
 }
 
-/// Work done, summed over a call.
+/// The work of a call, summed over its rays.
 struct Counters {
     std::uint64_t active_lane_steps, issued_lane_steps;
-    std::uint64_t active_iterations, issued_iterations;  ///< lane-iterations of implicit solves
+    std::uint64_t active_iterations, issued_iterations;  ///< Lane-iterations of implicit solves.
     std::uint64_t steps, gradients, queries;
-    std::uint64_t ended[status_count];  ///< rays, by Status
-    std::uint64_t unrefined;            ///< … of which RayEnd says so
-    std::uint64_t query_ticks,
-        landing_ticks;  ///< of the processor's clock (rdtsc), in queries and in refining hits; only with Job::timed
+    std::uint64_t ended[status_count];            ///< Number of rays with each Status.
+    std::uint64_t unrefined;                      ///< Number of rays with RayEnd::unrefined.
+    std::uint64_t query_ticks, refinement_ticks;  ///< Ticks of rdtsc in queries and refinement; requires Job::timed.
 };
 
-/// Floating-point operations of a method, counted in what it runs: see kernels/integrators/costs.h.
+/// The numbers of floating-point operations of a method for one ray (kernels/integrators/costs.h).
 struct Operations {
     double per_gradient, per_step;
-    double per_step_alone;  ///< where rays meet nothing, and the method need not come back to points of space
+    /// The same as per_step in a scene without surfaces, where orbit methods stay in the orbit plane.
+    double per_step_without_surfaces;
 };
 
-/// One way of running a job.
+/// A kernel: one combination of strategy, precision and packet width.
 struct KernelInfo {
     Strategy strategy;
     Precision precision;
     Form form;
-    std::uint32_t lanes, registers;  ///< rays per packet, registers per variable
+    std::uint32_t lanes, registers;  ///< Rays per packet; registers per variable.
     /// Traces a tile. `ends` receives (x1−x0)·(y1−y0) entries, row by row.
     void (*trace)(const Job*, const Tile*, RayEnd* ends, Counters*);
-    /// Null when it serves the space and the method (which straight rays have none of) as far as the module does, else
-    /// why not. A null pointer: it serves them all.
+    /// Returns null if the kernel supports this space and method, else the reason. A null pointer means full support.
     const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight);
 };
 
-/// What `kagero_kernels()` returns; lives as long as the module is loaded.
+/// The result of `kagero_kernels()`; valid as long as the module is loaded.
 struct Module {
-    std::uint32_t abi;  ///< must equal abi_version
+    std::uint32_t abi;  ///< Must equal abi_version.
     const char *isa, *compiler;
     const HamiltonianInfo* hamiltonians;
     std::uint32_t hamiltonian_count;
@@ -322,42 +301,39 @@ struct Module {
     const KernelInfo* kernels;
     std::uint32_t kernel_count;
 
-    /// Null when the integrator serves the Hamiltonian, rescaled or as it is, else why not.
+    /// Returns null if the integrator supports the Hamiltonian, rescaled or not, else the reason.
     const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled);
-    /// True where these parameters make every ray straight, so that no integrator is needed.
+    /// Returns true if these parameters make every ray straight, so that no integrator is needed.
     bool (*straight)(std::uint32_t hamiltonian, const double* parameters);
-    /// The radius |q| inside of which lies another universe, mirrored by inversion; 0 where there is none.
+    /// Returns the radius |q| of the throat; the second sheet is inside, mirrored by inversion. 0: there is no throat.
     double (*throat_radius)(std::uint32_t hamiltonian, const double* parameters);
-    /// The radius |q| beyond which rays are straight; infinity where none is known.
-    double (*bends_within)(std::uint32_t hamiltonian, const double* parameters);
-    /// The hole at its origin; of a formula none is known.
+    /// Returns the radius |q| beyond which rays are straight; infinity if no such radius is declared.
+    double (*bending_radius)(std::uint32_t hamiltonian, const double* parameters);
+    /// Returns the black hole at the origin; a formula has none.
     Hole (*hole)(std::uint32_t hamiltonian, const double* parameters);
-    /// The momenta an observer of this kind at q assigns to directions of its rest frame.
+    /// Computes the map from directions in the rest frame of an observer at q to momenta.
     Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
-    /// The state with dq/dλ along d and H = H0.
+    /// Computes the start of a ray at q with dq/dλ along d and H = H0.
     Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3],
                      RayStart*);
-    /// p · u: the frequency of a ray as matter at q sees it that moves with the velocity v = dx/dt; `time` is −1 for
-    /// rays of a falling observer, else 1. Not a number where v is no velocity of matter; 1 in an index medium, where
-    /// nothing moves and the frequency is the same everywhere.
+    /// Returns p · u, the frequency of a ray for matter at q that moves with the velocity v = dx/dt. `time_sign` is −1
+    /// for rays of a falling observer, else 1. NaN if |v| is not below the speed of light; 1 in an index medium.
     double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3],
-                        double pt, const double v[3], double time);
+                        double pt, const double v[3], double time_sign);
 
-    /// Differentiates a formula and writes its programs, which stand for the parameters of the Hamiltonian `formula`,
-    /// to `program_size` numbers. Null when that worked, else why not.
+    /// Differentiates a formula; writes its programs, `program_size` numbers. Returns null on success, else the reason.
     const char* (*compile)(const Formula*, double* programs);
     std::uint32_t program_size;
-    /// Null when the integrator serves these programs, else why not.
+    /// Returns null if the integrator supports these programs, else the reason.
     const char* (*formula_refusal)(const double* programs, std::uint32_t integrator);
 
-    /// What a gradient and a step of this integrator cost one ray.
+    /// Returns the numbers of floating-point operations of one ray with this integrator.
     Operations (*operations)(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator,
                              bool rescaled);
-    /// The most that the roundings of this method, in the job's space, can do to what is seen at the ends of rays,
-    /// where numbers have this half of a last place: pixels, by a reverse sweep along their paths.
-    void (*bound_roundings)(const Job*, const RayPath*, std::uint32_t count, double half_place, double* pixels);
-    /// Multiply-adds that wait for nothing: the most this instruction set can do. Returns the floating-point operations
-    /// done.
+    /// Writes, for each path, a bound in pixels on the effect of rounding errors on the film position of its end, by a
+    /// reverse sweep along the path. `unit_roundoff` is that of the number type: half a unit in the last place of 1.
+    void (*bound_roundings)(const Job*, const RayPath*, std::uint32_t count, double unit_roundoff, double* pixels);
+    /// Runs multiply-adds at the peak rate of the instruction set. Returns the number of floating-point operations.
     double (*multiply_adds)(Precision, std::uint64_t rounds);
 };
 

@@ -1,4 +1,4 @@
-/// Invariants that development builds check.
+/// KAGERO_ASSERT checks invariants in development builds.
 #pragma once
 
 #ifdef KAGERO_ASSERTIONS
@@ -14,8 +14,8 @@ namespace kagero {
 
 }  // namespace kagero
 
-/// Ends the process with the condition and its place where the condition is false; free of side effects. Release builds
-/// do not evaluate it: they check input, which is reported as an InputError, and trust invariants.
+/// Prints the condition, file and line, and aborts, if the condition is false. The condition must have no side effects:
+/// release builds do not evaluate it. Invalid input is not an assertion failure but an InputError, in every build.
 #define KAGERO_ASSERT(condition) ((condition) ? void() : ::kagero::assertion_failed(#condition, __FILE__, __LINE__))
 #else
 #define KAGERO_ASSERT(condition) static_cast<void>(sizeof((condition) ? 1 : 0))

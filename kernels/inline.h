@@ -1,7 +1,7 @@
-/// Functions that are inlined wherever they are used.
+/// KAGERO_INLINE marks functions that the compiler must inline at every call.
 #pragma once
 
-#ifdef KAGERO_SANITIZED  // checks multiply what is inlined, and with it the time of compiling
+#ifdef KAGERO_SANITIZED  // sanitizer checks enlarge inlined code so much that it would compile too slowly
 #define KAGERO_INLINE inline
 #else
 #define KAGERO_INLINE inline __attribute__((always_inline))

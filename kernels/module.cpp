@@ -1,4 +1,4 @@
-/// What a kernel module exports: the tables of Hamiltonians, integrators and kernels, behind one function.
+// The exported function of a kernel module, and the tables of Hamiltonians, integrators and kernels that it returns.
 #include "kernels/formula/operations.h"
 #include "kernels/formula/programs.h"
 #include "kernels/simd/peak.h"
@@ -33,22 +33,39 @@ HamiltonianInfo info_of() {
         .captures = Capturing<H>,
         .discontinuous = HasDiscontinuity<H>,
         .bounds_steps = BoundsSteps<H>,
-        .far_sided = TwoSheeted<H>,
+        .has_second_sheet = TwoSheeted<H>,
     };
     const Axes cyclic = space_kernel<H, double>(Rescalable<H>).cyclic;
-    info.cyclic[0] = cyclic.x, info.cyclic[1] = cyclic.y, info.cyclic[2] = cyclic.z;
+    info.cyclic[0] = cyclic.x;
+    info.cyclic[1] = cyclic.y;
+    info.cyclic[2] = cyclic.z;
     if constexpr (requires { H::step_goes_with; }) info.step_goes_with = H::step_goes_with;
     if constexpr (requires { H::index_parameter; }) info.index_parameter = H::index_parameter;
-    if constexpr (requires { H::orbit_method; }) info.orbit_method = H::orbit_method, info.orbit_step = H::orbit_step;
+    if constexpr (requires { H::orbit_method; }) {
+        info.orbit_method = H::orbit_method;
+        info.orbit_step = H::orbit_step;
+    }
     return info;
 }
 const HamiltonianInfo hamiltonian_infos[] = {
 #define KAGERO_HAMILTONIAN(TYPE) info_of<hamiltonians::TYPE>(),
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
-    {.name = "formula", .what = "any Hamiltonian, written in the scene", .formula = "space.H = \"...\" in x y z px py pz pt",
-     .source = "docs/hamiltonians.md", .conserved = "", .parameters = nullptr, .parameter_count = 0, .spacetime = false,
-     .rescales = false, .level = 0, .method = "gauss8", .step = 0.1, .bounded = true, .captures = true, .bounds_steps = true},
+    {.name = "formula",
+     .what = "a Hamiltonian that is written in the scene",
+     .formula = "space.H = \"...\" in x y z px py pz pt",
+     .source = "docs/how-to/write-a-hamiltonian.md",
+     .conserved = "",
+     .parameters = nullptr,
+     .parameter_count = 0,
+     .spacetime = false,
+     .rescales = false,
+     .level = 0,
+     .method = "gauss8",
+     .step = 0.1,
+     .bounded = true,
+     .captures = true,
+     .bounds_steps = true},
 };
 constexpr std::uint32_t formula_index = std::size(hamiltonian_infos) - 1;
 
@@ -63,12 +80,13 @@ constexpr KernelInfo kernel_of(Strategy strategy, Precision precision) {
     return {strategy, precision, Form::none, lane_count<V>, ValueTraits<V>::registers, trace_entry<V>, nullptr};
 }
 
-/// A list that is filled at compile time.
+/// The list of kernels, filled at compile time.
 struct Kernels {
     KernelInfo list[64]{};
     std::uint32_t count = 0;
 
     constexpr void add(const KernelInfo& kernel) { list[count++] = kernel; }
+    /// Adds the gangs with the given numbers of rays that consist of more than one packet.
     template <class V, int... lanes>
     constexpr void add_gangs(Precision precision, std::integer_sequence<int, lanes...>) {
         const auto add_gang = [&]<int rays>() {
@@ -84,23 +102,23 @@ using GangLengths = std::integer_sequence<int,
 #include "gangs.inc"
                                           >;
 
-/// Those that serve every space first: of each strategy and precision the first is the one that is taken unasked. Gangs
-/// last: they stand in for packets of their width.
+/// All kernels. The first kernel of each strategy and precision is the default, so it must support every space. Gangs
+/// are last, so that a packet of the same number of lanes has precedence.
 constexpr Kernels kernels = [] {
     Kernels all;
     all.add(kernel_of<PacketDouble>(Strategy::packet, Precision::float64));
     all.add(kernel_of<PacketFloat>(Strategy::packet, Precision::float32));
     all.add(kernel_of<double>(Strategy::scalar, Precision::float64));
     all.add(kernel_of<float>(Strategy::scalar, Precision::float32));
-#define KAGERO_WAY(WAY) all.add(compared_kernel_of<WAY>());
-    KAGERO_WAYS(KAGERO_WAY)
-#undef KAGERO_WAY
+#define KAGERO_VECTORIZATION(VECTORIZATION) all.add(compared_kernel_of<VECTORIZATION>());
+    KAGERO_VECTORIZATIONS(KAGERO_VECTORIZATION)
+#undef KAGERO_VECTORIZATION
     all.add_gangs<PacketDouble>(Precision::float64, GangLengths{});
     all.add_gangs<PacketFloat>(Precision::float32, GangLengths{});
     return all;
 }();
 
-/// Calls visit.operator()<H>() with the Hamiltonian of an index; `formula` has no type of its own and is served before.
+/// Calls visit.operator()<H>() with the Hamiltonian type of an index, which must not be that of `formula`.
 template <class Visit>
 auto visit_hamiltonian(std::uint32_t index, const Visit& visit) {
     std::uint32_t i = 0;
@@ -113,25 +131,26 @@ auto visit_hamiltonian(std::uint32_t index, const Visit& visit) {
 
 const char* formula_refusal(const double* programs, std::uint32_t integrator) {
     const formula::Programs& p = formula::programs_in(programs);
-    const Kind kind = methods[integrator].kind;
-    if (kind == Kind::recipe && !p.parted && !p.rescaled) return "it states no parts H_A and H_B (space.parts)";
+    const StepperKind kind = methods[integrator].kind;
+    if (kind == StepperKind::recipe && !p.parted && !p.rescaled)
+        return "the formula does not state the parts H_A and H_B (space.parts)";
     return formula::space_kernel<double>(p).refusal[static_cast<int>(kind)];
 }
 
 const char* compile(const Formula* formula, double* programs) {
-    formula::Programs& to = *new (programs) formula::Programs;
-    if (formula->energy >= 0) return formula::compile(*formula, nullptr, to);
+    formula::Programs& out = *new (programs) formula::Programs;
+    if (formula->energy >= 0) return formula::compile(*formula, nullptr, out);
     return visit_hamiltonian(formula->hamiltonian, [&]<class H>() -> const char* {
         if (HasDiscontinuity<H>)
-            return "the slope of its H jumps at a surface, where steps must end: it is not rescaled";
-        return formula::compile(*formula, &formula::rerecorded<H>, to);
+            return "the gradient of its H is discontinuous at a surface, so H cannot be rescaled";
+        return formula::compile(*formula, &formula::rerecorded<H>, out);
     });
 }
 
 const char* refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) {
-    if (hamiltonian == formula_index) return "it depends on the formula: see formula_refusal";
+    if (hamiltonian == formula_index) return "support depends on the formula; call formula_refusal";
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> const char* {
-        if (rescaled && !Rescalable<H>) return "its Hamiltonian declares no rescaling";
+        if (rescaled && !Rescalable<H>) return "its Hamiltonian does not declare a time rescaling";
         return space_kernel<H, double>(rescaled).refusal[static_cast<int>(methods[integrator].kind)];
     });
 }
@@ -150,12 +169,12 @@ double throat_radius(std::uint32_t hamiltonian, const double* parameters) {
     });
 }
 
-double bends_within(std::uint32_t hamiltonian, const double* parameters) {
+double bending_radius(std::uint32_t hamiltonian, const double* parameters) {
     constexpr double everywhere = std::numeric_limits<double>::infinity();
     if (hamiltonian == formula_index) return everywhere;
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
-        if constexpr (requires { H::bends_within(make_parameters<H>(parameters)); })
-            return H::bends_within(make_parameters<H>(parameters));
+        if constexpr (requires { H::bending_radius(make_parameters<H>(parameters)); })
+            return H::bending_radius(make_parameters<H>(parameters));
         else return everywhere;
     });
 }
@@ -169,7 +188,8 @@ Hole hole(std::uint32_t hamiltonian, const double* parameters) {
     });
 }
 
-/// Of a formula observers at rest are known.
+/// Computes the map from directions to momenta for a `static` or `coordinate` observer in the spacetime of a formula.
+/// Other observers are not defined there.
 Failure observe_formula(ObserverKind kind, const formula::Programs& programs, const double (&q)[3], StartMap& map) {
     map = {};
     if (kind == ObserverKind::zamo || kind == ObserverKind::falling) return Failure::no_observer;
@@ -183,33 +203,37 @@ Failure observe_formula(ObserverKind kind, const formula::Programs& programs, co
                       map);
 }
 
-Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double at[3],
+Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double position[3],
                 StartMap* map) {
     double q[3];
-    copy(at, q);
+    copy(position, q);
     if (hamiltonian == formula_index) return observe_formula(kind, formula::programs_in(parameters), q, *map);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe<H>(kind, parameters, q, *map); });
 }
 
-Failure start(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3],
+Failure start(std::uint32_t hamiltonian, const double* parameters, const double position[3], const double direction[3],
               RayStart* out) {
     double q[3], d[3];
-    copy(at, q), copy(along, d);
+    copy(position, q);
+    copy(direction, d);
     if (hamiltonian == formula_index) return formula::start_along(formula::programs_in(parameters), q, d, *out);
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return start_along<H>(parameters, q, d, *out); });
 }
 
-double frequency(std::uint32_t hamiltonian, const double* parameters, const double at[3], const double along[3],
-                 double pt, const double velocity[3], double time) {
+double frequency(std::uint32_t hamiltonian, const double* parameters, const double position[3],
+                 const double momentum[3], double pt, const double velocity[3], double time_sign) {
     double q[3], p[3], v[3];
-    copy(at, q), copy(along, p), copy(velocity, v);
+    copy(position, q);
+    copy(momentum, p);
+    copy(velocity, v);
     if (hamiltonian == formula_index) {
         Matrix<4> inverse_metric;
         return formula::inverse_metric_of(formula::programs_in(parameters), q, inverse_metric)
-                   ? frequency_in(inverse_metric, p, pt, v, time)
+                   ? frequency_in(inverse_metric, p, pt, v, time_sign)
                    : 1;
     }
-    return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v, time); });
+    return visit_hamiltonian(hamiltonian,
+                             [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v, time_sign); });
 }
 
 Operations operations(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator, bool rescaled) {
@@ -242,7 +266,7 @@ const Module module{
     .refusal = refusal,
     .straight = is_straight,
     .throat_radius = throat_radius,
-    .bends_within = bends_within,
+    .bending_radius = bending_radius,
     .hole = hole,
     .observe = observe,
     .start = start,

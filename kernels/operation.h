@@ -1,4 +1,4 @@
-/// The operations of the table by number: `Op`, the struct of each, and the constants of its row.
+/// The enumeration `Op` of the operations in operation_table.h, and the struct and constants of each operation.
 #pragma once
 
 #include "kernels/operation_table.h"
@@ -8,7 +8,7 @@
 
 namespace kagero {
 
-/// Leaves are a number, a parameter of H, and a variable of the ray.
+/// The operations. The first three are leaves: a constant number, a parameter of H, and a component of the ray state.
 enum class Op : std::uint8_t {
     constant, parameter, input,
 #define KAGERO_OPERATION(OP, OPERATION) OP,
@@ -28,11 +28,11 @@ KAGERO_OPERATIONS(KAGERO_OPERATION)
 
 }  // namespace detail
 
-/// The struct of an operation.
+/// The struct in operation_table.h that defines an operation.
 template <Op op>
 using Operation = typename detail::OperationAt<op>::Type;
 
-/// The constants of a row.
+/// The constants of an operation, copied from its struct. Their meaning is given in operation_table.h.
 struct OperationInfo {
     const char* name = "";
     int operands = 0;
@@ -40,7 +40,7 @@ struct OperationInfo {
     bool is_library = false, is_abbreviation = false;
     constexpr bool has_function_name() const { return name[0] >= 'a' && name[0] <= 'z'; }
 };
-/// By operation; leaves have nothing.
+/// The constants of all operations, indexed by `Op`. Leaves have the default values.
 inline constexpr OperationInfo operation_infos[] = {
     {}, {}, {},
 #define KAGERO_OPERATION(OP, OPERATION)                                                                          \
@@ -53,7 +53,7 @@ inline constexpr int op_count = sizeof(operation_infos) / sizeof(OperationInfo),
 
 constexpr const OperationInfo& info_of(Op op) { return operation_infos[static_cast<int>(op)]; }
 
-#ifdef KAGERO_ISA  // kernels alone
+#ifdef KAGERO_ISA  // only in kernel modules
 namespace detail {
 
 template <Op op, class T, int operands>
@@ -62,7 +62,7 @@ concept ComposedFor = Operation<op>::is_composed && Operation<op>::operands == o
 
 }  // namespace detail
 
-/// Composed functions of plain numbers and packets.
+/// Defines the composed functions of the table for scalars, packets and Quad.
 #define KAGERO_OPERATION(OP, OPERATION)                                                             \
     template <class T>                                                                              \
         requires detail::ComposedFor<Op::OP, T, 1>                                                  \

@@ -1,28 +1,27 @@
 /// The operations that a Hamiltonian may use: one struct each, and one row each of the table at the end of this file.
 ///
-/// The tape, programs, dual numbers, forward mode, rounding bounds, operation counts, the interpreter and the parser
-/// of formulas all iterate over the table. To add a function, write its struct, append its row to `KAGERO_FUNCTIONS`,
-/// and change nothing else.
+/// The tape, programs, dual numbers, rounding bounds, operation counts, and the interpreter and the parser of formulas
+/// all iterate over the table. To add a function, write its struct and append its row to `KAGERO_FUNCTIONS`.
 ///
-/// A struct states
-///   name             what a formula calls the function; operators have their symbol, and other operations ""
-///   operands         1 or 2; fused operations have 3
-///   flops            floating-point operations, counted as lower bounds: signs and comparisons count nothing
-///   rounding         the greatest rounding error of a result, in units of half its last place
-///   is_library       the function costs about as much as 40 operations; interpreters call it instead of inlining it
-///   is_composed      `value` uses other functions; else every number type has a function of this name, as in
-///                    simd/lanes.h, simd/circular.h and numeric/quad.h
-///   is_abbreviation  the tape records other operations in its place, so that it needs no derivative
-///   value(a, b)      the result; y below
-///   derivative(a, y), or derivative_a and derivative_b(a, b, y)
-/// and, where it needs them,
-///   recorded(a)      what the tape records for an abbreviation, where that is not `value`
-///   total(a, b)      `value` where an operand may be 0, infinite or not a number; used for uniforms and formulas
-///   first(a, b)      the result is the first operand where this holds, else the second; replaces the derivatives
-///   adjoint(d, a, y), or adjoint_a and adjoint_b(d, a, b, y)
-///                    d·∂y/∂a on the tape, where its factors need an order of their own; else d·derivative
-/// All of them are generic in the number type: plain numbers, packets, dual numbers, and numbers that record.
-/// Arithmetic has no derivative here, because each number type defines its own.
+/// Members of a struct:
+///   name             name of the function in formulas; the symbol of an operator; "" for other operations
+///   operands         1 or 2; 3 for fused operations
+///   flops            lower bound on the number of floating-point operations; signs and comparisons count as 0
+///   rounding         bound on the rounding error of the result, in units of half a unit in the last place
+///   is_library       true if the function costs about 40 operations; interpreters then call it instead of inlining it
+///   is_composed      true if `value` uses other functions. Otherwise each number type has a function of this name, as
+///                    in simd/lanes.h, simd/circular.h and numeric/quad.h.
+///   is_abbreviation  true if the tape records other operations instead, so that no derivative is needed
+///   value(a, b)      the result, called y below
+///   derivative(a, y), or derivative_a(a, b, y) and derivative_b(a, b, y)
+/// Optional members:
+///   recorded(a)      the operations that the tape records for an abbreviation; default: those of `value`
+///   total(a, b)      `value` for operands that may be 0, infinite or NaN; used for uniforms and formulas
+///   first(a, b)      true if the result is the first operand, false if it is the second; replaces the derivatives
+///   adjoint(d, a, y), or adjoint_a(d, a, b, y) and adjoint_b(d, a, b, y)
+///                    d·∂y/∂a as recorded on the tape, if the order of its factors matters; default: d·derivative
+/// All functions are generic in the number type: scalars, packets, dual numbers and `Recorded` numbers.
+/// The arithmetic operations have no derivative here because each number type defines the derivative.
 #pragma once
 
 #include "kernels/inline.h"
@@ -41,19 +40,19 @@ struct Arithmetic {
     static constexpr double flops = 1, rounding = 1;
     static constexpr bool is_library = false, is_composed = false, is_abbreviation = false;
 };
-/// A function that every number type has.
+/// A function that every number type defines.
 template <int n>
 struct Function : Arithmetic<n> {
-    /// The quick reciprocals of simd/lanes.h are within two last places. Other functions are taken to be as good.
+    /// The fast reciprocals of simd/lanes.h have errors below 2 ulp. The same bound is assumed for other functions.
     static constexpr double rounding = 4;
     static constexpr bool is_library = true;
 };
-/// A function whose `value` uses other functions. It states its own flops and rounding.
+/// A function whose `value` uses other functions. The derived struct must define flops and rounding.
 template <int n>
 struct ComposedFunction : Arithmetic<n> {
     static constexpr bool is_library = true, is_composed = true;
 };
-/// The lesser or greater of two operands. Where these are equal it is the first.
+/// The minimum or maximum of two operands. If the operands are equal, the result is the first.
 struct Selection : Arithmetic<2> {
     static constexpr double rounding = 0;
 };
@@ -75,7 +74,7 @@ struct Mul : Arithmetic<2> {
     template <class T>
     KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return a * b; }
 };
-/// a·(1/b) on the tape.
+/// Division; the tape records a·(1/b).
 struct Div : Arithmetic<2> {
     static constexpr const char* name = "/";
     static constexpr bool is_abbreviation = true;
@@ -89,7 +88,7 @@ struct Neg : Arithmetic<1> {
     KAGERO_INLINE static constexpr T value(const T& a) { return -a; }
 };
 
-/// Fused operations replace a product and a sum after recording; the tape has none.
+/// Fused operations replace a product and a sum when a program is extracted from the tape; tapes contain none.
 struct MulAdd : Arithmetic<3> {  // a·b + c
     static constexpr double flops = 2;
     template <class T>
@@ -132,7 +131,7 @@ struct Rsqrt : Function<1> {
     KAGERO_INLINE static constexpr T total(const T& a) { return total_rsqrt(a); }
     template <class T>
     KAGERO_INLINE static constexpr T derivative(const T&, const T& y) { return T(-0.5) * (y * y * y); }
-    /// Shares y·y with the derivatives of other powers of y.
+    /// Computes y·y as a separate factor, which derivatives of other powers of y can share.
     template <class T>
     static constexpr T adjoint(const T& d, const T&, const T& y) { return T(-0.5) * ((d * y) * (y * y)); }
 };
@@ -200,7 +199,7 @@ struct Min : Selection {
     static constexpr const char* name = "min";
     template <class T>
     KAGERO_INLINE static constexpr T value(const T& a, const T& b) { return min(a, b); }
-    /// NaN if the first operand is NaN. Dual numbers have no such comparison, and do without.
+    /// Returns NaN if the first operand is NaN. Dual numbers do not support this comparison; for them this is `value`.
     template <class T>
     KAGERO_INLINE static constexpr T total(const T& a, const T& b) {
         if constexpr (requires { a <= a; }) return select(a <= a, min(a, b), a);
@@ -221,7 +220,7 @@ struct Max : Selection {
     template <class T>
     KAGERO_INLINE static constexpr auto first(const T& a, const T& b) { return a >= b; }
 };
-/// 1 where a ≥ b, else 0.
+/// The step function: 1 if a ≥ b, else 0. Its derivative is taken as 0.
 struct AtLeast : ComposedFunction<2> {
     static constexpr double flops = 0, rounding = 0;
     static constexpr bool is_library = false;
@@ -239,8 +238,8 @@ struct Abs : Arithmetic<1> {
 
 }  // namespace operations
 
-/// The table: X(name in `Op`, struct). Where two operations are ready equally often, the scheduler of formulas takes
-/// the one that comes first here, so new rows go to the end of a list.
+/// The table: X(name in `Op`, struct). The scheduler of formula programs prefers the earlier row if two operations are
+/// equally frequent among those that are ready; new rows therefore go to the end of a list.
 #define KAGERO_ARITHMETIC(X) X(add, Add) X(sub, Sub) X(mul, Mul) X(div, Div) X(neg, Neg)
 #define KAGERO_FUNCTIONS(X) \
     X(recip, Recip)         \

@@ -5,11 +5,11 @@
 
 namespace kagero {
 
-/// The unit of a parameter: a power of length, by which the parameter scales when a scene is measured in another unit
-/// of length.
+/// The unit of a parameter: a power of length. The parameter is scaled by this power if a scene is converted to another
+/// unit of length.
 enum class Unit : std::uint8_t { number, whole_number, length, per_length, per_length_squared, per_length_cubed };
 
-/// The exponent of length in a unit.
+/// Returns the exponent of length in a unit.
 constexpr int power_of_length(Unit unit) {
     switch (unit) {
         case Unit::length: return 1;

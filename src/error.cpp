@@ -6,22 +6,23 @@ namespace kagero {
 
 namespace {
 
-std::string located(const Place& place, const std::string& message) {
-    std::string text = place.file;
-    if (place.line > 0) {
-        text += ':' + std::to_string(place.line);
-        if (place.column > 0) text += ':' + std::to_string(place.column);
+/// Returns "file:line:column: message", without the parts that are unknown.
+std::string located(const FileLocation& location, const std::string& message) {
+    std::string text = location.file;
+    if (location.line > 0) {
+        text += ':' + std::to_string(location.line);
+        if (location.column > 0) text += ':' + std::to_string(location.column);
     }
     return text.empty() ? message : text + ": " + message;
 }
 
 }  // namespace
 
-InputError::InputError(const Place& at, const std::string& message)
-    : std::runtime_error(located(at, message)), place(at) {}
+InputError::InputError(const FileLocation& at, const std::string& message)
+    : std::runtime_error(located(at, message)), location(at) {}
 
 std::size_t edit_distance(const std::string& a, const std::string& b) {
-    // Rows i−2, i−1 and i of the table of distances between the first i letters of a and the first j of b.
+    // Rows i−2, i−1 and i of the table of distances between the first i letters of a and the first j letters of b.
     std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
     for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
     for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -40,7 +41,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 std::string near_match(const std::string& word, const std::vector<std::string>& known) {
     std::string nearest;
-    // Of a single letter every other one is as near.
+    // A single letter has the same distance from all other letters, so it has no near match.
     std::size_t least = word.size() < 2 ? 1 : std::max<std::size_t>(1, word.size() / 3) + 1;
     for (const std::string& name : known) {
         const std::size_t distance = edit_distance(word, name);
@@ -52,7 +53,7 @@ std::string near_match(const std::string& word, const std::vector<std::string>& 
     return nearest;
 }
 
-void enumerate(std::string& list, const std::string& next) {
+void append_to_list(std::string& list, const std::string& next) {
     list += (list.empty() ? "" : ", ") + next;
 }
 

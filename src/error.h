@@ -1,4 +1,4 @@
-/// The errors of the program, and words for their messages.
+/// The errors of the program, and functions for their messages.
 #pragma once
 
 #include <kagero/error.h>
@@ -8,13 +8,14 @@
 
 namespace kagero {
 
-/// Damerau–Levenshtein distance (optimal string alignment).
+/// Returns the Damerau–Levenshtein distance (optimal string alignment) of two words.
 std::size_t edit_distance(const std::string& a, const std::string& b);
 
-/// The entry of `known` closest to `word`, or "" when none is near (distance ≤ max(1, length/3)).
+/// Returns the entry of `known` that is nearest to `word`, or "" if no entry is near. An entry is near if its distance
+/// is at most max(1, length/3).
 std::string near_match(const std::string& word, const std::vector<std::string>& known);
 
-/// Adds to a list as sentences have them: "a, b, c".
-void enumerate(std::string& list, const std::string& next);
+/// Appends an item to a list in a sentence: "a, b" becomes "a, b, c".
+void append_to_list(std::string& list, const std::string& next);
 
 }  // namespace kagero

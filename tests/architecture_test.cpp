@@ -1,12 +1,10 @@
-// Who may look into whom: the rooms of the house, checked on the sources themselves.
+// Rules for the structure of the sources: layers, includes, and the folders that may use each library.
+#include "tests/support/sources.h"
+
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,60 +14,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Source {
-    std::string path;  ///< from the top of the repository
-    std::vector<std::string> lines;
-    std::vector<std::string> includes;  ///< as written, without quotes or brackets
-    std::string code;                   ///< without comments and strings
-};
-
-/// Text without comments and the contents of string literals; line ends stay.
-std::string code_of(const std::string& text) {
-    static const std::regex unwanted(R"rx("(?:[^"\\\n]|\\.)*"|//[^\n]*|/\*[^*]*\*+(?:[^/*][^*]*\*+)*/)rx");
-    return std::regex_replace(text, unwanted, " ");
-}
-
-std::vector<Source> sources_below(const std::string& room) {
-    static const std::regex include(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
-    std::vector<Source> all;
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(KAGERO_SOURCE) / room)) {
-        const std::string extension = entry.path().extension().string();
-        if (extension != ".h" && extension != ".cpp" && extension != ".in") continue;
-        Source& source = all.emplace_back();
-        source.path = fs::relative(entry.path(), KAGERO_SOURCE).generic_string();
-        std::ifstream file(entry.path());
-        std::string text;
-        for (std::string line; std::getline(file, line); text += line + '\n') {
-            std::smatch found;
-            if (std::regex_search(line, found, include)) source.includes.push_back(found[1]);
-            source.lines.push_back(line);
-        }
-        source.code = code_of(text);
-    }
-    std::sort(all.begin(), all.end(), [](const Source& a, const Source& b) { return a.path < b.path; });
-    EXPECT_FALSE(all.empty()) << room;
-    return all;
-}
-
-/// "kernels/integrators/gauss.h" → "stepping"; "" for files that lie in no room.
-std::string room_of(const std::string& path) {
+/// Returns the folder directly below src or kernels: "integrators" for "kernels/integrators/gauss.h"; "" if the file is
+/// not in such a folder.
+std::string layer_of(const std::string& path) {
     const std::size_t first = path.find('/'), second = path.find('/', first + 1);
     return second == std::string::npos ? "" : path.substr(first + 1, second - first - 1);
 }
 
-bool starts_with(const std::string& text, const std::string& start) {
-    return text.rfind(start, 0) == 0;
-}
-
-/// A header and the source file of the same name: "src/plan/view".
+/// Returns the path without its extension, which a header and its implementation share.
 std::string unit_of(const std::string& path) {
     return path.substr(0, path.rfind('.'));
 }
 
-/// Which units each unit includes, of the files below a room; `prefix` comes before what is written between quotes.
-std::map<std::string, std::set<std::string>> include_graph(const std::string& room, const std::string& prefix) {
+/// Returns the units that each unit below a folder includes. `prefix` leads from the root of the repository to the
+/// folder that the includes are relative to.
+std::map<std::string, std::set<std::string>> include_graph(const std::string& folder, const std::string& prefix) {
     std::map<std::string, std::set<std::string>> graph;
-    for (const Source& source : sources_below(room)) {
+    for (const Source& source : sources_below(folder)) {
         if (source.path.ends_with(".in")) continue;
         const std::string own = unit_of(source.path);
         std::set<std::string>& included = graph[own];
@@ -81,7 +42,7 @@ std::map<std::string, std::set<std::string>> include_graph(const std::string& ro
     return graph;
 }
 
-/// The first cycle of a graph, "a > b > a", or "".
+/// Returns the first cycle of a graph as "a > b > a", or "".
 std::string cycle_in(const std::map<std::string, std::set<std::string>>& graph) {
     std::vector<std::string> path;
     std::set<std::string> done;
@@ -104,12 +65,13 @@ std::string cycle_in(const std::map<std::string, std::set<std::string>>& graph) 
     return "";
 }
 
-/// The folder of a unit, below src or kernels: "src/report/error/error_map" → "report/error".
+/// Returns the path of a unit's folder relative to src or kernels: "report/error" for "src/report/error/error_map".
 std::string folder_of(const std::string& path) {
     const std::size_t first = path.find('/'), last = path.rfind('/');
     return first == last ? "" : path.substr(first + 1, last - first - 1);
 }
 
+/// Returns the folders that each folder includes, from the graph of units.
 std::map<std::string, std::set<std::string>> folder_graph(const std::map<std::string, std::set<std::string>>& units) {
     std::map<std::string, std::set<std::string>> folders;
     for (const auto& [unit, included] : units)
@@ -118,32 +80,32 @@ std::map<std::string, std::set<std::string>> folder_graph(const std::map<std::st
     return folders;
 }
 
-/// From the lowest layer to the highest; includes point to the same layer or down.
+/// The folders from the lowest layer to the highest. Includes point to the same layer or to a lower one.
 const std::vector<std::string> kernel_layers{"simd",      "numeric",      "autodiff",    "hamiltonians",
                                              "equations", "observers",    "integrators", "orbits",
                                              "recipe",    "intersection", "methods",     "formula",
                                              "events",    "trace",        "adjoint",     "comparison"};
 const std::vector<std::vector<std::string>> program_layers{
-    {"scene", "film", "modules", "formula"}, {"geometry"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"}, {"render"}, {"accuracy"}, {"tuning"},
-    {"study"}, {"stability"}, {"report"}, {"library"}, {"cli"}};
+    {"scene", "film", "modules", "formula"}, {"geometry"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"}, {"render"},
+    {"accuracy"}, {"tuning"}, {"study"}, {"stability"}, {"report"}, {"library"}, {"cli"}};
 
 TEST(Kernels, IncludeDownwards) {
-    const auto height = [&](const std::string& room) {
-        return std::find(kernel_layers.begin(), kernel_layers.end(), room) - kernel_layers.begin();
+    const auto height = [&](const std::string& folder) {
+        return std::find(kernel_layers.begin(), kernel_layers.end(), folder) - kernel_layers.begin();
     };
     for (const Source& source : sources_below("kernels")) {
-        // Templates the build writes units from, and the module, join the rooms.
-        if (source.path.ends_with(".cpp.in") || room_of(source.path).empty()) continue;
-        EXPECT_LT(height(room_of(source.path)), std::ptrdiff_t(kernel_layers.size()))
-            << source.path << " lies in a folder that is no layer";
+        // The module, and the templates of generated sources, may include every folder.
+        if (source.path.ends_with(".cpp.in") || layer_of(source.path).empty()) continue;
+        EXPECT_LT(height(layer_of(source.path)), std::ptrdiff_t(kernel_layers.size()))
+            << source.path << " is in a folder that is not listed as a layer";
         for (const std::string& name : source.includes) {
-            if (!starts_with(name, "kernels/") || room_of(name).empty()) continue;
-            EXPECT_LE(height(room_of(name)), height(room_of(source.path))) << source.path << " includes " << name;
+            if (!starts_with(name, "kernels/") || layer_of(name).empty()) continue;
+            EXPECT_LE(height(layer_of(name)), height(layer_of(source.path))) << source.path << " includes " << name;
         }
     }
 }
 
-// A header and its implementation are one: a cycle through both would tie them together as well.
+// A header and its implementation count as one unit, so that a cycle through both is found.
 TEST(Kernels, HaveNoCycles) {
     EXPECT_EQ(cycle_in(include_graph("kernels", "")), "");
 }
@@ -155,7 +117,7 @@ TEST(Program, HasNoCycles) {
     EXPECT_EQ(cycle_in(folder_graph(units)), "");
 }
 
-// Verbs, the program and the image module are reached through tables and function pointers.
+// Verbs, the main program and the image module are called through tables and have no header of their name.
 TEST(Program, ImplementsHeadersInFilesOfTheirNames) {
     for (const Source& source : sources_below("src")) {
         if (!source.path.ends_with(".cpp") || starts_with(source.path, "src/cli/verbs/") ||
@@ -163,17 +125,18 @@ TEST(Program, ImplementsHeadersInFilesOfTheirNames) {
             continue;
         ASSERT_FALSE(source.includes.empty()) << source.path;
         const std::string own = unit_of(source.path).substr(4) + ".h", name = own.substr(own.rfind('/') + 1);
-        const bool is_public = source.includes.front() == "kagero/" + name && starts_with(source.path, "src/library/");
+        const bool is_public =
+            source.includes.front() == "kagero/" + name && starts_with(source.path, "src/library/");
         EXPECT_TRUE(source.includes.front() == own || is_public) << source.path << " must include its own header first";
     }
 }
 
-TEST(Kernels, KnowNothingOfTheProgram) {
+TEST(Kernels, IncludeNothingOfTheProgram) {
     for (const Source& source : sources_below("kernels"))
         for (const std::string& name : source.includes) {
             const bool own = starts_with(name, "kernels/") || name.ends_with(".inc");
-            const bool plain = name.find('/') == std::string::npos && !name.ends_with(".h");  // of the standard library
-            EXPECT_TRUE(own || plain || name == "rtcore.h" || name == "xsimd/xsimd.hpp" || name == "immintrin.h")
+            const bool standard = name.find('/') == std::string::npos && !name.ends_with(".h");
+            EXPECT_TRUE(own || standard || name == "rtcore.h" || name == "xsimd/xsimd.hpp" || name == "immintrin.h")
                 << source.path << " includes " << name;
             for (const char* heavy : {"iostream", "ostream", "istream", "sstream", "fstream", "stdexcept", "exception",
                                       "vector", "string", "map", "memory", "functional", "thread", "mutex"})
@@ -181,17 +144,18 @@ TEST(Kernels, KnowNothingOfTheProgram) {
         }
 }
 
-// Inner loops neither throw nor allocate; placement new into given storage is neither.
+// Inner loops neither throw nor allocate. Placement new into given storage is allowed.
 TEST(Kernels, NeitherThrowNorAllocate) {
     static const std::regex words(
-        R"(\b(throw|try|catch|malloc|calloc|realloc|std::vector|std::string)\b|\bdelete\s*(\[\s*\])?\s*[A-Za-z_]|\bnew\s+[A-Za-z_])");
+        R"(\b(throw|try|catch|malloc|calloc|realloc|std::vector|std::string)\b)"
+        R"(|\bdelete\s*(\[\s*\])?\s*[A-Za-z_]|\bnew\s+[A-Za-z_])");
     for (const Source& source : sources_below("kernels")) {
         std::smatch found;
         EXPECT_FALSE(std::regex_search(source.code, found, words)) << source.path << ": " << found.str();
     }
 }
 
-TEST(Kernels, NameEachLibraryInOnePlace) {
+TEST(Kernels, IncludeEachLibraryInOneFile) {
     for (const Source& source : sources_below("kernels"))
         for (const std::string& name : source.includes) {
             EXPECT_TRUE(!starts_with(name, "xsimd") || source.path == "kernels/simd/lanes.h") << source.path;
@@ -201,9 +165,8 @@ TEST(Kernels, NameEachLibraryInOnePlace) {
         }
 }
 
-// A physicist's file: no word of SIMD.
-TEST(Kernels, HamiltoniansAreFormulas) {
-    static const std::regex words(R"(xsimd|__m\d|\blanes?\b|\bmask|\bbatch|\bpick\b|Embree|rtc[A-Z])");
+TEST(Kernels, WriteHamiltoniansWithoutSimdTerms) {
+    static const std::regex words(R"(xsimd|__m\d|\blanes?\b|\bmask|\bbatch|\bselect\b|Embree|rtc[A-Z])");
     for (const Source& source : sources_below("kernels/hamiltonians")) {
         if (!source.path.ends_with(".h")) continue;
         std::smatch found;
@@ -213,29 +176,29 @@ TEST(Kernels, HamiltoniansAreFormulas) {
 
 TEST(Program, IncludesDownwards) {
     const auto height = [](const std::string& path) {
-        const std::string room = path.substr(0, path.find('/'));
+        const std::string folder = path.substr(0, path.find('/'));
         for (std::size_t i = 0; i < program_layers.size(); ++i)
-            if (std::count(program_layers[i].begin(), program_layers[i].end(), room)) return int(i);
+            if (std::count(program_layers[i].begin(), program_layers[i].end(), folder)) return int(i);
         return -1;
     };
     for (const Source& source : sources_below("src")) {
         const int own = height(source.path.substr(4));
         if (source.path.find('/', 4) == std::string::npos) continue;  // src/error.h
-        EXPECT_GE(own, 0) << source.path << " lies in a folder that is no layer";
+        EXPECT_GE(own, 0) << source.path << " is in a folder that is not listed as a layer";
         for (const std::string& name : source.includes)
             EXPECT_LE(height(name), own) << source.path << " includes " << name;
     }
 }
 
-TEST(Program, SeesOfTheKernelsTheirAbiAlone) {
+TEST(Program, IncludesOnlyTheAbiOfTheKernels) {
     const std::set<std::string> shared{"kernels/abi.h", "kernels/assertion.h", "kernels/operation.h"};
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes)
             EXPECT_TRUE(!starts_with(name, "kernels/") || shared.count(name)) << source.path << " includes " << name;
 }
 
-TEST(Program, KeepsEachLibraryInItsRoom) {
-    const std::vector<std::pair<const char*, const char*>> homes{
+TEST(Program, UsesEachLibraryInOneFolder) {
+    const std::vector<std::pair<const char*, const char*>> folders{
         {"OpenImageIO/", "src/film/openimageio/"},
         {"toml++/", "src/scene/toml.cpp"},
         {"assimp/", "src/geometry/mesh.cpp"},
@@ -246,31 +209,29 @@ TEST(Program, KeepsEachLibraryInItsRoom) {
     };
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes) {
-            bool known = false, at_home = false;
-            for (const auto& [library, home] : homes) {
+            bool known = false, in_folder = false;
+            for (const auto& [library, folder] : folders) {
                 if (!starts_with(name, library)) continue;
                 known = true;
-                at_home = at_home || starts_with(source.path, home);
+                in_folder = in_folder || starts_with(source.path, folder);
             }
-            EXPECT_EQ(known, at_home) << source.path << " includes " << name;
+            EXPECT_EQ(known, in_folder) << source.path << " includes " << name;
         }
 }
 
-// A plan is a value: whoever needs another one takes a copy.
-TEST(Program, TakesNoPlanToChangeIt) {
+// Plans are values: a function that needs a different plan works on a copy.
+TEST(Program, TakesPlansByConstReference) {
     static const std::regex reference(R"((const\s+)?\b(Plan|Scene|View|RunConfig)\s*&)");
-    // The two that fill a view while it is made, for its maker alone.
-    const auto is_maker = [](const Source& source) { return source.path == "src/plan/view.cpp"; };
+    // view.cpp constructs a view with functions that fill parts of it.
     for (const Source& source : sources_below("src")) {
-        if (is_maker(source)) continue;
+        if (source.path == "src/plan/view.cpp") continue;
         for (auto found = std::sregex_iterator(source.code.begin(), source.code.end(), reference);
              found != std::sregex_iterator(); ++found)
             EXPECT_TRUE((*found)[1].matched) << source.path << ": " << found->str();
     }
 }
 
-// Only the command line prints, and only it ends the process.
-TEST(Program, PrintsAndExitsInTheCommandLineAlone) {
+TEST(Program, PrintsAndExitsOnlyInTheCommandLine) {
     static const std::regex words(
         R"(std::c(out|err|in|log)\b|\b[fv]*printf\s*\(|\bf?puts\s*\(|std::(quick_)?exit|\babort\s*\(|\b_exit\s*\()");
     for (const Source& source : sources_below("src")) {
@@ -280,31 +241,28 @@ TEST(Program, PrintsAndExitsInTheCommandLineAlone) {
     }
 }
 
-TEST(House, HasHeadersReadOnce) {
-    for (const char* room : {"kernels", "src", "tests"})
-        for (const Source& source : sources_below(room))
+TEST(Sources, GuardTheirHeaders) {
+    for (const char* folder : {"kernels", "src", "tests"})
+        for (const Source& source : sources_below(folder))
             EXPECT_EQ(std::count(source.lines.begin(), source.lines.end(), "#pragma once"), source.path.ends_with(".h"))
                 << source.path;
 }
 
-// One idea each.
-TEST(House, KeepsFoldersSmall) {
+TEST(Sources, HaveFewFilesPerFolder) {
     std::map<std::string, int> files;
-    for (const char* room : {"kernels", "src", "tests"})
-        for (const Source& source : sources_below(room)) ++files[source.path.substr(0, source.path.rfind('/'))];
+    for (const char* folder : {"kernels", "src", "tests"})
+        for (const Source& source : sources_below(folder)) ++files[source.path.substr(0, source.path.rfind('/'))];
     for (const auto& [folder, count] : files) EXPECT_LE(count, 21) << folder;
 }
 
-// About 300 lines, and never more than 350.
-TEST(House, KeepsFilesShort) {
-    for (const char* room : {"kernels", "src", "tests"})
-        for (const Source& source : sources_below(room)) EXPECT_LE(source.lines.size(), 350u) << source.path;
+TEST(Sources, HaveAtMost350Lines) {
+    for (const char* folder : {"kernels", "src", "tests"})
+        for (const Source& source : sources_below(folder)) EXPECT_LE(source.lines.size(), 350u) << source.path;
 }
 
-// The program is made of its sources, never of a test or a benchmark.
-TEST(House, IsNotBuiltOnItsTests) {
-    for (const char* room : {"kernels", "src"})
-        for (const Source& source : sources_below(room))
+TEST(Sources, IncludeNoTestsOrBenchmarks) {
+    for (const char* folder : {"kernels", "src"})
+        for (const Source& source : sources_below(folder))
             for (const std::string& name : source.includes)
                 EXPECT_FALSE(starts_with(name, "tests/") || starts_with(name, "bench/"))
                     << source.path << " includes " << name;

@@ -1,4 +1,4 @@
-// Gradients of (16) on packets: as many registers per variable as kagero uses, and one, and four.
+// Benchmarks of gradient.h for packets: with the registers per variable that kagero uses, with one, and with four.
 #include "bench/kernels/gradient.h"
 #include "kernels/trace/packets.h"
 

@@ -1,4 +1,4 @@
-// Gradients of (16), one ray at a time.
+// Benchmarks of gradient.h for one ray at a time.
 #include "bench/kernels/gradient.h"
 
 namespace {

@@ -1,4 +1,5 @@
-/// Satoh (2003), eq. (16), term by term: what a user may type, and the independent reference of the factored form.
+/// H of Satoh (2003), equation (16), term by term as printed. It is the independent reference of the factored form in
+/// kernels/hamiltonians/schwarzschild.h.
 #pragma once
 
 #include "kernels/hamiltonians/schwarzschild.h"

@@ -1,4 +1,5 @@
-/// Forward derivatives whose type says which variables a number depends on: zeros are neither stored nor multiplied.
+/// Dual numbers for forward differentiation. Their type states the variables on which a number depends, so that zero
+/// derivatives are neither stored nor multiplied.
 #pragma once
 
 #include "kernels/simd/lanes.h"
@@ -10,35 +11,39 @@ namespace kagero::bench {
 
 using kagero::rsqrt;
 
-inline constexpr int variables = 6;
+inline constexpr int variable_count = 6;
 
-/// Bit k of `on`: the number depends on variable k. Only those derivatives are there.
-constexpr bool has(unsigned on, int k) { return ((on >> k) & 1) != 0; }
-constexpr int place(unsigned on, int k) { return std::popcount(on & ((1u << k) - 1)); }
+/// Returns true if bit k of `mask` is set: the number depends on variable k.
+constexpr bool depends_on(unsigned mask, int k) { return ((mask >> k) & 1) != 0; }
+/// Returns the index of the derivative with respect to variable k in SparseDual::derivative.
+constexpr int index_of(unsigned mask, int k) { return std::popcount(mask & ((1u << k) - 1)); }
 
-template <class V, unsigned on>
+/// A number and its derivatives with respect to the variables in `mask`.
+template <class V, unsigned mask>
 struct SparseDual {
     V value;
-    V derivative[std::popcount(on) + (on == 0)];
+    V derivative[std::popcount(mask) + (mask == 0)];  ///< In the order of the variables.
 };
 
-/// derivative<k> = rule<k>() for every variable of the result.
-template <class V, unsigned on, class Rule>
-KAGERO_INLINE SparseDual<V, on> with_derivatives(const V& value, const Rule& rule) {
-    SparseDual<V, on> d;
+/// Returns the number with this value, and with the derivative rule<k>() for each variable k in `mask`.
+template <class V, unsigned mask, class Rule>
+KAGERO_INLINE SparseDual<V, mask> with_derivatives(const V& value, const Rule& rule) {
+    SparseDual<V, mask> d;
     d.value = value;
     const auto one = [&]<int k>() __attribute__((always_inline)) {
-        if constexpr (has(on, k)) d.derivative[place(on, k)] = rule.template operator()<k>();
+        if constexpr (depends_on(mask, k)) d.derivative[index_of(mask, k)] = rule.template operator()<k>();
     };
     [&]<int... k>(std::integer_sequence<int, k...>) __attribute__((always_inline)) {
         (one.template operator()<k>(), ...);
-    }(std::make_integer_sequence<int, variables>{});
+    }(std::make_integer_sequence<int, variable_count>{});
     return d;
 }
-template <int k, class V, unsigned on>
-KAGERO_INLINE const V& derivative(const SparseDual<V, on>& x) {
-    return x.derivative[place(on, k)];
+/// Returns the derivative with respect to variable k.
+template <int k, class V, unsigned mask>
+KAGERO_INLINE const V& derivative(const SparseDual<V, mask>& x) {
+    return x.derivative[index_of(mask, k)];
 }
+/// Returns variable k with the value x.
 template <int k, class V>
 KAGERO_INLINE SparseDual<V, 1u << k> variable(const V& x) {
     return {x, {V(ScalarOf<V>(1))}};
@@ -47,24 +52,25 @@ KAGERO_INLINE SparseDual<V, 1u << k> variable(const V& x) {
 template <class V, unsigned a, unsigned b>
 KAGERO_INLINE SparseDual<V, a | b> operator+(const SparseDual<V, a>& x, const SparseDual<V, b>& y) {
     return with_derivatives<V, a | b>(x.value + y.value, [&]<int k>() __attribute__((always_inline)) {
-        if constexpr (has(a, k) && has(b, k)) return derivative<k>(x) + derivative<k>(y);
-        else if constexpr (has(a, k)) return derivative<k>(x);
+        if constexpr (depends_on(a, k) && depends_on(b, k)) return derivative<k>(x) + derivative<k>(y);
+        else if constexpr (depends_on(a, k)) return derivative<k>(x);
         else return derivative<k>(y);
     });
 }
 template <class V, unsigned a, unsigned b>
 KAGERO_INLINE SparseDual<V, a | b> operator-(const SparseDual<V, a>& x, const SparseDual<V, b>& y) {
     return with_derivatives<V, a | b>(x.value - y.value, [&]<int k>() __attribute__((always_inline)) {
-        if constexpr (has(a, k) && has(b, k)) return derivative<k>(x) - derivative<k>(y);
-        else if constexpr (has(a, k)) return derivative<k>(x);
+        if constexpr (depends_on(a, k) && depends_on(b, k)) return derivative<k>(x) - derivative<k>(y);
+        else if constexpr (depends_on(a, k)) return derivative<k>(x);
         else return -derivative<k>(y);
     });
 }
 template <class V, unsigned a, unsigned b>
 KAGERO_INLINE SparseDual<V, a | b> operator*(const SparseDual<V, a>& x, const SparseDual<V, b>& y) {
     return with_derivatives<V, a | b>(x.value * y.value, [&]<int k>() __attribute__((always_inline)) {
-        if constexpr (has(a, k) && has(b, k)) return fma(derivative<k>(x), y.value, x.value * derivative<k>(y));
-        else if constexpr (has(a, k)) return derivative<k>(x) * y.value;
+        if constexpr (depends_on(a, k) && depends_on(b, k))
+            return fma(derivative<k>(x), y.value, x.value * derivative<k>(y));
+        else if constexpr (depends_on(a, k)) return derivative<k>(x) * y.value;
         else return x.value * derivative<k>(y);
     });
 }

@@ -1,4 +1,4 @@
-// What does one step of each integrator cost per ray?
+// Question: how long does one step of each method take per ray, in each space?
 #include "bench/kernels/steps.h"
 #include "all_hamiltonians.inc"
 
@@ -14,7 +14,7 @@ void add(const char* type) {
             const std::string path =
                 std::string("step/") + H::name + (rescaled ? "_rescaled/" : "/") + method.info.name + "/" + type;
             benchmark::RegisterBenchmark(path.c_str(), [&method, rescaled](benchmark::State& state) {
-                bench::steps<H, V>(state, method, space_kernel<H, V>(rescaled));
+                bench::measure_steps<H, V>(state, method, space_kernel<H, V>(rescaled));
             });
         }
     }

@@ -1,8 +1,8 @@
-/// One step after another of a ray per lane, and what that costs.
+/// Times of consecutive steps of one method, with one ray per lane and without a scene.
 ///
-/// Rays pass the origin at a third of their starting distance, along the same way for every integrator: in steps of
-/// 1/10, or of 1/2 for orders above 5, as in the pictures that they are compared with. Lanes have slightly different
-/// rays, so implicit solves wait for the slowest of a packet as they do in a picture.
+/// All methods integrate over the same length, in steps of 1/10, or of 1/2 for orders above 5. The rays pass the origin
+/// at about a third of their initial distance. They differ slightly between lanes, so that the number of iterations of
+/// an implicit step is that of the slowest lane, as in a picture.
 #pragma once
 
 #include "kernels/simd/peak.h"
@@ -22,24 +22,26 @@
 
 namespace kagero::bench {
 
-inline constexpr double way = 2;
+/// Length of the integration, in the parameter of the method.
+inline constexpr double integration_length = 2;
 
 inline double step_of(const Method& method) { return method.info.order > 5 ? 0.5 : 0.1; }
 
-/// Parameters at their fallbacks, but a hole as small as the room's.
+/// Returns the default parameters of H, except r_g, which is that of scenes/room.toml.
 template <class H>
 auto parameters_of() {
     std::array<double, H::parameters.size() + 1> values{};
     for (std::size_t i = 0; i < H::parameters.size(); ++i) {
         const ParameterInfo& p = H::parameters[i];
-        values[i] = std::string(p.name) == "rg" ? 0.08 : p.fallback;
+        values[i] = std::string(p.name) == "rg" ? 0.08 : p.default_value;
     }
     return values;
 }
 
-/// Rays side by side at x = −1, moving along x, started on no particular level of H: the work is the same.
+/// Sets the start of adjacent rays at x = −1 that move along x. H differs from H0 there, which does not change the
+/// work.
 template <class V>
-void aim(StepperState<V>& f, double pt) {
+void set_ray_starts(StepperState<V>& f, double pt) {
     using S = ScalarOf<V>;
     for (int i = 0; i < lane_count<V>; ++i) {
         const double y[7] = {-1, 0.3 + 0.002 * (i % 4), 0.1 + 0.002 * (i / 4), 0.98, 0.1, 0.02, pt};
@@ -48,21 +50,22 @@ void aim(StepperState<V>& f, double pt) {
     f.start.parameter = f.end.parameter = f.gradients = f.energy = f.energy_error = V(S(0));
 }
 
+/// Makes the end of the step the start of the next step.
 template <class V>
-KAGERO_INLINE void commit(StepperState<V>& f) {
+KAGERO_INLINE void start_next_step(StepperState<V>& f) {
     for (int k = 0; k < 6; ++k) f.start.y[k] = f.end.y[k];
     f.start.velocity = f.end.velocity;
 }
 
 template <class V>
-double total(const V& v) {
+double sum_of_lanes(const V& v) {
     double sum = 0;
     for (int i = 0; i < lane_count<V>; ++i) sum += double(get_lane(v, i));
     return sum;
 }
 
-/// Multiply-adds alone, operations per second, measured once in this process: the best of five runs of some
-/// milliseconds.
+/// Returns the peak rate of multiply-adds in operations per second: the greatest rate of five runs of some
+/// milliseconds. It is measured once in this process.
 template <class T>
 double peak() {
     static const double best = [] {
@@ -78,68 +81,76 @@ double peak() {
     return best;
 }
 
-/// Ends the program unless two kernels take the same step: a rival that solves another problem is none.
+/// Ends the program unless a step of both kernels ends in the same state, to rounding.
 template <class H, class V>
-void require_same_step(const Method& method, const SpaceKernel<V>& one, const SpaceKernel<V>& other) {
+void require_same_step(const Method& method, const SpaceKernel<V>& first, const SpaceKernel<V>& second) {
     using S = ScalarOf<V>;
     const auto parameters = parameters_of<H>();
     const auto kind = static_cast<int>(method.kind);
-    const auto flow_of = [&](const SpaceKernel<V>& kernel) {
+    const auto state_after_step = [&](const SpaceKernel<V>& kernel) {
         const auto system = std::make_unique<SystemStorage>();
         kernel.construct(*system, parameters.data());
-        auto flow = std::make_unique<StepperState<V>>();
-        aim(*flow, H::spacetime ? 1.0 : 0.0);
-        flow->h = V(S(step_of(method)));
-        kernel.begin[kind](*system, *flow, method.coefficients);
-        kernel.step[kind](*system, *flow, method.coefficients);
-        return flow;
+        auto state = std::make_unique<StepperState<V>>();
+        set_ray_starts(*state, H::spacetime ? 1.0 : 0.0);
+        state->h = V(S(step_of(method)));
+        kernel.begin[kind](*system, *state, method.coefficients);
+        kernel.step[kind](*system, *state, method.coefficients);
+        return state;
     };
-    const auto a = flow_of(one), b = flow_of(other);
-    const double roundings = 1000 * double(machine_epsilon<S>);
+    const auto a = state_after_step(first), b = state_after_step(second);
+    const double tolerance = 1000 * double(machine_epsilon<S>);
     for (int k = 0; k < 6; ++k)
         for (int i = 0; i < lane_count<V>; ++i) {
-            if (std::abs(double(get_lane(a->end.y[k], i)) - double(get_lane(b->end.y[k], i))) <= roundings) continue;
-            std::fprintf(stderr, "%s: two ways to take the same step end apart\n", method.info.name);
+            const double difference = std::abs(double(get_lane(a->end.y[k], i)) - double(get_lane(b->end.y[k], i)));
+            if (difference <= tolerance) continue;
+            std::fprintf(stderr, "%s: variable %d after a step differs by %g between two kernels; at most %g is "
+                         "rounding\n",
+                         method.info.name, k, difference, tolerance);
             std::abort();
         }
 }
 
+/// Measures the time of steps: each iteration of the benchmark integrates over `integration_length` from the same
+/// start.
 template <class H, class V>
-void steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& kernel) {
+void measure_steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& kernel) {
     const auto parameters = parameters_of<H>();
     const auto kind = static_cast<int>(method.kind);
     const auto system = std::make_unique<SystemStorage>();
     kernel.construct(*system, parameters.data());
-    const auto start = std::make_unique<StepperState<V>>(), flow = std::make_unique<StepperState<V>>();
-    aim(*start, H::spacetime ? 1.0 : 0.0);
-    start->h = V(ScalarOf<V>(step_of(method)));
-    start->options.tolerance = ScalarOf<V>(1e-6);  // adaptive methods estimate their error, but every step counts here
-    kernel.begin[kind](*system, *start, method.coefficients);
-    const int count = static_cast<int>(way / step_of(method));
-    const int stages =
-        method.coefficients.gauss ? method.coefficients.gauss->stages : 2;  // whose derivatives a step begins with
-    *flow = *start;
+    const auto initial = std::make_unique<StepperState<V>>(), current = std::make_unique<StepperState<V>>();
+    set_ray_starts(*initial, H::spacetime ? 1.0 : 0.0);
+    initial->h = V(ScalarOf<V>(step_of(method)));
+    initial->options.tolerance = ScalarOf<V>(1e-6);  // No step is rejected for its estimated error.
+    kernel.begin[kind](*system, *initial, method.coefficients);
+    const int count = static_cast<int>(integration_length / step_of(method));
+    // Number of stages whose derivatives a step takes over from the previous step.
+    const int stages = method.coefficients.gauss ? method.coefficients.gauss->stages : 2;
+    *current = *initial;
     for (auto _ : state) {
-        flow->start = start->start;
-        flow->gradients = flow->open_iterations = V(ScalarOf<V>(0)), flow->issued_iterations = 0;
+        current->start = initial->start;
+        current->gradients = current->lane_iterations = V(ScalarOf<V>(0));
+        current->issued_iterations = 0;
         for (int stage = 0; stage < stages; ++stage)
-            std::copy(start->stage[stage], start->stage[stage] + 6, flow->stage[stage]);
+            std::copy(initial->stage[stage], initial->stage[stage] + 6, current->stage[stage]);
         for (int i = 0; i < count; ++i) {
-            kernel.step[kind](*system, *flow, method.coefficients);
-            commit(*flow);
+            kernel.step[kind](*system, *current, method.coefficients);
+            start_next_step(*current);
         }
         benchmark::ClobberMemory();
     }
     const double ray_steps = double(state.iterations()) * count * lane_count<V>;
     state.counters["steps/s"] = benchmark::Counter(ray_steps, benchmark::Counter::kIsRate);
     state.counters["s/step"] = benchmark::Counter(ray_steps, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
-    state.counters["gradients/step"] = total(flow->gradients) / (count * lane_count<V>);
+    state.counters["gradients/step"] = sum_of_lanes(current->gradients) / (count * lane_count<V>);
     const Operations cost = operations_of(method, kernel.operations);
-    const double per_step = cost.per_step + cost.per_gradient * total(flow->gradients) / (count * lane_count<V>);
+    const double per_step =
+        cost.per_step + cost.per_gradient * sum_of_lanes(current->gradients) / (count * lane_count<V>);
     state.counters["of_peak"] =
         benchmark::Counter(ray_steps * per_step / peak<ScalarOf<V>>(), benchmark::Counter::kIsRate);
-    if (flow->issued_iterations)
-        state.counters["iterating"] = total(flow->open_iterations) / (double(flow->issued_iterations) * lane_count<V>);
+    if (current->issued_iterations)
+        state.counters["iterating"] =
+            sum_of_lanes(current->lane_iterations) / (double(current->issued_iterations) * lane_count<V>);
 }
 
 }  // namespace kagero::bench

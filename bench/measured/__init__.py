@@ -1,1 +1,1 @@
-"""What bench/performance is made of: running the program, the claims, and the page they are written to."""
+"""The parts of bench/performance: programs and their reports, the claims about speed, and the page."""

@@ -1,5 +1,6 @@
-"""The claims about speed: for each the minimum, the target, and a function that measures it. A function measures one
-claim, or several that share runs; it returns a list of `Claim` and may add whole tables to the data file."""
+"""The claims about speed. Each claim has a minimum, a target, and a function that measures it. A function returns a
+list of `Claim`, with several claims if they share runs. It may add tables with all rows of a comparison to the data
+file."""
 import dataclasses
 import hashlib
 import math
@@ -10,25 +11,26 @@ from . import rays
 from .program import SCENES, fastest_row
 
 ROOM = "room.toml"
-GENERAL = ("-D", "integrator.symmetry=none")  # all six variables: every row except those of the orbit plane
-DOUBLE = ("--precision", "double")            # a picture would otherwise be in float where no difference is visible
+GENERAL = ("-D", "integrator.symmetry=none")  # the general path: all six variables are integrated
+DOUBLE = ("--precision", "double")            # by default, pictures without a visible difference are in float
 DEFAULT_TABLE = "Room 512x512, rg = 0.08, the default method of the general path"
 
 
 @dataclasses.dataclass
 class Claim:
-    key: str            # of its cause in bench/performance-causes.toml
-    what: str
+    key: str            # key of the cause in bench/performance-causes.toml
+    what: str           # description of the measured quantity
     minimum: list       # one number per measured value; empty: no minimum
-    target: list
-    measured: list      # medians; empty: nothing met the error bound
+    target: list        # one number per measured value; empty: no target
+    measured: list      # medians; empty: no method and step met the error bound
     detail: str = ""    # spread, method and step
     higher_is_better: bool = True
-    form: str = "{:.2f}"
-    share: list = dataclasses.field(default_factory=list)  # of the machine's peak, in percent
+    form: str = "{:.2f}"  # format of the measured values
+    share: list = dataclasses.field(default_factory=list)  # tracing rate in percent of the machine's peak
 
 
 def milliseconds(row):
+    """Returns median, minimum and maximum of the time of a row of `kagero compare`."""
     s = row["seconds"]
     return f"{1e3 * s['median']:.1f} ms ({1e3 * s['min']:.1f} to {1e3 * s['max']:.1f})"
 
@@ -41,10 +43,12 @@ def default_width(report, precision):
 
 
 def general_share(program, precision, *arguments):
+    """Returns the share of peak, in percent, of the room on the general path."""
     return program.share_of_peak(SCENES / ROOM, "--precision", precision, *GENERAL, *arguments)
 
 
 def packet_over_scalar(program, tables):
+    """Speedup of packets over scalar code, with `verlet` and with the default method."""
     verlet_arguments = ("--integrator", "verlet", "--step", 0.1)
     verlet = program.compare(ROOM, *verlet_arguments)
     default = program.compare(ROOM)
@@ -66,30 +70,32 @@ def packet_over_scalar(program, tables):
 
 
 def packet_over_per_ray(program, tables):
+    """Speedup of packets over the faster of the two per-ray forms, at equal error and with the same method."""
     claims = []
     for pixels in (0.25, 1e-4):
         report = program.compare(ROOM, "--equal-error", pixels, *DOUBLE)
         tables[f"Room 512x512, rg = 0.08, each strategy by its cheapest method for {pixels:g} pixel"] = report
-        packet, single = fastest_row(report, "packet", "double"), fastest_row(report, "per-ray", "double")
+        packet, per_ray = fastest_row(report, "packet", "double"), fastest_row(report, "per-ray", "double")
         claims.append(Claim(
             f"per-ray-{pixels:g}", f"packet ÷ better per-ray form at equal error ({pixels:g} pixel), double", [], [4],
-            [packet["speedup"] / single["speedup"]],
-            f"packet {packet['method']}, {packet['lanes']} lanes, {milliseconds(packet)}; per-ray {single['form']} "
-            f"{single['method']}, {milliseconds(single)}",
+            [packet["speedup"] / per_ray["speedup"]],
+            f"packet {packet['method']}, {packet['lanes']} lanes, {milliseconds(packet)}; per-ray {per_ray['form']} "
+            f"{per_ray['method']}, {milliseconds(single)}",
             share=[general_share(program, "double", "--integrator", packet["method"], "--step", packet["step"])]))
     default = tables.get(DEFAULT_TABLE) or program.compare(ROOM)
-    packet, single = fastest_row(default, "packet", "double"), fastest_row(default, "per-ray", "double")
+    packet, per_ray = fastest_row(default, "packet", "double"), fastest_row(default, "per-ray", "double")
     one = next(r for r in default["rows"]
                if r["strategy"] == "packet" and r["precision"] == "double" and r["registers"] == 1)
     claims.append(Claim(
         "per-ray-same", f"packet ÷ better per-ray form, both by `{packet['method']}`: best packet / one register", [],
-        [], [packet["speedup"] / single["speedup"], one["speedup"] / single["speedup"]],
-        f"{packet['registers']} registers per variable; per-ray {single['form']} is {single['speedup']:.2f} times "
+        [], [packet["speedup"] / per_ray["speedup"], one["speedup"] / per_ray["speedup"]],
+        f"{packet['registers']} registers per variable; per-ray {per_ray['form']} is {per_ray['speedup']:.2f} times "
         "scalar"))
     return claims
 
 
 def culling(program, _):
+    """Render time without culling divided by that with culling. The pictures must be identical."""
     claim = Claim("culling", "queries for all steps ÷ with culling, same picture, double / float", [1.6, 2.2], [2, 3],
                   [])
     spreads, same = [], True
@@ -111,20 +117,23 @@ def culling(program, _):
 
 
 def threads(program, _):
+    """Speedup of two threads over one."""
     def run(count):
         return program.render(ROOM, "--threads", count, *GENERAL)[0]["seconds"]
     ratio = program.ratio(lambda: run(1), lambda: run(2))
     return [Claim("threads", "1 thread ÷ 2 threads, room 512x512", [1.9], [1.98], [ratio.median], str(ratio))]
 
 
+# File name, and least value and width of the range of impact parameters, in r_g, of the near-critical rays.
 CRITICAL = ("critical.csv", 2.599, 0.021)
 
 
 def traced_share(program, found):
     """Returns the share of peak of traced rays, in percent, from the operations that `profile` counts for the method.
 
-    `found` is a (ns per ray, error, text, arguments) of rays.cheapest. A profile of hole.toml with the same method,
-    step and precision gives operations per gradient and per step; the report of `trace` gives their numbers per ray."""
+    `found` is an entry (report of trace, error, text, arguments) of rays.cheapest. A profile of hole.toml with the same
+    method, step and precision gives the operations per gradient and per step. The report of `trace` gives the numbers
+    of gradients and steps per ray."""
     roofline = program.roofline(SCENES / "hole.toml", *found[3], "--size", "64x64")
     report = found[0]
     operations = (report["gradients_per_ray"] * roofline["operations_per_gradient"] +
@@ -133,12 +142,15 @@ def traced_share(program, found):
 
 
 def cheapest_claim(program, key, what, minimum, target, bundle, bound, solver_share, unit="µs", **choice):
-    """Measures the cost of rays by the cheapest method and step (and precision) of rays.py within an error bound."""
+    """Measures the time per ray of the cheapest method, step and precision of rays.py that meet an error bound.
+
+    `bundle` is a file name, followed by the arguments of rays.peers after the path. Implicit equations are solved to
+    `solver_share` of the bound. `choice` contains the methods and precisions for rays.cheapest."""
     name, *impact = bundle
     ray_list = rays.peers(program.directory / name, *impact)
     found, uncertainty = rays.cheapest(program, ray_list, (bound,), solver_share, **choice)
     if not found[0]:
-        return Claim(key, what, minimum, target, [], "no method and step of the list meets the error bound (uncertainty"
+        return Claim(key, what, minimum, target, [], "no method and step in rays.py meets the error bound (uncertainty"
                      f" of the reference: {uncertainty:.0e})", False)
     report, error, text, _ = found[0]
     time = report["ns_per_ray"]
@@ -150,7 +162,8 @@ def cheapest_claim(program, key, what, minimum, target, bundle, bound, solver_sh
 
 
 def peers(program, _):
-    """The same rays by Boost.Odeint and by kagero, in turn, each by its cheapest method for the error bound."""
+    """Time of Boost.Odeint divided by that of kagero, for the same rays. Both use their cheapest method within each
+    error bound, and run alternately."""
     ray_list, bounds = rays.peers(program.directory / "peers.csv"), (1.6e-5, 1e-8, 8e-12)
     found, uncertainty = rays.cheapest(program, ray_list, bounds, 1e-2)
     claim = Claim("peers", "Boost.Odeint's cheapest method (one ray at a time, derivatives by hand) ÷ kagero's "
@@ -185,7 +198,7 @@ def peers(program, _):
 
 
 def orbits(program, _):
-    """The same rays, and pictures, in the plane of each ray's orbit; in the precision that costs less."""
+    """The rays of `peers`, and pictures, integrated in the orbit plane of each ray. Rays use the faster precision."""
     choice = {"methods": rays.ORBITS, "precisions": ("double", "float")}
     claims = [cheapest_claim(program, "orbit", "the peers' rays in the orbit plane, error ≤ 1e-6, ns per ray", [60],
                              [15], ("peers.csv",), 1e-6, 1e-2, "ns", **choice),
@@ -206,7 +219,8 @@ def orbits(program, _):
 
 
 def whole_steps(program, _):
-    """Steps of one integrator without a scene (bench/kernels/steps.h): from the tape and by hand, and in a picture."""
+    """Time of steps without a scene (bench/kernels/steps.h): with derivatives from the tape divided by hand-written
+    ones, and in a picture divided by the step alone."""
     results = program.medians(f"bench_kernels_{program.isa}", "^step/schwarzschild_(rescaled|by_hand|as_printed)/"
                               "(verlet|gauss8)/(packet|one_register)_double$")
     def step(form, method, values="packet"):
@@ -244,6 +258,7 @@ def whole_steps(program, _):
 
 
 def shuffled(program, _):
+    """Time of `trace` for shuffled rays divided by that for the same rays in order."""
     lists = [rays.room_rays(program.directory / f"{name}.csv", name == "shuffled") for name in ("shuffled", "coherent")]
     def run(path):
         return program.json("trace", SCENES / ROOM, "--observer", "static", "--rays", path, "--threads", 1, "--repeat",
@@ -254,6 +269,7 @@ def shuffled(program, _):
 
 
 def frames(program, tables):
+    """Pictures per second of the cheapest float method with a pixel error of at most 0.25."""
     picture = ("--size", "1280x720", "--precision", "float")
     report = program.compare(ROOM, *picture, "--strategy", "packet", "--equal-error", 0.25, "--threads", 2)
     tables["Room 1280x720, 2 threads, each strategy by its cheapest method for 0.25 pixel"] = report
@@ -263,13 +279,15 @@ def frames(program, tables):
     if row:
         s = row["seconds"]
         claim.measured = [1 / s["median"]]
-        claim.detail = f"{row['method']}, step {row['step']:g}, {row['lanes']} lanes; {1 / s['max']:.1f} to {1 / s['min']:.1f}"
+        claim.detail = (f"{row['method']}, step {row['step']:g}, {row['lanes']} lanes; "
+                        f"{1 / s['max']:.1f} to {1 / s['min']:.1f}")
         claim.share = [general_share(program, "float", "--size", "1280x720", "--integrator", row["method"], "--step",
                                      row["step"])]
     return [claim]
 
 
 def straight(program, tables):
+    """Render time of the room with straight rays divided by that of a loop that only queries Embree."""
     report = program.compare(ROOM, "-D", "space.rg=0")
     tables["Room 512x512, rg = 0"] = report
     rate = default_width(report, "double")["mrays_per_s"]
@@ -280,7 +298,8 @@ def straight(program, tables):
                   "the start of threads", False)]
 
 
-# The room's space as a formula: (16) of the paper, in the coordinates of kernels/hamiltonians/schwarzschild.h.
+# The space of the room as a formula: H of Satoh (2003), equation (16), factored as in
+# kernels/hamiltonians/schwarzschild.h.
 FORMULA_ROOM = '''[space]
 hamiltonian = "formula"
 H = "0.5*(px^2 + py^2 + pz^2 - pt^2) - 0.5*(rg/r)*u^2"
@@ -295,7 +314,8 @@ u = "pt + (x*px + y*py + z*pz)/r"
 
 
 def formulas(program, _):
-    """The same space, compiled and as a formula of the scene, with the compiled one's default method and step."""
+    """Render time with a compiled Hamiltonian divided by that with the same H as a formula of the scene. The formula
+    runs with the default method and step of the compiled Hamiltonian."""
     text = (SCENES / ROOM).read_text()
     scene = program.directory / "formula-room.toml"
     scene.write_text(FORMULA_ROOM + text[text.index("[integrator]"):])

@@ -2,7 +2,8 @@
 
 
 def verdict(row):
-    """Compares the measured values of a row with its minimum and target: "target", "minimum" or "missed"."""
+    """Compares the measured values of a claim with its target and minimum. Returns "target" or "minimum" if that is the
+    highest bound that they reach, otherwise "**missed**", or "below target" for a claim without a minimum."""
     if not row["minimum"] and not row["target"]:
         return ""
     def meets(bounds):
@@ -16,12 +17,14 @@ def verdict(row):
 
 
 def numbers(values, form="{:g}"):
+    """Returns the values as text, separated by slashes."""
     return " / ".join(form.format(v) for v in values) if values else "–"
 
 
 def table(rows):
-    lines = ["| what is measured | minimum | target | measured | reaches | share of peak, % | least to greatest, method |",
-             "|---|---|---|---|---|---|---|"]
+    """Returns the lines of the table of claims."""
+    lines = ["| what is measured | minimum | target | measured | reaches | share of peak, % | "
+             "least to greatest, method |", "|---|---|---|---|---|---|---|"]
     for row in rows:
         lines.append(f"| {row['what']} | {numbers(row['minimum'])} | {numbers(row['target'])} | "
                      f"{numbers(row['measured'], row['form'])} | {verdict(row)} | {numbers(row['share'], '{:.0f}')} | "
@@ -30,12 +33,14 @@ def table(rows):
 
 
 def missed(rows, causes):
+    """Returns the lines of the section on missed targets. `causes` maps keys of claims to sentences."""
     lines = [f"- {row['what']}: {causes.get(row['key'], 'the cause has not been measured.')}"
              for row in rows if verdict(row) in ("**missed**", "below target")]
     return ["", "## Causes of missed targets", "", *(lines or ["Every target is reached."])]
 
 
 def disturbance(data):
+    """Returns a line about disturbances by other programs, if quiet.Quiet detected them."""
     quiet = data["quiet"]
     if not quiet:
         return []
@@ -49,20 +54,20 @@ def write(path, data, name, causes, others):
     the data files of other machines."""
     lines = [
         "# Performance", "",
-        f"`bench/performance --wait 30` measured everything on this page, and wrote it and [{name}](performance/{name}).",
-        "Do not edit the page. Each number is a median over interleaved rounds of one run, on one thread unless the row",
-        "states another number. The share of peak divides the counted floating-point operations of tracing per second by",
-        "the speed of multiply-adds alone, which the same run measures on the same thread.", "",
+        f"`bench/performance` measured everything on this page, and wrote it and [{name}](performance/{name}).",
+        "Do not edit the page. Each number is a median over interleaved rounds of one run, on one thread unless the",
+        "row states another number. The share of peak divides the counted floating-point operations of tracing per",
+        "second by the rate of independent multiply-adds, which the same run measures on the same thread.", "",
         f"- machine: {data['machine']}; instruction set {data['isa']}",
         f"- compiler: {data['compiler']}; commit {data['commit']}; {data['date']}; {data['rounds']} rounds",
         *disturbance(data), "",
         "The minimum must hold and the target is the aim; both were set for processors with eight doubles per register",
         "(avx512).", "", "## Results", "", *table(data["claims"]), *missed(data["claims"], causes), "",
         "## Further data", "",
-        f"[{name}](performance/{name}) contains the rows of every comparison of strategies, the gradients from the tape",
-        "against hand-written ones, the paper's Table 1 and the list of all commands. `bench/performance --only WORD`",
-        "repeats the measurements whose name contains WORD; the names are those of the functions in",
-        "`bench/measured/claims.py`. Measurements of other machines, or of earlier commits:", ""]
+        f"[{name}](performance/{name}) contains the rows of every comparison of strategies, the times of gradients",
+        "from the tape and of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands.",
+        "`bench/performance --only WORD` repeats the measurements whose name contains WORD. The names are those of the",
+        "functions in `bench/measured/claims.py`. Measurements of other machines, or of earlier commits:", ""]
     lines += [f"- [{other['file']}](performance/{other['file']}): {other['machine']}; {other['isa']}; commit "
               f"{other['commit']}" for other in others]
     path.write_text("\n".join(lines) + "\n")

@@ -13,7 +13,7 @@ SCENES = SOURCE / "scenes"
 
 
 class Program:
-    """The executables of one build directory, run with one instruction set. `quick` takes fewer repetitions."""
+    """The executables of one build directory, run with one instruction set. `quick` reduces the number of rounds."""
 
     def __init__(self, build, isa, quick):
         self.build = pathlib.Path(build)
@@ -40,6 +40,7 @@ class Program:
         return done.stdout
 
     def json(self, *arguments):
+        """Returns the JSON report of one run of kagero."""
         return json.loads(self.text(*arguments, "--quiet", "--json"))
 
     def benchmark(self, name, *arguments):
@@ -63,6 +64,7 @@ class Program:
         return bench.medians(output)
 
     def compare(self, scene, *arguments):
+        """Returns the report of `kagero compare` for a scene in scenes/."""
         return self.json("compare", SCENES / scene, "--rounds", self.rounds, *arguments)
 
     def render(self, scene, *arguments):
@@ -81,7 +83,8 @@ class Program:
         return 100 * self.roofline(scene, *arguments)["share_of_peak"]
 
     def ratio(self, *measurements):
-        """Calls two functions that return a time, in turn, round by round. Returns the spread of first ÷ second."""
+        """Calls two functions alternately, each of which returns a time. Returns the spread of the ratio first ÷ second
+        over the rounds."""
         for measure in measurements:
             measure()
         ratios = []
@@ -92,7 +95,7 @@ class Program:
 
 
 class Spread:
-    """Median, least and greatest of a list of numbers."""
+    """Median, minimum and maximum of a list of numbers."""
 
     def __init__(self, values):
         self.median, self.least, self.greatest = statistics.median(values), min(values), max(values)

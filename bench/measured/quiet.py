@@ -1,15 +1,16 @@
-"""Detects whether other programs slow the processor down. On a shared host that happens for minutes at a time. It
-costs code that fills a core more than code that waits for its own results, so that ratios shift as well."""
+"""Detects whether other programs slow the processor down. On a shared host, this can last for minutes. Code that uses
+all execution units of a core is slowed down more than code that is limited by latency, so ratios of times change."""
 import time
 
-TOLERANCE = 1.05     # a calibration step that takes more than this times the least one means that the host is busy
-CALIBRATION = 30     # seconds
-PAUSE = 5            # seconds between two checks
-ATTEMPTS = 3         # at a measurement that was disturbed
+TOLERANCE = 1.05     # the processor is busy if a calibration step takes longer than this times the shortest one
+CALIBRATION = 30     # seconds of calibration steps before the first measurement
+PAUSE = 5            # seconds between two calibration steps while the processor is busy
+ATTEMPTS = 3         # greatest number of attempts at a measurement that is disturbed
 
 
 class Quiet:
-    """Repeats disturbed measurements, and waits for a quiet processor for at most `minutes` in all (0: never)."""
+    """Repeats disturbed measurements, and delays them until the processor is quiet. All delays together take at most
+    `minutes`; 0: measurements are neither delayed nor repeated."""
 
     def __init__(self, program, minutes):
         self.program = program
@@ -23,7 +24,8 @@ class Quiet:
             self.is_quiet()
 
     def is_quiet(self):
-        """Times a step of `verlet` on packets of doubles, which fills a core, and compares it with the least time."""
+        """Times a calibration step, and returns True if it takes about as long as the shortest one so far. It is a step
+        of `verlet` on packets of doubles, which uses all execution units of a core."""
         row, = self.program.benchmark(f"bench_kernels_{self.program.isa}",
                                       "--benchmark_filter=^step/schwarzschild_rescaled/verlet/packet_double$",
                                       "--benchmark_min_time=0.1")
@@ -32,6 +34,7 @@ class Quiet:
         return self.last <= TOLERANCE * self.least
 
     def wait(self):
+        """Returns when the processor is quiet or the time for delays is used up."""
         begin = time.monotonic()
         while time.monotonic() - begin < self.seconds_left:
             if self.is_quiet():
@@ -40,7 +43,7 @@ class Quiet:
         self.seconds_left = max(0, self.seconds_left - (time.monotonic() - begin))
 
     def measured(self, measure):
-        """Returns the result of `measure`, if possible from a time that was quiet at its beginning and at its end."""
+        """Returns the result of `measure`. Repeats the measurement if the processor is busy at its end."""
         for _ in range(ATTEMPTS if self.minutes else 1):
             self.wait()
             found = measure()
@@ -53,7 +56,7 @@ class Quiet:
         return found
 
     def summary(self):
-        """Returns the data by which a reader judges how far other programs disturbed the run."""
+        """Returns the number of undisturbed measurements and the times of the calibration steps, for the data file."""
         if not self.steps:
             return {}
         return {"undisturbed": self.undisturbed, "measurements": self.total,

@@ -1,4 +1,4 @@
-"""Lists of rays, and the search for the cheapest method that keeps an error bound on their directions."""
+"""Lists of rays, and the search for the cheapest method whose end directions meet an error bound."""
 import csv
 import io
 import itertools
@@ -7,8 +7,8 @@ import random
 
 from .program import SCENES
 
-OUTWARD, ACROSS = (2 / 3, -1 / 3, 2 / 3), (2 / 3, 2 / 3, -1 / 3)
-START = 20
+OUTWARD, ACROSS = (2 / 3, -1 / 3, 2 / 3), (2 / 3, 2 / 3, -1 / 3)  # unit vectors that span the orbit plane
+START = 20  # radius of the ray starts, in r_g
 
 
 def inward(b):
@@ -19,12 +19,14 @@ def inward(b):
 
 
 def write_rays(path, rays):
+    """Writes the rays as CSV for `kagero trace`, and returns the path."""
     lines = ["x,y,z,dx,dy,dz"] + [",".join(repr(v) for v in ray) for ray in rays]
     path.write_text("\n".join(lines) + "\n")
     return path
 
 
 def peers(path, least=3.0, width=7.0, count=2048):
+    """Writes inward rays with impact parameters from `least` to `least` + `width`, in r_g. Returns the path."""
     return write_rays(path, [inward(least + width * (k + 0.5) / count) for k in range(count)])
 
 
@@ -55,7 +57,7 @@ def worst_angle(ends, reference):
     return max(2 * math.asin(min(1.0, 0.5 * math.dist(a[1], b[1]))) for a, b in zip(ends, reference))
 
 
-# For each method its steps, or tolerances, the longest first.
+# The steps or tolerances of each method, the coarsest first.
 TOLERANCES = tuple(m * 10.0**-k for k in range(5, 14) for m in (1, 0.5, 0.2))
 METHODS = {
     "dp5": (0.3, 0.29, 0.28, 0.27, 0.25, 0.2, 0.15, 0.1, 0.07, 0.05),
@@ -80,15 +82,16 @@ ORBITS = {
 def cheapest(program, rays, bounds, solver_share, methods=METHODS, precisions=("double",)):
     """Finds, for each bound on the greatest error of direction, the fastest method, step and precision.
 
-    Returns a list with (report of trace, error, text, arguments) or None for each bound, and the uncertainty of the
-    reference: the difference between two step sizes of gauss16. Implicit equations are solved to `solver_share` of the
-    bound. The least time decides, because nothing disturbed it; candidates near the least are timed again, in turn."""
+    Returns a list and the uncertainty of the reference, which is the difference between two step sizes of gauss16. The
+    list contains a tuple (report of trace, error, text, arguments) for each bound, or None if no candidate meets it.
+    Implicit equations are solved to `solver_share` of the bound. Candidates are compared by their minimum times, which
+    are least affected by other programs. Candidates near the shortest time are timed again, alternately."""
     scene = SCENES / "hole.toml"
     reference = directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.1)
     uncertainty = worst_angle(directions(program, scene, rays, "--integrator", "gauss16", "--step", 0.15), reference)
     if not uncertainty <= 0.1 * min(bounds):
-        raise RuntimeError(f"the uncertainty of the reference is {uncertainty:.0e}, too much to judge errors of "
-                           f"{min(bounds):.0e}")
+        raise RuntimeError(f"the uncertainty of the reference is {uncertainty:.0e}, more than a tenth of the "
+                           f"error bound {min(bounds):.0e}")
     def report_of(arguments):
         return program.json("trace", scene, "--rays", rays, "--threads", 1, "--repeat", 9 if program.quick else 25,
                             *arguments)
@@ -107,7 +110,7 @@ def cheapest(program, rays, bounds, solver_share, methods=METHODS, precisions=("
                     continue
                 text = f"{precision}, {method}, {'tolerance' if method in ADAPTIVE else 'step'} {step:g}"
                 candidates.append((report_of(arguments), error, text, arguments))
-                break  # shorter steps of the same method cost more
+                break  # Shorter steps of the same method take more time.
         for _ in range(1 if program.quick else 4):
             near = 1.3 * min(map(least, candidates), default=0)
             candidates = [min(c, (report_of(c[3]), *c[1:]), key=least) for c in candidates if least(c) <= near]
@@ -116,7 +119,7 @@ def cheapest(program, rays, bounds, solver_share, methods=METHODS, precisions=("
 
 
 def cheapest_of_odeint(program, rays, bounds):
-    """Finds the fastest benchmark of Boost.Odeint's steppers for each bound; None where none meets it."""
+    """Returns, for each bound, the fastest benchmark of Boost.Odeint whose error meets it, or None."""
     def run(*options):
         return program.benchmark("bench_peers", f"--rays={rays}", *options)
     rows = run("--benchmark_min_time=0.01")

@@ -1,4 +1,5 @@
-/// The errors of kagero: what was read, where, what was expected, what to do; or what failed while running.
+/// The exceptions of kagero. A message states the invalid input or the failed operation, where it is, the legal values,
+/// and what to do.
 #pragma once
 
 #include <kagero/export.h>
@@ -8,27 +9,28 @@
 
 namespace kagero {
 
-/// A place in a text file; line and column count from 1, 0 where unknown.
-struct Place {
-    std::string file;
+/// A position in a text file. Lines and columns are counted from 1; 0 means unknown.
+struct FileLocation {
+    std::string file;  ///< Name of the file, or the command-line option that contains the input.
     int line = 0;
     int column = 0;
 };
 
-/// Wrong input: command line, scene or data. `what()` names the place first; the program exits with status 2.
+/// Thrown if an input is invalid: the command line, a scene or other data. `what()` begins with the location. The
+/// program exits with status 2.
 struct KAGERO_PUBLIC InputError : std::runtime_error {
-    InputError(const Place& place, const std::string& message);
+    InputError(const FileLocation& location, const std::string& message);
     explicit InputError(const std::string& message) : std::runtime_error(message) {}
 
-    const Place place;  ///< empty where the input is not a file
+    const FileLocation location;  ///< `file` is empty if the location is unknown.
 };
 
-/// Something failed while running. The program exits with status 1.
+/// Thrown if a run fails. The program exits with status 1.
 struct KAGERO_PUBLIC RunError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Told to stop before there was anything to report. The program exits with status 130.
+/// Thrown if a run is interrupted before it has any result. The program exits with status 130.
 struct KAGERO_PUBLIC Interrupted : std::exception {
     const char* what() const noexcept override { return "interrupted before there was anything to report"; }
 };

@@ -1,5 +1,5 @@
-/// Arguments and results that all calls of the library share: the scene, the options of a run, and the choices made for
-/// it.
+/// Arguments and results that all functions of the library share: the scene, the options of a run, and the choices that
+/// the program makes.
 #pragma once
 
 #include <kagero/export.h>
@@ -11,34 +11,34 @@
 
 namespace kagero {
 
-/// A scene as the command line takes it: a TOML file, and keys set from outside, "key.path=value" as with -D.
+/// A scene: a TOML file and overrides of its keys.
 struct SceneSource {
     std::string file;
-    std::vector<std::string> overrides{};
+    std::vector<std::string> overrides{};  ///< "key.path=value", as with -D on the command line.
 };
 
-/// As the flags of the command line, with the same defaults.
+/// The options of a run. They correspond to flags of the command line and have the same defaults.
 struct RunOptions {
-    std::string isa = "auto";        ///< "sse2", "avx2", "avx512": an instruction set that this processor has
-    std::string strategy = "auto";   ///< "scalar", "per-ray", "packet"
-    std::string precision = "auto";  ///< "double", "float"
-    unsigned threads = 0;            ///< 0: one for each processor
+    std::string isa = "auto";        ///< "auto", "sse2", "avx2" or "avx512"; the processor must support it.
+    std::string strategy = "auto";   ///< "auto", "scalar", "per-ray" or "packet".
+    std::string precision = "auto";  ///< "auto", "double" or "float".
+    unsigned threads = 0;            ///< 0: one per processor.
     std::function<void(double done, double seconds)>
-        progress{};                           ///< called now and then with the finished share, from any thread
-    const std::atomic<bool>* stop = nullptr;  ///< set by the caller to end early; what is done is kept
+        progress{};  ///< Called repeatedly, from any thread. `done` is the finished fraction; `seconds` have elapsed.
+    const std::atomic<bool>* stop = nullptr;  ///< If it becomes true, the run ends early; finished pixels are kept.
 };
 
-/// The choices made for a scene, as `kagero explain` prints them.
+/// The choices of the program for a scene, as `kagero explain` prints them.
 struct RunChoices {
     std::string hamiltonian, integrator;
     std::string isa, strategy, precision;
     unsigned lanes = 1, threads = 1;
-    double step = 0;               ///< in the unit of the method, see `kagero print`
-    double max_pixel_error = 0;    ///< the bound that the scene states (integrator.max_pixel_error); 0: none
-    double estimated_error = 0;    ///< pixels, of the error of 99 % of trial rays; only where a bound is stated and met
-    bool bound_is_met = true;      ///< false: no method was seen to meet it
-    std::vector<std::string> remarks;  ///< what the user may not have meant, one line each
-    std::string explanation;           ///< every decision with its reason
+    double step = 0;               ///< As integrator.step in a scene file; its unit depends on the method.
+    double max_pixel_error = 0;    ///< integrator.max_pixel_error, a bound in pixels; 0: the scene states no bound.
+    double estimated_error = 0;    ///< 99th percentile of the errors of trial rays, in pixels; 0 without a met bound.
+    bool bound_is_met = true;      ///< False if the scene states a bound and no trial confirmed that it is met.
+    std::vector<std::string> remarks;  ///< Notes on settings that may be mistakes, one line each.
+    std::string explanation;           ///< Every decision with its reason.
 };
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Pictures of scenes.
+/// Rendering of pictures of scenes.
 #pragma once
 
 #include <kagero/options.h>
@@ -13,19 +13,21 @@ class KAGERO_PUBLIC Picture {
 public:
     std::uint32_t width() const;
     std::uint32_t height() const;
-    /// The names of the layers, "color" first unless the scene leaves it out.
+    /// Returns the names of the layers; "color" is first if the scene requests it.
     std::vector<std::string> layers() const;
-    /// 3 for "color", else 1; 0 for a layer that the picture does not have.
+    /// Returns 3 for "color", 1 for other layers, and 0 for a layer that the picture does not have.
     std::uint32_t channels(const std::string& layer) const;
-    /// width × height × channels floats; null for a layer that the picture does not have. Colours are linear.
+    /// Returns a pointer to height × width × channels floats; null for a layer that the picture does not have. Colours
+    /// are linear.
     const float* pixels(const std::string& layer) const;
     const RunChoices& choices() const;
-    bool interrupted() const;       ///< some pixels were never traced
-    std::uint64_t rays() const;
-    double seconds() const;         ///< of tracing and shading
+    bool interrupted() const;    ///< Returns true if some pixels were not traced.
+    std::uint64_t rays() const;  ///< Returns the number of traced rays.
+    double seconds() const;      ///< Returns the time of tracing and shading.
 
-    /// `.exr` with all layers and attributes, or an image of the colours (`.png`, `.jpg`, `.pfm` …). The file appears
-    /// when it is complete. Throws InputError for an extension that cannot be written, RunError.
+    /// Writes an `.exr` file with all layers and the metadata of the run, or an image of the colours (`.png`, `.jpg`,
+    /// `.pfm` and other formats). The file appears when it is complete. Throws InputError if the extension is not
+    /// supported, and RunError if the file cannot be written.
     void write(const std::string& path) const;
 
     Picture(Picture&&) noexcept;
@@ -39,10 +41,10 @@ private:
     std::unique_ptr<Content> content_;
 };
 
-/// Renders a scene with every `auto` resolved as `kagero render` resolves it. Throws InputError for a scene or an
-/// option that cannot be used (file, line and column in `place`), RunError, Interrupted. The error of H is measured
-/// along every ray, as for an EXR of the program. `progress` runs from 0 to 1 for trial rays, if there are any, and
-/// again for the picture; `stop` ends the picture, not the trial.
+/// Renders a scene. Every `auto` is resolved as in `kagero render`. The energy error is measured along every ray.
+/// `progress` goes from 0 to 1 for the trial, if there is one, and again for the picture. `stop` ends the rendering,
+/// but not the trial. Throws InputError if the scene or an option is invalid, and its `location` is the position in the
+/// scene file. Throws RunError if the run fails, and Interrupted if it ends before there is any result.
 KAGERO_PUBLIC Picture render_scene(const SceneSource& source, const RunOptions& options = {});
 
 }  // namespace kagero

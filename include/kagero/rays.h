@@ -1,4 +1,4 @@
-/// Single rays through scenes.
+/// Tracing of single rays through scenes.
 #pragma once
 
 #include <kagero/options.h>
@@ -8,25 +8,27 @@
 
 namespace kagero {
 
-/// Start and direction of a ray in scene coordinates; the length of the direction does not matter.
+/// Start of a ray in scene coordinates, and its direction. The direction may have any length.
 struct Ray {
     std::array<double, 3> position, direction;
 };
 
-/// How a ray ended: the columns of `kagero trace`.
+/// The end of a ray: the columns of `kagero trace`.
 struct TracedRay {
-    std::string status;  ///< "hit", "escaped", "captured", "step_limit" or "failed"
-    std::string object;  ///< the name of the object, if hit
-    std::array<double, 3> position, direction, momentum;  ///< of the end; the direction dq/dλ has unit length
-    double pt = 0;         ///< 0 where the space has none
-    double parameter = 0;  ///< λ
-    std::uint32_t steps = 0, gradients = 0;
-    double energy_error = 0;  ///< greatest |H − H0| / (|p · ∂H/∂p| + |H0|) on the way
-    std::string reason;       ///< of a failed ray
+    std::string status;  ///< "hit", "escaped", "captured", "step_limit" or "failed".
+    std::string object;  ///< Name of the object that was hit; otherwise empty.
+    std::array<double, 3> position, direction, momentum;  ///< At the end. The direction dq/dλ has unit length.
+    double pt = 0;                ///< p_t, the momentum conjugate to time; 0 if the space has no p_t.
+    double parameter = 0;         ///< λ, the parameter of Hamilton's equations.
+    std::uint32_t steps = 0;      ///< Number of integration steps.
+    std::uint32_t gradients = 0;  ///< Number of evaluations of the gradient of H.
+    double energy_error = 0;      ///< Greatest |H − H0| / (|p · ∂H/∂p| + |H0|) along the ray.
+    std::string reason;           ///< Reason why the ray failed; otherwise empty.
 };
 
-/// Traces rays; result i belongs to ray i. `observer`: "static", "zamo" or "falling" reads directions in the rest frame
-/// of that observer; empty: in coordinates. Throws InputError for a scene or an option that cannot be used, RunError.
+/// Traces rays; element i of the result belongs to ray i. Directions are in the rest frame of `observer` ("static",
+/// "zamo" or "falling"). If `observer` is empty, they are directions of dq/dλ in scene coordinates. Throws InputError
+/// if the scene or an option is invalid, and RunError if the run fails.
 KAGERO_PUBLIC std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays,
                                                 const std::string& observer = {}, const RunOptions& options = {});
 

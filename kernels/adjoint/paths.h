@@ -1,4 +1,4 @@
-/// Paths of rays on their way back: the entry behind `Module::bound_roundings`.
+/// Rounding bounds from recorded ray paths: the implementation of `Module::bound_roundings`.
 #pragma once
 
 #include "kernels/adjoint/sweep.h"
@@ -9,7 +9,7 @@
 
 namespace kagero {
 
-/// As many paths as a packet has lanes, side by side; lanes without one have the first.
+/// A packet of ray paths, one per lane. Lanes without a path repeat the path of lane 0.
 template <class V>
 class PathPacket {
     static constexpr std::uint32_t W = lane_count<V>;
@@ -21,27 +21,33 @@ public:
             longest_ = std::max(longest_, paths_[i]->count);
         }
     }
+    /// Returns the number of lanes with a path of their own.
     std::uint32_t count() const { return count_; }
-    /// Points of the longest path.
+    /// Returns the number of points of the longest path.
     std::uint32_t longest() const { return longest_; }
 
-    Sight<V> view() const {
-        Sight<V> v;
+    /// Returns the normals of the surfaces at the ends, and the derivatives of the film coordinates.
+    EndSensitivity<V> end_sensitivity() const {
+        EndSensitivity<V> e;
         for (std::uint32_t i = 0; i < W; ++i) {
-            set(v.normal, i, paths_[i]->normal);
-            for (int r = 0; r < 2; ++r)
-                set(v.by_position[r], i, paths_[i]->by_position[r]),
-                    set(v.by_direction[r], i, paths_[i]->by_direction[r]);
+            set(e.normal, i, paths_[i]->normal);
+            for (int r = 0; r < 2; ++r) {
+                set(e.by_position[r], i, paths_[i]->by_position[r]);
+                set(e.by_direction[r], i, paths_[i]->by_direction[r]);
+            }
         }
-        return v;
+        return e;
     }
-    /// The states k points before the ends, or at the start, and λ there.
+    /// Returns the states k points before the ends, and sets `parameter` to λ at these points. For a path with fewer
+    /// points it is the start of the path.
     State<V> from_end(std::uint32_t k, V& parameter) const {
         State<V> state;
         for (std::uint32_t i = 0; i < W; ++i) {
             const PathPoint& point = paths_[i]->points[paths_[i]->count - 1 - std::min(k, paths_[i]->count - 1)];
-            for (int c = 0; c < space_size; ++c)
-                set_lane(state.y[c], int(i), point.q[c]), set_lane(state.y[momentum(c)], int(i), point.p[c]);
+            for (int c = 0; c < space_size; ++c) {
+                set_lane(state.y[c], int(i), point.q[c]);
+                set_lane(state.y[momentum(c)], int(i), point.p[c]);
+            }
             set_lane(state.pt(), int(i), point.pt);
             set_lane(parameter, int(i), point.parameter);
         }
@@ -50,15 +56,19 @@ public:
 
 private:
     static void set(Vec3<V>& v, std::uint32_t lane, const double (&x)[3]) {
-        set_lane(v.x, int(lane), x[0]), set_lane(v.y, int(lane), x[1]), set_lane(v.z, int(lane), x[2]);
+        set_lane(v.x, int(lane), x[0]);
+        set_lane(v.y, int(lane), x[1]);
+        set_lane(v.z, int(lane), x[2]);
     }
 
     std::uint32_t count_, longest_ = 0;
     const RayPath* paths_[W];
 };
 
+/// Writes, for each path, a bound on the effect of rounding on the film position of its end, in pixels. `unit_roundoff`
+/// is half a unit in the last place of 1 in the number type of the rays.
 template <class V>
-void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, double half_place, double* pixels) {
+void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, double unit_roundoff, double* pixels) {
     const SpaceKernel<V>& kernel = space_of<V>(*job);
     const RoundingCounts counts = rounding_counts_of(methods[job->integrator]);
     SystemStorage system;
@@ -66,17 +76,17 @@ void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, 
     const SweptSystem<V> swept{kernel, system};
     for (std::uint32_t first = 0; first < count; first += lane_count<V>) {
         const PathPacket<V> packet(paths + first, count - first);
-        V late, early;
+        V late_parameter, early_parameter;  // λ at the end and at the start of a step
         Sweep<V> sweep;
-        sweep.state = packet.from_end(0, late);
-        begin_sweep(swept, packet.view(), sweep);
+        sweep.state = packet.from_end(0, late_parameter);
+        begin_sweep(swept, packet.end_sensitivity(), sweep);
         for (std::uint32_t k = 1; k < packet.longest(); ++k) {
-            const State<V> from = packet.from_end(k, early);
-            sweep_step(swept, from, late - early, counts, sweep);
-            late = early;
+            const State<V> from = packet.from_end(k, early_parameter);
+            sweep_step(swept, from, late_parameter - early_parameter, counts, sweep);
+            late_parameter = early_parameter;
         }
         for (std::uint32_t i = 0; i < packet.count(); ++i)
-            pixels[first + i] = half_place * get_lane(sweep.bound, int(i));
+            pixels[first + i] = unit_roundoff * get_lane(sweep.bound, int(i));
     }
 }
 

@@ -1,5 +1,5 @@
-/// Rounding errors of straight-line programs by a reverse sweep (Iri 1988): what an operation is off by reaches the
-/// result times the adjoint of that operation.
+/// Bounds on the rounding errors of straight-line programs, by a reverse sweep (Iri 1988). To first order, the rounding
+/// error of an operation changes a result by this error times the adjoint of the operation.
 #pragma once
 
 #include "kernels/autodiff/dual.h"
@@ -7,21 +7,21 @@
 
 namespace kagero {
 
-/// The greatest power of two that is not above |x|: a last place of x, in those of 1 (Rump, Ogita & Oishi, SIAM J. Sci.
-/// Comput. 31, 2008).
+/// Returns the unit in the first place of x: the greatest power of two that is not above |x| (Rump, Ogita & Oishi, SIAM
+/// J. Sci. Comput. 31, 2008). The unit in the last place of x is this power times that of 1.
 template <class V>
-KAGERO_INLINE V first_place(const V& x) {
+KAGERO_INLINE V unit_in_first_place(const V& x) {
     const V scaled = V(0x1p52 + 1) * x;
     return abs(scaled - V(1 - 0x1p-53) * scaled);
 }
 
 namespace detail {
 
-/// The product that a sum of products rounds on its own, where the instruction set has no fused operation for them;
-/// else none.
+/// Returns the product a·b of a fused operation if the instruction set has no fused operations and rounds the product
+/// separately. Otherwise returns 0.
 template <class V>
-KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] const V& a,
-                                      [[maybe_unused]] const V& b) {
+KAGERO_INLINE V separately_rounded_product([[maybe_unused]] Op op, [[maybe_unused]] const V& a,
+                                           [[maybe_unused]] const V& b) {
 #if !defined(__FMA__)
     if (info_of(op).operands == 3) return a * b;
 #endif
@@ -30,16 +30,17 @@ KAGERO_INLINE V product_rounded_apart([[maybe_unused]] Op op, [[maybe_unused]] c
 
 }  // namespace detail
 
-/// Σ |adjoint · last place of the value| over the operations of a program that reads `inputs`. `seeds` are its outputs'
-/// adjoints with regard to two numbers (2 × outputs), which count by their length. In units of half the last place of
-/// 1.
+/// Returns a bound on the effect of the roundings in a program on two results, in units of half a unit in the last
+/// place of 1. It is Σ rounding · |adjoint| · (unit in the first place of the value) over the operations. `rounding` is
+/// the bound in operation_table.h, and |adjoint| is the Euclidean norm over the two results. `seeds` are the
+/// derivatives of the two results with respect to the outputs of the program, one row of `outputs` numbers per result.
 template <class V, class S>
-V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int outputs) {
+V sum_of_roundings(const ListingWithValues<S>& listed, const V* inputs, const V* seeds, int outputs) {
     using Forward = Dual<V, most_operands>;
     const Listing& program = listed.program;
     V value[Tape::capacity], adjoint[Tape::capacity][2];
     const V zero(S(0));
-    const auto of = [&](int k) -> const V& { return k < 0 ? zero : value[k]; };
+    const auto value_of = [&](int k) -> const V& { return k < 0 ? zero : value[k]; };
     evaluate(listed, inputs, value);
     for (int i = 0; i < program.size; ++i) adjoint[i][0] = adjoint[i][1] = zero;
     for (int o = 0; o < outputs; ++o)
@@ -49,14 +50,16 @@ V sum_of_roundings(const Listed<S>& listed, const V* inputs, const V* seeds, int
         const Node& n = program.nodes[i];
         if (detail::is_leaf(n.op)) continue;
         const int operands[most_operands] = {n.a, n.b, n.c};
-        const Forward result = detail::applied<Forward>(n.op, Forward::variable(of(n.a), 0),
-                                                        Forward::variable(of(n.b), 1), Forward::variable(of(n.c), 2));
+        const Forward result =
+            detail::applied<Forward>(n.op, Forward::variable(value_of(n.a), 0), Forward::variable(value_of(n.b), 1),
+                                     Forward::variable(value_of(n.c), 2));
         for (int k = 0; k < most_operands; ++k)
             for (int r = 0; r < 2 && operands[k] >= 0; ++r)
                 adjoint[operands[k]][r] = fma(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);
-        const V reach = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
-        sum += V(S(info_of(n.op).rounding)) * reach * first_place(value[i]);
-        sum += reach * first_place(detail::product_rounded_apart(n.op, of(n.a), of(n.b)));
+        const V adjoint_norm = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
+        sum += V(S(info_of(n.op).rounding)) * adjoint_norm * unit_in_first_place(value[i]);
+        sum += adjoint_norm *
+               unit_in_first_place(detail::separately_rounded_product(n.op, value_of(n.a), value_of(n.b)));
     }
     return sum;
 }

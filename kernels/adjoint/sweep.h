@@ -1,11 +1,15 @@
-/// The reverse sweep along a ray: how what is seen at its end moves with the state at every step, hence what the
-/// roundings of all steps can do to it (Iri 1988; Satoh 2003, reference 11).
+/// The reverse sweep along a ray. It integrates adjoints from the end of the ray to its start. The adjoint at a step is
+/// the derivative of the two film coordinates of the end with respect to the ray state at the step. The adjoints give a
+/// bound on the effect of the roundings in all steps (Iri 1988; Satoh 2003, reference 11).
 ///
-/// Adjoints go back by the transposed variational equation of the flow, da/dλ = −Aᵀa with A = J ∂²K/Ω, of which the
-/// derivative programs yield the Hessians: by one classical Runge–Kutta step per step, its middle on the Hermite curve.
-/// Roundings are those of the derivative programs, operation by operation, and of the sums that move the state, counted
-/// by kind of step. Not counted: what an iteration leaves short of its solution, and what a closed form that a
-/// Hamiltonian states rounds beside that.
+/// An adjoint a follows the transposed variational equation of the flow, da/dλ = −Aᵀa with A = J ∂²K/Ω, where J is the
+/// symplectic matrix and ∂²K the Hessian. For each step of the ray, this equation is integrated by one step of the
+/// classical Runge–Kutta method. The ray state in the middle of the step, at which A is evaluated, is that of the cubic
+/// Hermite polynomial.
+///
+/// The bound includes the roundings of each operation in the program of ∂K/∂(q, p), and those of the sums that update
+/// the state, whose number depends on the stepper. It includes neither the residual of implicit iterations nor the
+/// roundings in a flow that a Hamiltonian defines in closed form.
 #pragma once
 
 #include "kernels/adjoint/rounding.h"
@@ -14,65 +18,72 @@
 
 namespace kagero {
 
-/// What is seen at the ends of rays: two numbers, and how they move with the end and with the unit direction there.
+/// The derivatives of the two film coordinates of a ray end with respect to its position and its unit direction.
 template <class V>
-struct Sight {
-    Vec3<V> normal;  ///< of what rays end on
+struct EndSensitivity {
+    Vec3<V> normal;  ///< normal, of any length, of the surface on which the ray ends
     Vec3<V> by_position[2], by_direction[2];
 };
 
-/// How these two numbers move with the state.
+/// The derivatives of the two film coordinates with respect to (q, p), one row per film coordinate.
 template <class V>
-using Rows = PhaseGradient<V>[2];
+using AdjointRows = PhaseGradient<V>[2];
 
-/// The flow of H at one place, K being Ω(H − H0).
+/// The derivatives of K at one state. K is H − H0, or Ω·(H − H0) with time rescaling. On a ray, where H = H0,
+/// ∂K/∂(q, p) / Ω is the gradient of H.
 template <class V>
-struct SweptPlace {
-    PhaseGradient<V> slope;     ///< ∂K/Ω
-    Hessian<V> curvature;  ///< ∂²K/Ω
-    V inverse_rescaling;        ///< 1/Ω
-    V switching;                ///< changes sign where H is not smooth
+struct FlowDerivatives {
+    PhaseGradient<V> slope;  ///< ∂K/∂(q, p) / Ω
+    Hessian<V> curvature;    ///< ∂²K/∂(q, p)² / Ω
+    V inverse_rescaling;     ///< 1/Ω
+    V switching;             ///< switching function, which changes sign at a discontinuity; unset if H has none
+    /// Returns dq/dλ.
     Vec3<V> velocity() const { return velocity_in(slope); }
 };
 
-/// A system as the sweep sees it: through pointers, because few ask for it.
+/// The system that the sweep differentiates. Its functions are called through pointers, because the sweep is rarely
+/// used.
 template <class V>
 struct SweptSystem {
     const SpaceKernel<V>& kernel;
     const SystemStorage& storage;
-    Listed<double> derivatives = kernel.derivatives(storage);
+    ListingWithValues<double> derivatives = kernel.derivatives(storage);
 
-    V roundings(const State<V>& s, const Rows<V>& seeds) const {
+    /// Returns a bound on the effect of the roundings in the program of ∂K/∂(q, p) at a state. `seeds` are the
+    /// derivatives of the two film coordinates with respect to the outputs of the program.
+    V roundings(const State<V>& s, const AdjointRows<V>& seeds) const {
         return sum_of_roundings(derivatives, s.y, &seeds[0][0], phase_size);
     }
 };
 
-/// Rays on their way back.
+/// The point that the sweep of a packet of rays has reached, with the adjoints there.
 template <class V>
 struct Sweep {
     State<V> state;
-    SweptPlace<V> place;  ///< at the state; where H is not smooth, just after it
-    Rows<V> rows;
-    V bound;         ///< of how far roundings move the two numbers, in units of half the last place of 1
+    FlowDerivatives<V> flow;  ///< derivatives at `state`; slightly later on the ray if H has a discontinuity
+    AdjointRows<V> rows;
+    V bound;  ///< bound on the effect of the roundings so far, in units of half a unit in the last place of 1
 };
 
 namespace detail {
 
-/// Where H is not smooth a slope is looked at beside the state, by this share of the step.
-inline constexpr double aside = 1e-6;
+/// Steps end on discontinuities of H. If H has any, derivatives at the ends of a step are therefore evaluated at this
+/// fraction of the step inside it.
+inline constexpr double discontinuity_offset = 1e-6;
 
+/// Returns the derivatives of K at a state.
 template <class V>
-SweptPlace<V> place_at(const SweptSystem<V>& system, const State<V>& state) {
-    SweptPlace<V> place;
-    differentiate(system.derivatives, state.y, place.slope, place.curvature);
-    place.inverse_rescaling = recip(system.kernel.time_rescaling_factor(system.storage, state));
-    for (V& s : place.slope) s = s * place.inverse_rescaling;
-    for (V& c : place.curvature) c = c * place.inverse_rescaling;
-    if (system.kernel.discontinuous) place.switching = system.kernel.switching_function(system.storage, state);
-    return place;
+FlowDerivatives<V> flow_derivatives_at(const SweptSystem<V>& system, const State<V>& state) {
+    FlowDerivatives<V> flow;
+    differentiate(system.derivatives, state.y, flow.slope, flow.curvature);
+    flow.inverse_rescaling = recip(system.kernel.time_rescaling_factor(system.storage, state));
+    for (V& s : flow.slope) s = s * flow.inverse_rescaling;
+    for (V& c : flow.curvature) c = c * flow.inverse_rescaling;
+    if (system.kernel.discontinuous) flow.switching = system.kernel.switching_function(system.storage, state);
+    return flow;
 }
 
-/// a + s·(b − a).
+/// Returns a + s·(b − a).
 template <class V>
 State<V> between(const State<V>& a, const State<V>& b, double s) {
     State<V> y = a;
@@ -80,9 +91,9 @@ State<V> between(const State<V>& a, const State<V>& b, double s) {
     return y;
 }
 
-/// The middle of a step on the Hermite curve.
+/// Returns the state of the cubic Hermite polynomial in the middle of a step from a to b.
 template <class V>
-State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>& b, const SweptPlace<V>& at_b,
+State<V> middle_of(const State<V>& a, const FlowDerivatives<V>& at_a, const State<V>& b, const FlowDerivatives<V>& at_b,
                    const V& length) {
     State<V> y = between(a, b, 0.5);
     const V eighth = V(0.125) * length;
@@ -93,9 +104,9 @@ State<V> middle_of(const State<V>& a, const SweptPlace<V>& at_a, const State<V>&
     return y;
 }
 
-/// Aᵀ row.
+/// Writes Aᵀ·row to `out`, where A is the matrix of the variational equation.
 template <class V>
-void transposed(const Hessian<V>& curvature, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
+void multiply_by_transpose(const Hessian<V>& curvature, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
     for (int i = 0; i < phase_size; ++i) {
         out[i] = V(0.0);
         for (int k = 0; k < space_size; ++k)
@@ -104,124 +115,142 @@ void transposed(const Hessian<V>& curvature, const PhaseGradient<V>& row, PhaseG
     }
 }
 
-/// A step of the transposed variational equation, back from `late` to `early`.
+/// Integrates an adjoint from the end of a step (`late`) to its start (`early`) by one Runge–Kutta step of the
+/// transposed variational equation.
 template <class V>
-void carry_back(const SweptPlace<V>& late, const SweptPlace<V>& middle, const SweptPlace<V>& early, const V& length,
-                PhaseGradient<V>& row) {
-    PhaseGradient<V> slope[4], at;
-    const auto moved = [&](const V& by, const PhaseGradient<V>& along) {
-        for (int i = 0; i < phase_size; ++i) at[i] = fma(by, along[i], row[i]);
+void integrate_adjoint(const FlowDerivatives<V>& late, const FlowDerivatives<V>& middle,
+                       const FlowDerivatives<V>& early, const V& length, PhaseGradient<V>& row) {
+    PhaseGradient<V> slope[4], argument;
+    const auto set_argument = [&](const V& h, const PhaseGradient<V>& previous_slope) {
+        for (int i = 0; i < phase_size; ++i) argument[i] = fma(h, previous_slope[i], row[i]);
     };
     const V half = V(0.5) * length;
-    transposed(late.curvature, row, slope[0]);
-    moved(half, slope[0]), transposed(middle.curvature, at, slope[1]);
-    moved(half, slope[1]), transposed(middle.curvature, at, slope[2]);
-    moved(length, slope[2]), transposed(early.curvature, at, slope[3]);
+    multiply_by_transpose(late.curvature, row, slope[0]);
+    set_argument(half, slope[0]);
+    multiply_by_transpose(middle.curvature, argument, slope[1]);
+    set_argument(half, slope[1]);
+    multiply_by_transpose(middle.curvature, argument, slope[2]);
+    set_argument(length, slope[2]);
+    multiply_by_transpose(early.curvature, argument, slope[3]);
     for (int i = 0; i < phase_size; ++i)
         row[i] = fma(length * V(1 / 6.0), slope[0][i] + V(2.0) * (slope[1][i] + slope[2][i]) + slope[3][i], row[i]);
 }
 
-/// Back through a surface where the slope of K jumps, across itself, from `before` to `after`.
+/// Transforms the adjoints across a surface where the gradient of K is discontinuous, by the transposed saltation
+/// matrix. It applies to lanes whose switching function changes sign between `before` and `after`. The jump of ∂K/∂q is
+/// assumed to be normal to the surface.
 template <class V>
-void carry_through(const SweptPlace<V>& before, const SweptPlace<V>& after, Rows<V>& rows) {
+void cross_discontinuity(const FlowDerivatives<V>& before, const FlowDerivatives<V>& after, AdjointRows<V>& rows) {
     const auto jump = [&](int k) { return after.slope[k] - before.slope[k]; };
     const MaskOf<V> crossed = before.switching * after.switching < V(0.0);
     const Vec3<V> force_jump{jump(component_x), jump(component_y), jump(component_z)};
-    const V inverse = recip(dot(force_jump, before.velocity()));
+    const V inverse_product = recip(dot(force_jump, before.velocity()));
     for (PhaseGradient<V>& row : rows) {
-        const V kick = dot(velocity_in(row), force_jump) * inverse;
-        for (int k = 0; k < space_size; ++k) row[k] = select(crossed, fnma(kick, jump(k), row[k]), row[k]);
+        const V factor = dot(velocity_in(row), force_jump) * inverse_product;
+        for (int k = 0; k < space_size; ++k) row[k] = select(crossed, fnma(factor, jump(k), row[k]), row[k]);
     }
 }
 
-/// Σ |row_k · last place of x_k|, of both rows together.
+/// Returns a bound on the effect of one rounding of each component of x: Σ_k |row_k| · (unit in the first place of
+/// x_k), where |row_k| is the Euclidean norm over both rows.
 template <class V>
-V reach(const Rows<V>& rows, const V* x) {
+V rounding_effect(const AdjointRows<V>& rows, const V* x) {
     V sum(0.0);
     for (int k = 0; k < phase_size; ++k)
-        sum += sqrt(rows[0][k] * rows[0][k] + rows[1][k] * rows[1][k]) * first_place(x[k]);
+        sum += sqrt(rows[0][k] * rows[0][k] + rows[1][k] * rows[1][k]) * unit_in_first_place(x[k]);
     return sum;
 }
 
-/// What the roundings of a step do, beside those of the state at its end: in the sums that move it, in the places of
-/// the stages, and in the derivatives, looked at in the middle.
+/// Returns a bound on the effect of the roundings in a step, except those of the state at its end. These roundings
+/// occur in the sums that update the state, in the states of the stages and in the derivatives. All terms are evaluated
+/// in the middle of the step.
 template <class V>
-V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const SweptPlace<V>& place, const V& length,
-               const RoundingCounts& counts, const Rows<V>& rows) {
-    PhaseGradient<V> flow;
-    Rows<V> seeds, by_stages;
-    const V share = V(counts.weight) * length;
+V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const FlowDerivatives<V>& flow, const V& length,
+               const RoundingCounts& counts, const AdjointRows<V>& rows) {
+    PhaseGradient<V> rates;    // dq/dλ and −dp/dλ
+    AdjointRows<V> seeds;      // derivatives with respect to ∂K/∂(q, p), for the sum over all stages
+    AdjointRows<V> by_stages;  // derivatives with respect to the state of a stage, per unit of weighted length
+    const V weighted_length = V(counts.weight) * length;
     for (int r = 0; r < 2; ++r) {
-        transposed(place.curvature, rows[r], by_stages[r]);
+        multiply_by_transpose(flow.curvature, rows[r], by_stages[r]);
         for (int k = 0; k < space_size; ++k) {
-            seeds[r][k] = -(share * place.inverse_rescaling * rows[r][momentum(k)]);
-            seeds[r][momentum(k)] = share * place.inverse_rescaling * rows[r][k];
+            seeds[r][k] = -(weighted_length * flow.inverse_rescaling * rows[r][momentum(k)]);
+            seeds[r][momentum(k)] = weighted_length * flow.inverse_rescaling * rows[r][k];
         }
     }
-    for (int k = 0; k < space_size; ++k) flow[k] = place.slope[momentum(k)], flow[momentum(k)] = place.slope[k];
-    return abs(share) * (V(counts.sums + 1) * reach(rows, flow) + reach(by_stages, middle.y)) +
+    for (int k = 0; k < space_size; ++k) {
+        rates[k] = flow.slope[momentum(k)];
+        rates[momentum(k)] = flow.slope[k];
+    }
+    const V sums_effect = V(counts.sums + 1) * rounding_effect(rows, rates);
+    return abs(weighted_length) * (sums_effect + rounding_effect(by_stages, middle.y)) +
            system.roundings(middle, seeds);
 }
 
 }  // namespace detail
 
-/// Where rays end.
+/// Starts the sweep at the ends of the rays. `s.state` must be set to the states there.
 template <class V>
-void begin_sweep(const SweptSystem<V>& system, const Sight<V>& view, Sweep<V>& s) {
+void begin_sweep(const SweptSystem<V>& system, const EndSensitivity<V>& end, Sweep<V>& s) {
     using namespace detail;
-    s.place = place_at(system, s.state);
-    const Vec3<V> velocity = s.place.velocity();
-    const V inverse = rsqrt(dot(velocity, velocity));
-    Rows<V> seeds;
+    s.flow = flow_derivatives_at(system, s.state);
+    const Vec3<V> velocity = s.flow.velocity();
+    const V inverse_speed = rsqrt(dot(velocity, velocity));
+    AdjointRows<V> seeds;  // derivatives with respect to ∂K/∂(q, p)
     for (int r = 0; r < 2; ++r) {
-        const Vec3<V> turn =
-            retreat(view.by_direction[r], dot(view.by_direction[r], velocity) * inverse * inverse, velocity);
-        const V by_velocity[space_size] = {turn.x * inverse, turn.y * inverse, turn.z * inverse};
-        const V by_position[space_size] = {view.by_position[r].x, view.by_position[r].y, view.by_position[r].z};
+        const Vec3<V> transverse = retreat(
+            end.by_direction[r], dot(end.by_direction[r], velocity) * inverse_speed * inverse_speed, velocity);
+        const V by_velocity[space_size] = {transverse.x * inverse_speed, transverse.y * inverse_speed,
+                                           transverse.z * inverse_speed};
+        const V by_position[space_size] = {end.by_position[r].x, end.by_position[r].y, end.by_position[r].z};
         for (int i = 0; i < phase_size; ++i) {
             s.rows[r][i] = i < space_size ? by_position[i] : V(0.0);
             for (int k = 0; k < space_size; ++k)
-                s.rows[r][i] = fma(by_velocity[k], s.place.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
-            seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.place.inverse_rescaling;
+                s.rows[r][i] = fma(by_velocity[k], s.flow.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
+            seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.flow.inverse_rescaling;
         }
     }
-    constexpr double while_found = 8;  // the end is rounded a few times while it is found, along the ray as well
-    s.bound = V(while_found) * reach(s.rows, s.state.y) + system.roundings(s.state, seeds);
-    // A ray that is late or early ends on the same surface.
-    const V across = recip(dot(view.normal, velocity));
-    const V normal[space_size] = {view.normal.x, view.normal.y, view.normal.z};
+    constexpr double refinement_roundings = 8;  // roundings of each component of the end state during refinement
+    s.bound = V(refinement_roundings) * rounding_effect(s.rows, s.state.y) + system.roundings(s.state, seeds);
+    // The end lies on the surface with the normal n. A displacement δq therefore changes λ of the end by −(n·δq)/(n·v),
+    // and the film coordinates by their derivatives along the ray times this change.
+    const V inverse_normal_velocity = recip(dot(end.normal, velocity));
+    const V normal[space_size] = {end.normal.x, end.normal.y, end.normal.z};
     for (PhaseGradient<V>& row : s.rows) {
-        V late(0.0);
+        V along_ray(0.0);
         for (int k = 0; k < space_size; ++k)
-            late += row[k] * s.place.slope[momentum(k)] - row[momentum(k)] * s.place.slope[k];
-        for (int k = 0; k < space_size; ++k) row[k] -= late * across * normal[k];
+            along_ray += row[k] * s.flow.slope[momentum(k)] - row[momentum(k)] * s.flow.slope[k];
+        for (int k = 0; k < space_size; ++k) row[k] -= along_ray * inverse_normal_velocity * normal[k];
     }
 }
 
-/// Back by a step of `length` in λ; nothing where that is 0.
+/// Moves the sweep from the end of a step to its start, the state `from`. `length` is the length of the step in λ.
+/// Lanes with the length 0 keep their adjoints and their bound.
 template <class V>
 void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& length, const RoundingCounts& counts,
                 Sweep<V>& s) {
     using namespace detail;
     const bool discontinuous = system.kernel.discontinuous;
-    SweptPlace<V> late = s.place;
+    FlowDerivatives<V> late = s.flow;
     if (discontinuous) {
-        late = place_at(system, between(s.state, from, aside));
-        carry_through(late, s.place, s.rows);
+        late = flow_derivatives_at(system, between(s.state, from, discontinuity_offset));
+        cross_discontinuity(late, s.flow, s.rows);
     }
-    const SweptPlace<V> early = place_at(system, discontinuous ? between(from, s.state, aside) : from);
+    const FlowDerivatives<V> early =
+        flow_derivatives_at(system, discontinuous ? between(from, s.state, discontinuity_offset) : from);
     const State<V> middle = middle_of(from, early, s.state, late, length);
-    const SweptPlace<V> between_them = place_at(system, middle);
-    const V of_state = V(counts.state) * reach(s.rows, s.state.y);
-    Rows<V> rows_there;
+    const FlowDerivatives<V> middle_flow = flow_derivatives_at(system, middle);
+    const V state_effect = V(counts.state) * rounding_effect(s.rows, s.state.y);
+    AdjointRows<V> mean_rows;
     for (int r = 0; r < 2; ++r) {
-        for (int i = 0; i < phase_size; ++i) rows_there[r][i] = V(0.5) * s.rows[r][i];
-        carry_back(late, between_them, early, length, s.rows[r]);
-        for (int i = 0; i < phase_size; ++i) rows_there[r][i] = fma(V(0.5), s.rows[r][i], rows_there[r][i]);
+        for (int i = 0; i < phase_size; ++i) mean_rows[r][i] = V(0.5) * s.rows[r][i];
+        integrate_adjoint(late, middle_flow, early, length, s.rows[r]);
+        for (int i = 0; i < phase_size; ++i) mean_rows[r][i] = fma(V(0.5), s.rows[r][i], mean_rows[r][i]);
     }
-    const V of_step = of_state + roundings_of(system, middle, between_them, length, counts, rows_there);
-    s.bound = select(abs(length) > V(0.0), s.bound + of_step, s.bound);
-    s.state = from, s.place = early;
+    const V step_effect = state_effect + roundings_of(system, middle, middle_flow, length, counts, mean_rows);
+    s.bound = select(abs(length) > V(0.0), s.bound + step_effect, s.bound);
+    s.state = from;
+    s.flow = early;
 }
 
 }  // namespace kagero

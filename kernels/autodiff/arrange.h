@@ -1,7 +1,7 @@
-/// From a tape to a straight-line program, at compile time: what is left when only some of the tape's nodes are wanted.
+/// Extraction of the straight-line program that computes given nodes of a tape, at compile time.
 ///
-/// `extract` drops what the outputs do not need, shares factors, orders products, fuses them into sums, and numbers the
-/// rest.
+/// `extract` removes the nodes that the outputs do not need, shares scaled factors, orders the factors of products,
+/// replaces products and sums by fused operations, and renumbers the remaining nodes.
 #pragma once
 
 #include "kernels/autodiff/tape.h"
@@ -11,52 +11,54 @@
 
 namespace kagero {
 
+/// A straight-line program with at most `Size` nodes.
 template <int Size, int Outputs>
 struct Program {
-    Node nodes[Size]{};  ///< in order of evaluation; operands are indices into this array
-    int slot[Size]{};    ///< of a uniform node in the table of uniforms, else −1
-    std::array<int, Outputs> outputs{};
-    int size = 0;
-    int uniforms = 0;
-    bool whole = true;  ///< else a tape was too short to arrange it on
-    /// Whether an input in [first, last) occurs.
+    Node nodes[Size]{};  ///< In order of evaluation; operands are indices into this array.
+    int slot[Size]{};    ///< Index of a uniform node in the table of uniforms; −1 for other nodes and constants.
+    std::array<int, Outputs> outputs{};  ///< Indices of the output nodes.
+    int size = 0;                        ///< Number of nodes.
+    int uniforms = 0;                    ///< Size of the table of uniforms.
+    bool complete = true;                ///< False if nodes are missing because a tape was full during extraction.
+    /// Returns true if the program uses an input in [first, last).
     constexpr bool uses_any_input(int first, int last) const {
         for (int k = 0; k < size; ++k)
             if (nodes[k].op == Op::input && nodes[k].a >= first && nodes[k].a < last) return true;
         return false;
     }
-    /// Sines and cosines enough to be called rather than unrolled: a sum of many waves.
+    /// Returns true if the program has more than 4 sines and cosines, which are then called instead of inlined.
     constexpr bool calls_circular() const {
         int count = 0;
         for (int k = 0; k < size; ++k) count += !nodes[k].uniform && (nodes[k].op == Op::sin || nodes[k].op == Op::cos);
         return count > 4;
     }
-    /// Its size, a called function counting as the many operations that it is.
+    /// Returns the number of nodes as a measure of code size. A library function that is evaluated per ray counts as 40
+    /// additional nodes.
     constexpr int length() const {
         int sum = size;
         for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && info_of(nodes[k].op).is_library ? 40 : 0;
         return sum;
     }
-    /// How many parameters it reads, counted to the last of them.
+    /// Returns one more than the greatest index of a parameter that the program uses.
     constexpr int parameters() const {
         int count = 0;
         for (int k = 0; k < size; ++k)
             if (nodes[k].op == Op::parameter && nodes[k].a >= count) count = nodes[k].a + 1;
         return count;
     }
-    /// Whether output k is 0, whatever the inputs.
+    /// Returns true if output k is 0 for all inputs.
     constexpr bool returns_zero(int k) const {
         const Node& n = nodes[outputs[k]];
         return n.op == Op::constant && n.value == 0;
     }
-    /// Whether output k is input i itself.
+    /// Returns true if output k is input i.
     constexpr bool returns_input(int k, int i) const {
         const Node& n = nodes[outputs[k]];
         return n.op == Op::input && n.a == i;
     }
 };
 
-/// What a program is called with again and again while the rest of its inputs stay: inputs in [first, last).
+/// The inputs [first, last), which vary between consecutive calls of a program while the other inputs stay the same.
 struct Varying {
     int first = 0, last = 1 << 30;
 };
@@ -65,16 +67,16 @@ namespace detail {
 
 constexpr bool is_leaf(Op op) { return op <= Op::input; }
 
-/// A node whose operands have moved to other places.
-constexpr Node moved(Node n, const int* place) {
+/// Returns the node n with its operands renumbered: operand i becomes new_index[i].
+constexpr Node renumbered(Node n, const int* new_index) {
     if (is_leaf(n.op)) return n;
-    n.a = place[n.a];
-    if (n.b >= 0) n.b = place[n.b];
-    if (n.c >= 0) n.c = place[n.c];
+    n.a = new_index[n.a];
+    if (n.b >= 0) n.b = new_index[n.b];
+    if (n.c >= 0) n.c = new_index[n.c];
     return n;
 }
 
-/// How many nodes, and outputs, take each node.
+/// For each node of a tape, the number of nodes and outputs that use it. Nodes that no output needs do not count.
 struct Uses {
     int count[Tape::capacity]{};
     template <std::size_t Outputs>
@@ -90,10 +92,12 @@ struct Uses {
     }
 };
 
-/// Uniform factors travel inward where that lets several products share one: u (d x), u (d y) become (u d) x, (u d) y.
+/// Rewrites products with a uniform factor u so that they share the product u d: u (d x) and u (d y) become (u d) x and
+/// (u d) y. Returns the new tape and updates `outputs`.
 template <int Outputs>
-constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
+constexpr Tape share_scaled_factors(const Tape& t, std::array<int, Outputs>& outputs) {
     const Uses uses(t, outputs);
+    // Returns true if node i is u·(d·x) with a uniform u, and d·x has no other use.
     const auto scaled_product = [&](int i) {
         const Node& n = t.nodes[i];
         return uses.count[i] > 0 && n.op == Op::mul && !n.uniform && t.uniform(n.a) && t.nodes[n.b].op == Op::mul &&
@@ -103,7 +107,7 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
     int count = 0;
     for (int i = 0; i < t.size; ++i)
         if (scaled_product(i)) products[count++] = i;
-    /// How many products would share u·d.
+    // Returns the number of products that would share u·d.
     const auto shared_by = [&](int u, int d) {
         int sharing = 0;
         for (int k = 0; k < count; ++k) {
@@ -113,7 +117,7 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
         return sharing;
     };
     Tape shared;
-    int place[Tape::capacity]{};
+    int new_index[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
         if (uses.count[i] == 0 && n.op != Op::input) continue;
@@ -122,24 +126,27 @@ constexpr Tape share_scaled(const Tape& t, std::array<int, Outputs>& outputs) {
             const int with_a = shared_by(n.a, product.a), with_b = shared_by(n.a, product.b);
             if (with_a > 1 || with_b > 1) {
                 const int d = with_a >= with_b ? product.a : product.b, x = with_a >= with_b ? product.b : product.a;
-                const int factor = shared.append({Op::mul, place[n.a], place[d], -1, 0, false});
-                place[i] = shared.append({Op::mul, factor, place[x], -1, 0, false});
+                const int factor = shared.append({Op::mul, new_index[n.a], new_index[d], -1, 0, false});
+                new_index[i] = shared.append({Op::mul, factor, new_index[x], -1, 0, false});
                 continue;
             }
         }
-        place[i] = shared.append(moved(n, place));
+        new_index[i] = shared.append(renumbered(n, new_index));
     }
-    for (int& o : outputs) o = place[o];
+    for (int& o : outputs) o = new_index[o];
     return shared;
 }
 
-/// Reorders products: factors that stay meet first, and are multiplied once for many calls; of the others those that
-/// are known earliest, so that no product waits longer than its last factor.
+/// Reorders the factors of products. Factors that do not depend on the varying inputs come first, so that their product
+/// is computed once for many calls. The other factors are sorted by the length of their dependency chains, so that the
+/// chain of the product is short. Returns the new tape and updates `outputs`.
 template <int Outputs>
 constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, Varying varying) {
     const Uses uses(t, outputs);
-    int depth[Tape::capacity]{};  // operations on the way from the varying inputs; −1 where nothing varies
-    bool inner[Tape::capacity]{}; // a product whose only use is another product
+    // Length of the dependency chain from the varying inputs; −1 for nodes that do not depend on them. Reciprocals and
+    // reciprocal square roots count as 6 operations.
+    int depth[Tape::capacity]{};
+    bool is_inner[Tape::capacity]{};  // true for a product whose only use is as a factor of another product
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
         if (is_leaf(n.op)) {
@@ -150,41 +157,47 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
         if (depth[i] >= 0) depth[i] += n.op == Op::rsqrt || n.op == Op::recip ? 6 : 1;
         if (uses.count[i] == 0 || n.op != Op::mul || depth[i] < 0) continue;
         for (int operand : {n.a, n.b})
-            inner[operand] =
-                inner[operand] || (t.nodes[operand].op == Op::mul && uses.count[operand] == 1 && depth[operand] >= 0);
+            is_inner[operand] =
+                is_inner[operand] ||
+                (t.nodes[operand].op == Op::mul && uses.count[operand] == 1 && depth[operand] >= 0);
     }
     Tape ordered;
-    int place[Tape::capacity]{}, factors[Tape::capacity]{};
+    int new_index[Tape::capacity]{}, factors[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
-        if ((uses.count[i] == 0 && n.op != Op::input) || inner[i]) continue;
+        if ((uses.count[i] == 0 && n.op != Op::input) || is_inner[i]) continue;
         if (n.op == Op::mul && depth[i] >= 0) {
             int count = 0;
             const auto gather = [&](auto&& self, int k) -> void {
-                if (inner[k]) self(self, t.nodes[k].a), self(self, t.nodes[k].b);
-                else factors[count++] = k;
+                if (is_inner[k]) {
+                    self(self, t.nodes[k].a);
+                    self(self, t.nodes[k].b);
+                } else {
+                    factors[count++] = k;
+                }
             };
-            gather(gather, n.a), gather(gather, n.b);
+            gather(gather, n.a);
+            gather(gather, n.b);
             const auto earlier = [&](int a, int b) {
                 return t.uniform(a) != t.uniform(b) ? t.uniform(a) : depth[a] != depth[b] ? depth[a] < depth[b] : a < b;
             };
             std::sort(factors, factors + count, earlier);
-            int product = place[factors[0]];
+            int product = new_index[factors[0]];
             for (int f = 1; f < count; ++f) {
-                const int factor = place[factors[f]];
+                const int factor = new_index[factors[f]];
                 product = ordered.append(
                     {Op::mul, product, factor, -1, 0, ordered.uniform(product) && ordered.uniform(factor)});
             }
-            place[i] = product;
+            new_index[i] = product;
             continue;
         }
-        place[i] = ordered.append(moved(n, place));
+        new_index[i] = ordered.append(renumbered(n, new_index));
     }
-    for (int& o : outputs) o = place[o];
+    for (int& o : outputs) o = new_index[o];
     return ordered;
 }
 
-/// a·b + c in one operation wherever the product has no other use.
+/// Replaces a·b ± c by a fused operation wherever the product has no other use.
 constexpr void fuse(Tape& t, const Uses& uses) {
     for (int i = 0; i < t.size; ++i) {
         Node& n = t.nodes[i];
@@ -202,31 +215,33 @@ constexpr void fuse(Tape& t, const Uses& uses) {
     }
 }
 
+/// Returns the program that computes the nodes `outputs`. Its arrays have the capacity of a tape.
 template <int Outputs>
 constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs,
                                                        Varying varying = {}) {
-    Tape t = share_scaled<Outputs>(recorded, outputs);
-    const bool shared = !t.full;
+    Tape t = share_scaled_factors<Outputs>(recorded, outputs);
+    const bool scaled = !t.full;
     t = order_products<Outputs>(t, outputs, varying);
     fuse(t, Uses(t, outputs));
     const Uses uses(t, outputs);
     Program<Tape::capacity, Outputs> p;
-    p.whole = shared && !t.full;
-    int place[Tape::capacity]{};
+    p.complete = scaled && !t.full;
+    int new_index[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
         if (uses.count[i] == 0) continue;
-        const Node n = moved(t.nodes[i], place);
-        place[i] = p.size;
+        const Node n = renumbered(t.nodes[i], new_index);
+        new_index[i] = p.size;
         p.slot[p.size] = n.uniform && n.op != Op::constant ? p.uniforms++ : -1;
         p.nodes[p.size++] = n;
     }
-    for (int k = 0; k < Outputs; ++k) p.outputs[k] = place[outputs[k]];
+    for (int k = 0; k < Outputs; ++k) p.outputs[k] = new_index[outputs[k]];
     return p;
 }
 
 }  // namespace detail
 
-/// The program that computes the given nodes of `recording.tape`, arranged for calls that change the `varying` inputs.
+/// Returns the program that computes the nodes `outputs` of `recording.tape`, with arrays of the required size. If
+/// consecutive calls change only the `varying` inputs, the compiler can move the other operations out of the loop.
 template <const auto& recording, auto outputs, Varying varying = Varying{}>
 consteval auto extract() {
     constexpr auto all = detail::extract_all<static_cast<int>(outputs.size())>(recording.tape, outputs, varying);

@@ -1,11 +1,11 @@
-/// Forward-mode automatic differentiation: a value with N directional derivatives (the paper's `autodiff`, made
-/// generic).
+/// Forward-mode automatic differentiation with dual numbers, a value and N directional derivatives (as `autodiff` in
+/// Satoh 2003, but for any number type).
 ///
-/// Nests: `Dual<Dual<double, N>, N>` carries second derivatives. Used where derivatives are needed once per ray or
-/// scene, and in tests beside the tape.
+/// Dual numbers nest: `Dual<Dual<double, N>, N>` has second derivatives. They are used where derivatives are needed
+/// only once per ray or per scene, and in tests of the tape.
 #pragma once
 
-#include "kernels/simd/lanes.h"  // first: the functions of plain numbers are declared before the table calls them
+#include "kernels/simd/lanes.h"  // first: operation_table.h calls its functions of scalars
 
 #include "kernels/operation.h"
 
@@ -13,6 +13,7 @@
 
 namespace kagero {
 
+/// A number of type T with its derivatives with respect to N variables.
 template <class T, int N>
 struct Dual {
     T value{};
@@ -21,14 +22,14 @@ struct Dual {
     constexpr Dual() = default;
     constexpr Dual(double x) : value(x) {}
     constexpr explicit Dual(const T& x) requires(!std::is_same_v<T, double>) : value(x) {}
-    /// Variable k of N.
+    /// Returns variable k with the value x: its derivative with respect to variable k is 1, the others are 0.
     static constexpr Dual variable(const T& x, int k) {
         Dual d;
         d.value = x;
         d.derivative[k] = T(1.0);
         return d;
     }
-    /// f(a) with f and f' known.
+    /// Returns f(a), where `f` is the value of the function at a, and `slope` is its derivative.
     static constexpr Dual chain(const T& f, const T& slope, const Dual& a) {
         Dual d;
         d.value = f;
@@ -83,7 +84,7 @@ struct Dual {
     }
 
 private:
-    /// A function of the table.
+    /// Applies a function of operation_table.h.
     template <class F>
     static constexpr Dual function_of(const Dual& a) {
         if constexpr (requires { F::recorded(a); }) return F::recorded(a);
@@ -98,13 +99,15 @@ private:
             const T y = F::value(a.value, b.value);
             return combine(y, F::derivative_a(a.value, b.value, y), a, F::derivative_b(a.value, b.value, y), b);
         } else {
-            Dual d;  // constant but for jumps
+            Dual d;  // piecewise constant: the derivative is 0
             d.value = F::value(a.value, b.value);
             return d;
         }
     }
+    /// Returns f(a) by the chain rule, where y is the value of the function F at a.
     template <class F>
     static constexpr Dual chained(const T& y, const Dual& a) { return chain(y, F::derivative(a.value, y), a); }
+    /// Returns f(a, b) by the chain rule, from the value f and the partial derivatives `da` and `db`.
     static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {
         Dual d;
         d.value = f;
@@ -113,7 +116,7 @@ private:
     }
 };
 
-/// The number under all derivatives.
+/// Returns the value of a dual number without derivatives; of nested dual numbers, the innermost value.
 template <class T>
 constexpr const T& primal(const T& x) { return x; }
 template <class T, int N>

@@ -1,5 +1,5 @@
-/// Running straight-line programs: `run` unrolls one over a value type V by an index sequence. Every operand is a
-/// compile-time index, so the compiler sees plain expressions.
+/// Evaluation of straight-line programs. `run` is unrolled over the nodes of a program by an index sequence. All
+/// operands are compile-time indices, so that the compiler generates the same code as for a written expression.
 #pragma once
 
 #include "kernels/autodiff/arrange.h"
@@ -11,6 +11,7 @@ namespace kagero {
 
 namespace detail {
 
+/// Returns F(a, b, c) for a struct F of operation_table.h, with as many operands as F has.
 template <class F, class V>
 KAGERO_INLINE V value_at([[maybe_unused]] const V& a, [[maybe_unused]] const V& b, [[maybe_unused]] const V& c) {
     if constexpr (F::operands == 1) return F::value(a);
@@ -18,17 +19,17 @@ KAGERO_INLINE V value_at([[maybe_unused]] const V& a, [[maybe_unused]] const V& 
     else return F::value(a, b, c);
 }
 template <class F, class V>
-__attribute__((noinline)) V called(const V& a, const V& b) { return value_at<F>(a, b, b); }
+__attribute__((noinline)) V value_by_call(const V& a, const V& b) { return value_at<F>(a, b, b); }
 
-/// One operation on any number type; functions are called, or unrolled where they are used.
+/// Applies one operation to any number type. If `call` is set, library functions are called instead of inlined.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     using F = Operation<op>;
-    if constexpr (F::is_library && call) return called<F>(a, b);
+    if constexpr (F::is_library && call) return value_by_call<F>(a, b);
     else return value_at<F>(a, b, c);
 }
 
-/// The same where an operand may be 0, infinite or not a number: in uniforms, and in formulas whose exponentials
+/// Applies one operation whose operands may be 0, infinite or NaN, as in uniforms and in formulas whose exponentials
 /// overflow.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
@@ -38,7 +39,7 @@ KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
     else return apply<op, call, V>(a, b, c);
 }
 
-/// op(a, b, c). Programs contain no abbreviations.
+/// Returns op(a, b, c). Abbreviations (see operation_table.h) are not supported, because programs contain none.
 template <class V>
 V applied(Op op, const V& a, const V& b, const V& c) {
     const auto result = [&]<Op of>() __attribute__((always_inline)) -> V {
@@ -54,16 +55,16 @@ V applied(Op op, const V& a, const V& b, const V& c) {
     }
 }
 
-/// Whether an operation of a program is called.
+/// Returns true if program P calls the operation instead of inlining it.
 template <const auto& P>
 constexpr bool calls(Op op) {
     constexpr bool calls_circular = P.calls_circular();
     return calls_circular && (op == Op::sin || op == Op::cos);
 }
 
-/// Node i of a program on the numbers of those before it. What differs between nodes of one operation is a plain
-/// argument, constant wherever this is inlined: with a function for every node long programs take a third longer to
-/// compile.
+/// Evaluates node i of a program from the values of earlier nodes. Index, operands and slot of the node are function
+/// arguments, which become constants after inlining. A template instance for every node would increase the time to
+/// compile long programs by a third.
 template <Op op, bool uniform, bool call, class V, class S>
 KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* uniforms, const V* inputs) {
     if constexpr (op == Op::input) s[i] = inputs[n.a];
@@ -84,7 +85,7 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::inte
 
 }  // namespace detail
 
-/// Evaluates program P: inputs → outputs, with the uniforms that `fill_uniforms` made.
+/// Evaluates program P: computes `outputs` from `inputs` and from the uniforms that `fill_uniforms` has written.
 template <const auto& P, class V, class S>
 KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
     detail::run<P>(uniforms, inputs, outputs, std::make_integer_sequence<int, P.size>{},
@@ -93,7 +94,7 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
 
 inline double value_of(Op op, double a, double b) { return detail::applied(op, a, b, b); }
 
-/// Evaluates the nodes of a program that depend on parameters alone into its table of uniforms.
+/// Evaluates the nodes of a program that depend only on parameters, and writes the table of uniforms.
 template <class S>
 void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parameters, S* uniforms) {
     S value[Tape::capacity];

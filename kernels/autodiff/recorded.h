@@ -1,27 +1,28 @@
-/// Numbers that record what is done to them on a tape.
+/// The number type `Recorded`, which records operations on a tape.
 #pragma once
 
 #include "kernels/autodiff/tape.h"
 
 namespace kagero {
 
-/// A number that writes down what is done to it.
+/// A number that records each operation on a tape: a node of a tape, or a constant that is not yet on one.
 struct Recorded {
     Tape* tape = nullptr;
     int node = -1;
-    double value = 0;  ///< while it is a constant of no tape yet
+    double value = 0;  ///< Value of a constant without a tape.
 
     constexpr Recorded() = default;
     constexpr Recorded(double x) : value(x) {}
     constexpr Recorded(Tape* t, int n) : tape(t), node(n) {}
-    constexpr int on(Tape& t) const { return tape ? node : t.constant(value); }
+    /// Returns the node. A constant that has no tape is recorded on t first.
+    constexpr int node_on(Tape& t) const { return tape ? node : t.constant(value); }
 };
 
 #define KAGERO_RECORD_BINARY(OPERATOR, FUNCTION)                                   \
     constexpr Recorded operator OPERATOR(const Recorded& a, const Recorded& b) {  \
         Tape* t = a.tape ? a.tape : b.tape;                                       \
         if (!t) return a.value OPERATOR b.value;                                  \
-        const int i = a.on(*t), j = b.on(*t);                                     \
+        const int i = a.node_on(*t), j = b.node_on(*t);                           \
         return {t, t->FUNCTION(i, j)};                                            \
     }
 KAGERO_RECORD_BINARY(+, add)
@@ -33,12 +34,12 @@ constexpr Recorded operator-(const Recorded& a) {
     if (!a.tape) return -a.value;
     return {a.tape, a.tape->neg(a.node)};
 }
-/// 1 where a ≥ b, else 0.
+/// Records 1 if a ≥ b, else 0.
 constexpr Recorded operator>=(const Recorded& a, const Recorded& b);
 
 namespace detail {
 
-/// Writes down a function of the table.
+/// Records a function of operation_table.h, or computes its value if no operand has a tape.
 template <Op op, class... A>
 constexpr Recorded recorded_function(const A&... a) {
     using F = Operation<op>;
@@ -49,7 +50,7 @@ constexpr Recorded recorded_function(const A&... a) {
         Tape* t = nullptr;
         ((t = t ? t : a.tape), ...);
         if (!t) return F::value(a.value...);
-        const int node[] = {a.on(*t)...};
+        const int node[] = {a.node_on(*t)...};
         return {t, t->function(op, node[0], sizeof...(A) > 1 ? node[sizeof...(A) - 1] : -1)};
     }
 }
@@ -68,7 +69,8 @@ KAGERO_FUNCTIONS(KAGERO_OPERATION)
 
 constexpr Recorded operator>=(const Recorded& a, const Recorded& b) { return at_least(a, b); }
 
-/// The node of an operation of a formula; b is unused where the operation has one operand.
+/// Records an operation of a formula and returns its node. a and b are nodes; b is ignored if the operation has one
+/// operand.
 constexpr int record(Tape& t, Op op, int a, int b) {
     const Recorded x(&t, a), y(&t, b);
     const auto arithmetic = [&]<Op of>() -> Recorded {

@@ -1,7 +1,7 @@
-/// Perfect squares among the terms of a sum, as (a + b)² written out is: a² + b² + 2ab.
+/// Recognition of perfect squares in expanded sums, such as (a + b)² in a² + b² + 2ab.
 ///
-/// Metrics are often printed term by term. A tape takes what it is given, and would differentiate every product of such
-/// a sum by itself, at twice the cost of the square that they are together.
+/// Metrics are often printed term by term. A tape records the terms as they are written; their derivatives cost about
+/// twice as much as the derivative of the square.
 #pragma once
 
 #include "kernels/autodiff/tape.h"
@@ -11,16 +11,17 @@
 namespace kagero {
 namespace detail {
 
-/// A sum on a tape as products of bases: leaves, functions, and sums that no product multiplies out.
+/// A sum on a tape in expanded form. Each term is a coefficient times powers of bases. Bases are leaves, functions, and
+/// sums that are not expanded.
 class ExpandedSum {
 public:
     constexpr explicit ExpandedSum(Tape& t) : t_(t) {
         for (int i = 0; i < t.size; ++i)
-            if (t.nodes[i].op == Op::rsqrt) rooted_[t.nodes[i].a] = true;
+            if (t.nodes[i].op == Op::rsqrt) has_root_[t.nodes[i].a] = true;
     }
 
-    /// The same number as node `sum` with perfect squares taken together; `sum` itself where it has none, or is too
-    /// long to tell.
+    /// Records the sum at node `sum` with its perfect squares factored, and returns the new node. Returns `sum` if it
+    /// has no perfect square, or if its expanded form exceeds the limits below.
     constexpr int with_squares(int sum) {
         terms_ = expand(sum);
         collect();
@@ -35,36 +36,40 @@ public:
     }
 
 private:
-    static constexpr int most_bases = 24, most_terms = 48, most_squares = 4, greatest_power = 126 /* in halves */,
-                         greatest_depth = 200;
+    static constexpr int max_bases = 24, max_terms = 48, max_squares = 4;
+    static constexpr int max_power = 126 /* in units of ½ */, max_depth = 200 /* of nested operations */;
 
     enum class Bases { all, inputs, others };
     struct Term {
         double coefficient = 0;
-        signed char power[most_bases]{};  ///< of each base, in halves
+        signed char power[max_bases]{};  ///< Exponent of each base, in units of ½.
     };
     struct Terms {
-        Term term[most_terms]{};
+        Term term[max_terms]{};
         int count = 0;
     };
 
     constexpr bool is_sum(int i) const { return t_.nodes[i].op == Op::add || t_.nodes[i].op == Op::sub; }
     constexpr bool is_input(int b) const { return t_.nodes[bases_[b]].op == Op::input; }
-    constexpr bool rooted(int b) const { return rooted_[bases_[b]]; }
+    constexpr bool has_root(int b) const { return has_root_[bases_[b]]; }
 
     constexpr void append(Terms& to, const Term& term) {
-        if (to.count == most_terms) failed_ = true;
+        if (to.count == max_terms) failed_ = true;
         else to.term[to.count++] = term;
     }
+    /// Returns the term node^(halves/2).
     constexpr Terms base(int node, int halves) {
         int b = 0;
         while (b < bases_count_ && bases_[b] != node) ++b;
-        if (b == most_bases) return failed_ = true, Terms{};
+        if (b == max_bases) return failed_ = true, Terms{};
         if (b == bases_count_) bases_[bases_count_++] = node;
         Terms one;
-        one.count = 1, one.term[0].coefficient = 1, one.term[0].power[b] = static_cast<signed char>(halves);
+        one.count = 1;
+        one.term[0].coefficient = 1;
+        one.term[0].power[b] = static_cast<signed char>(halves);
         return one;
     }
+    /// Returns the product of two sums of terms, without collecting equal terms.
     constexpr Terms product(const Terms& a, const Terms& b) {
         Terms all;
         for (int i = 0; i < a.count; ++i)
@@ -73,25 +78,28 @@ private:
                 term.coefficient *= b.term[j].coefficient;
                 for (int k = 0; k < bases_count_; ++k) {
                     const int power = term.power[k] + b.term[j].power[k];
-                    failed_ = failed_ || power > greatest_power || power < -greatest_power;
+                    failed_ = failed_ || power > max_power || power < -max_power;
                     term.power[k] = static_cast<signed char>(power);
                 }
                 append(all, term);
             }
         return all;
     }
+    /// Returns the expanded form of node i, and limits the depth of the recursion.
     constexpr Terms expand(int i) {
-        if (failed_ = failed_ || depth_ >= greatest_depth; failed_) return Terms{};
+        if (failed_ = failed_ || depth_ >= max_depth; failed_) return Terms{};
         ++depth_;
         const Terms all = expanded(i);
         --depth_;
         return all;
     }
+    /// Returns the expanded form of node i. Calls `expand` for its operands.
     constexpr Terms expanded(int i) {
         const Node n = t_.nodes[i];
         if (n.op == Op::constant) {
             Terms one;
-            one.count = 1, one.term[0].coefficient = n.value;
+            one.count = 1;
+            one.term[0].coefficient = n.value;
             return one;
         }
         if (n.op == Op::neg) {
@@ -99,7 +107,7 @@ private:
             for (int k = 0; k < all.count; ++k) all.term[k].coefficient = -all.term[k].coefficient;
             return all;
         }
-        if (is_sum(i) && !n.uniform && !rooted_[i]) {
+        if (is_sum(i) && !n.uniform && !has_root_[i]) {
             Terms all = expand(n.a);
             const Terms more = expand(n.b);
             for (int k = 0; k < more.count; ++k) {
@@ -108,7 +116,7 @@ private:
             }
             return all;
         }
-        if (const int root = t_.root_of(i); root >= 0) return base(t_.nodes[root].a, 1);
+        if (const int root = t_.reciprocal_root_of(i); root >= 0) return base(t_.nodes[root].a, 1);
         if (n.op == Op::rsqrt) return base(n.a, -1);
         if (n.op == Op::mul) return n.a == n.b && is_sum(n.a) ? base(n.a, 4) : product(expand(n.a), expand(n.b));
         if (n.op == Op::recip) {
@@ -122,9 +130,9 @@ private:
     }
 
     static constexpr bool same_bases(const Term& a, const Term& b) {
-        return std::equal(a.power, a.power + most_bases, b.power);
+        return std::equal(a.power, a.power + max_bases, b.power);
     }
-    /// Adds up terms of the same bases.
+    /// Adds the coefficients of terms with the same powers.
     constexpr void collect() {
         Terms all;
         for (int i = 0; i < terms_.count; ++i) {
@@ -136,69 +144,84 @@ private:
         terms_ = all;
     }
 
-    /// Whether these may be a² and b²; roots of bases are taken only where the tape has them.
+    /// Returns true if the terms may be a² and b² times a common factor: their quotient is a perfect square. An odd
+    /// exponent in the quotient is allowed only if the tape contains the square root of the base.
     constexpr bool could_be_squares(const Term& a, const Term& b) const {
         if (a.coefficient != b.coefficient) return false;
         for (int k = 0; k < bases_count_; ++k)
-            if ((a.power[k] - b.power[k]) % (rooted(k) ? 2 : 4) != 0) return false;
+            if ((a.power[k] - b.power[k]) % (has_root(k) ? 2 : 4) != 0) return false;
         return true;
     }
-    /// The term ±2ab of a² and b²; −1: there is none.
-    constexpr int cross_of(const Term& a, const Term& b) const {
+    /// Returns the index of the term ±2ab for the terms a² and b², if it is in no square yet; else −1.
+    constexpr int cross_term_of(const Term& a, const Term& b) const {
         for (int x = 0; x < terms_.count; ++x) {
             const Term& term = terms_.term[x];
-            bool is =
+            bool matches =
                 group_[x] < 0 && (term.coefficient == 2 * a.coefficient || term.coefficient == -2 * a.coefficient);
-            for (int k = 0; is && k < bases_count_; ++k) is = 2 * term.power[k] == a.power[k] + b.power[k];
-            if (is) return x;
+            for (int k = 0; matches && k < bases_count_; ++k)
+                matches = 2 * term.power[k] == a.power[k] + b.power[k];
+            if (matches) return x;
         }
         return -1;
     }
+    /// Assigns terms to perfect squares.
     constexpr void find_squares() {
-        for (int i = 0; i < most_terms; ++i) group_[i] = -1, root_[i] = false, sign_[i] = 1;
-        for (int i = 0; i < terms_.count && squares_ < most_squares; ++i) {
+        for (int i = 0; i < max_terms; ++i) {
+            group_[i] = -1;
+            is_squared_[i] = false;
+            sign_[i] = 1;
+        }
+        for (int i = 0; i < terms_.count && squares_ < max_squares; ++i) {
             if (group_[i] >= 0) continue;
             int members = 1;
             for (int j = 0; j < terms_.count; ++j)
-                if (j != i && group_[j] < 0 && joins(i, j)) {
-                    take(i, j), ++members;
+                if (j != i && group_[j] < 0 && belongs_to_square(i, j)) {
+                    add_to_square(i, j);
+                    ++members;
                 }
-            if (members > 1) group_[i] = squares_++, root_[i] = true;
+            if (members > 1) {
+                group_[i] = squares_++;
+                is_squared_[i] = true;
+            }
         }
     }
-    /// Whether term j has the right cross terms with the square that begins with term i, whose other roots are known;
-    /// gives it its sign.
-    constexpr bool joins(int i, int j) {
+    /// Returns true if term j has cross terms of consistent sign with all squared terms of the current square, whose
+    /// first squared term is i. Sets the sign of term j.
+    constexpr bool belongs_to_square(int i, int j) {
         if (!could_be_squares(terms_.term[i], terms_.term[j])) return false;
-        const int first = cross_of(terms_.term[i], terms_.term[j]);
+        const int first = cross_term_of(terms_.term[i], terms_.term[j]);
         if (first < 0) return false;
         const int sign = terms_.term[first].coefficient == 2 * terms_.term[i].coefficient ? 1 : -1;
         for (int m = 0; m < terms_.count; ++m) {
-            if (group_[m] != squares_ || !root_[m]) continue;
-            const int x = cross_of(terms_.term[m], terms_.term[j]);
+            if (group_[m] != squares_ || !is_squared_[m]) continue;
+            const int x = cross_term_of(terms_.term[m], terms_.term[j]);
             if (x < 0 || terms_.term[x].coefficient != 2 * sign_[m] * sign * terms_.term[i].coefficient) return false;
         }
         sign_[j] = sign;
         return true;
     }
-    constexpr void take(int i, int j) {
+    /// Adds term j and its cross terms to the current square.
+    constexpr void add_to_square(int i, int j) {
         for (int m = 0; m < terms_.count; ++m)
-            if ((group_[m] == squares_ && root_[m]) || m == i)
-                group_[cross_of(terms_.term[m], terms_.term[j])] = squares_;
-        group_[j] = squares_, root_[j] = true;
+            if ((group_[m] == squares_ && is_squared_[m]) || m == i)
+                group_[cross_term_of(terms_.term[m], terms_.term[j])] = squares_;
+        group_[j] = squares_;
+        is_squared_[j] = true;
     }
 
-    /// c·g·(Σ ± s)², with g what the squares have in common.
+    /// Records c·g·(Σ ± s)² and returns its node. The squared terms are c·g·s² with a common coefficient c and a common
+    /// factor g.
     constexpr int square(int group) {
         Terms roots;
         Term common;
         for (int i = 0; i < terms_.count; ++i) {
-            if (group_[i] != group || !root_[i]) continue;
+            if (group_[i] != group || !is_squared_[i]) continue;
             const Term& term = terms_.term[i];
             if (roots.count == 0) common = term;
             for (int k = 0; k < bases_count_; ++k)
-                common.power[k] = nearer_to_none(common.power[k], term.power[k], rooted(k) ? 2 : 4);
-            append(roots, term), roots.term[roots.count - 1].coefficient = sign_[i];
+                common.power[k] = common_power(common.power[k], term.power[k], has_root(k) ? 2 : 4);
+            append(roots, term);
+            roots.term[roots.count - 1].coefficient = sign_[i];
         }
         for (int i = 0; i < roots.count; ++i)
             for (int k = 0; k < bases_count_; ++k)
@@ -206,16 +229,17 @@ private:
         const int sum = sum_of(roots);
         return t_.mul(times(t_.constant(common.coefficient), common, Bases::all), t_.mul(sum, sum));
     }
-    /// The power that two powers with the same remainder have in common; if their signs differ, the remainder.
-    static constexpr signed char nearer_to_none(int a, int b, int modulus) {
+    /// Returns the power of a base in the common factor of two terms, in which its powers are a and b. They are equal
+    /// modulo `modulus`. The result is the power nearer to 0, or the remainder if the signs differ.
+    static constexpr signed char common_power(int a, int b, int modulus) {
         if (a >= 0 && b >= 0) return static_cast<signed char>(a < b ? a : b);
         if (a <= 0 && b <= 0) return static_cast<signed char>(a > b ? a : b);
         return static_cast<signed char>(a % modulus);
     }
 
-    /// Terms that share all but inputs share the product of it.
+    /// Records a sum of terms. Terms that differ only in the powers of inputs share the product of the other bases.
     constexpr int sum_of(const Terms& terms) {
-        bool done[most_terms]{};
+        bool done[max_terms]{};
         int total = t_.constant(0);
         for (int i = 0; i < terms.count; ++i) {
             if (done[i]) continue;
@@ -237,33 +261,33 @@ private:
         }
         return total;
     }
-    /// node · the term's powers of these bases.
+    /// Records the product of `node` and the term's powers of the selected bases.
     constexpr int times(int node, const Term& term, Bases bases) {
         for (int b = 0; b < bases_count_; ++b) {
             if (bases != Bases::all && is_input(b) != (bases == Bases::inputs)) continue;
             int halves = term.power[b];
             for (; halves >= 2; halves -= 2) node = t_.mul(node, bases_[b]);
             if (halves == 1) node = t_.mul(node, t_.sqrt(bases_[b]));
-            for (; halves < 0 && rooted(b); ++halves) node = t_.mul(node, t_.unary(Op::rsqrt, bases_[b]));
+            for (; halves < 0 && has_root(b); ++halves) node = t_.mul(node, t_.unary(Op::rsqrt, bases_[b]));
             for (; halves < 0; halves += 2) node = t_.mul(node, t_.recip(bases_[b]));
         }
         return node;
     }
 
     Tape& t_;
-    bool rooted_[Tape::capacity]{};  ///< nodes whose root the tape takes
-    int bases_[most_bases]{};
+    bool has_root_[Tape::capacity]{};  ///< True for nodes whose square root is on the tape.
+    int bases_[max_bases]{};
     int bases_count_ = 0;
     Terms terms_{};
     bool failed_ = false;
-    int depth_ = 0;  ///< of sums and products that are being expanded
-    int group_[most_terms]{};   ///< of each term: the square that it is part of, or −1
-    bool root_[most_terms]{};   ///< … as a², not as 2ab
-    int sign_[most_terms]{};    ///< … of a
-    int squares_ = 0;
+    int depth_ = 0;                 ///< Recursion depth of `expand`.
+    int group_[max_terms]{};        ///< For each term, the index of the square that contains it, or −1.
+    bool is_squared_[max_terms]{};  ///< For each term, true if it is a squared term a², not a cross term 2ab.
+    int sign_[max_terms]{};         ///< For each squared term a², the sign of a in the sum that is squared.
+    int squares_ = 0;               ///< Number of squares.
 };
 
-/// Operations that node `root` takes, those of uniforms aside.
+/// Returns the number of operations that compute node `root`. Uniform nodes are not counted.
 constexpr int operations_to(const Tape& t, int root) {
     bool needed[Tape::capacity]{};
     needed[root] = true;
@@ -271,7 +295,8 @@ constexpr int operations_to(const Tape& t, int root) {
     for (int i = root; i >= 0; --i) {
         const Node& n = t.nodes[i];
         if (!needed[i] || n.uniform || n.op == Op::input) continue;
-        ++count, needed[n.a] = true;
+        ++count;
+        needed[n.a] = true;
         if (n.b >= 0) needed[n.b] = true;
     }
     return count;
@@ -279,13 +304,13 @@ constexpr int operations_to(const Tape& t, int root) {
 
 }  // namespace detail
 
-/// The same number as node `sum`, perfect squares among its terms taken together where that is shorter.
-constexpr int take_squares_together(Tape& t, int sum) {
-    Tape other = t;
-    const int shorter = detail::ExpandedSum(other).with_squares(sum);
-    if (other.full || detail::operations_to(other, shorter) >= detail::operations_to(t, sum)) return sum;
-    t = other;
-    return shorter;
+/// Factors the perfect squares among the terms of node `sum` if this saves operations. Returns the node of the sum.
+constexpr int collect_squares(Tape& t, int sum) {
+    Tape candidate = t;
+    const int factored = detail::ExpandedSum(candidate).with_squares(sum);
+    if (candidate.full || detail::operations_to(candidate, factored) >= detail::operations_to(t, sum)) return sum;
+    t = candidate;
+    return factored;
 }
 
 }  // namespace kagero

@@ -1,12 +1,11 @@
 /// Reverse-mode automatic differentiation at compile time.
 ///
-/// A Hamiltonian is a generic function. Called in a constant expression with `Recorded` numbers (recorded.h), it leaves
-/// behind a tape: a list of operations whose operands are compile-time indices. The reverse sweep (gradient.h) is
-/// recorded onto the same tape, so value and derivatives share what they have in common; simplification happens as
-/// nodes are pushed. `program.h` turns the tape into straight-line code.
+/// A Hamiltonian is a generic function. A call in a constant expression with `Recorded` numbers (recorded.h) records a
+/// tape: a list of operations whose operands are compile-time indices. The reverse sweep (gradient.h) is recorded onto
+/// the same tape, so that value and derivatives share common subexpressions. Expressions are simplified while they are
+/// recorded. `program.h` evaluates programs that are extracted from the tape.
 ///
-/// Nodes that depend on parameters and constants alone are `uniform`: they are evaluated once per job, not once per
-/// ray.
+/// Nodes that depend only on parameters and constants are `uniform`: they are evaluated once per job, not once per ray.
 #pragma once
 
 #include "kernels/operation.h"
@@ -15,22 +14,24 @@
 
 namespace kagero {
 
+/// A node of a tape.
 struct Node {
     Op op = Op::constant;
-    int a = -1, b = -1, c = -1;  ///< operands; for leaves a is the index of the parameter or input
-    double value = 0;            ///< constants only
+    int a = -1, b = -1, c = -1;  ///< Indices of the operands; in leaves, a is the index of the parameter or input.
+    double value = 0;            ///< Value of a constant.
     bool uniform = true;
 };
 
-/// An operation on numbers while the program runs (program.h).
+/// Returns op(a, b) at run time. It is defined in program.h.
 inline double value_of(Op op, double a, double b);
 
+/// The recorded operations. Functions that record an operation return the index of its node.
 class Tape {
 public:
     static constexpr int capacity = 768;
     Node nodes[capacity]{};
     int size = 0;
-    bool full = false;  ///< a node had no room: whatever was recorded since is meaningless
+    bool full = false;  ///< The capacity was exceeded; nodes that were recorded afterwards are invalid.
 
     constexpr int constant(double x) { return append({Op::constant, -1, -1, -1, x, true}); }
     constexpr int parameter(int i) { return append({Op::parameter, i, -1, -1, 0, true}); }
@@ -63,12 +64,12 @@ public:
         if (nodes[a].op == Op::neg && !uniform(a)) return neg(mul(nodes[a].a, b));
         if (nodes[b].op == Op::neg && !uniform(b)) return neg(mul(a, nodes[b].a));
         if (const int root = square_root_cancelled(a, b); root >= 0) return root;
-        // Uniform factors travel outward and meet: u (v x) = (u v) x, (u x) y = u (x y).
+        // Uniform factors are moved outward and combined: u (v x) = (u v) x and (u x) y = u (x y).
         if (uniform(b) && !uniform(a)) return mul(b, a);
-        if (const int inner = scaled(b); inner >= 0 && uniform(a)) return mul(mul(a, inner), nodes[b].b);
-        if (const int inner = scaled(a); inner >= 0) return mul(inner, mul(nodes[a].b, b));
-        if (const int inner = scaled(b); inner >= 0) return mul(inner, mul(a, nodes[b].b));
-        // Into sums whose terms have uniform factors already: u (v x + w y) = (u v) x + (u w) y.
+        if (const int inner = uniform_factor(b); inner >= 0 && uniform(a)) return mul(mul(a, inner), nodes[b].b);
+        if (const int inner = uniform_factor(a); inner >= 0) return mul(inner, mul(nodes[a].b, b));
+        if (const int inner = uniform_factor(b); inner >= 0) return mul(inner, mul(a, nodes[b].b));
+        // A sum whose terms have uniform factors absorbs another one: u (v x + w y) = (u v) x + (u w) y.
         if (const Node s = nodes[b]; uniform(a) && (s.op == Op::add || s.op == Op::sub) && absorbs(s.a) && absorbs(s.b))
             return s.op == Op::add ? add(mul(a, s.a), mul(a, s.b)) : sub(mul(a, s.a), mul(a, s.b));
         return uniform(a) && !uniform(b) ? append({Op::mul, a, b, -1, 0, false}) : append_sorted(Op::mul, a, b);
@@ -77,31 +78,33 @@ public:
         if (nodes[a].op == Op::constant) return constant(-nodes[a].value);
         if (nodes[a].op == Op::neg) return nodes[a].a;
         if (nodes[a].op == Op::sub) return sub(nodes[a].b, nodes[a].a);
-        if (const int inner = scaled(a); inner >= 0) return mul(neg(inner), nodes[a].b);
+        if (const int inner = uniform_factor(a); inner >= 0) return mul(neg(inner), nodes[a].b);
         return unary(Op::neg, a);
     }
     constexpr int recip(int a) {
         if (nodes[a].op == Op::constant) return constant(1 / nodes[a].value);
         if (nodes[a].op == Op::recip) return nodes[a].a;
-        if (const int root = root_of(a); root >= 0) return root;
-        if (const int inner = scaled(a); inner >= 0) return mul(recip(inner), recip(nodes[a].b));
+        if (const int root = reciprocal_root_of(a); root >= 0) return root;
+        if (const int inner = uniform_factor(a); inner >= 0) return mul(recip(inner), recip(nodes[a].b));
         return unary(Op::recip, a);
     }
     constexpr int div(int a, int b) { return mul(a, recip(b)); }
-    /// √s as s·(1/√s), so that √s and 1/√s share their expensive half.
+    /// Records √s as s·(1/√s), so that √s and 1/√s share the reciprocal square root.
     constexpr int sqrt(int s) { return uniform(s) ? unary(Op::sqrt, s) : mul(s, unary(Op::rsqrt, s)); }
-    /// A function of the table, of one operand where b < 0.
+    /// Records a function of operation_table.h. The function has one operand if b < 0.
     constexpr int function(Op op, int a, int b = -1) {
         if (op == Op::recip) return recip(a);
         if (op == Op::sqrt) return sqrt(a);
         return b < 0 ? unary(op, a) : binary(op, a, b);
     }
-    /// Functions of numbers are numbers, where the standard library can tell them: while the program runs.
+    /// Records a function of one operand. At run time a function of a constant is evaluated. At compile time it is not,
+    /// because the functions of the standard library are not constexpr.
     constexpr int unary(Op op, int a) {
         if (!std::is_constant_evaluated() && nodes[a].op == Op::constant)
             return constant(value_of(op, nodes[a].value, 0));
         return append({op, a, -1, -1, 0, uniform(a)});
     }
+    /// Records a function of two operands, with the same evaluation at run time except for `at_least`.
     constexpr int binary(Op op, int a, int b) {
         if (!std::is_constant_evaluated() && op != Op::at_least && both_constant(a, b))
             return constant(value_of(op, nodes[a].value, nodes[b].value));
@@ -109,23 +112,22 @@ public:
     }
 
     constexpr bool uniform(int i) const { return nodes[i].uniform; }
-    /// The node 1/√s when node i is √s, written s·(1/√s); else −1.
-    constexpr int root_of(int i) const {
+    /// Returns the node 1/√s if node i is √s, recorded as s·(1/√s); else −1.
+    constexpr int reciprocal_root_of(int i) const {
         const Node& n = nodes[i];
         if (n.op != Op::mul) return -1;
         if (nodes[n.b].op == Op::rsqrt && nodes[n.b].a == n.a) return n.b;
         if (nodes[n.a].op == Op::rsqrt && nodes[n.a].a == n.b) return n.a;
         return -1;
     }
-    /// Appends as it is, or finds the same operation that is already there.
+    /// Appends a node without simplification. If a node with the same operation and operands exists, returns that node.
     constexpr int append(const Node& n) {
         int& last = n.a < 0 ? last_constant_ : last_user_[n.a];
         for (int i = last - 1; i >= 0; i = earlier_[i] - 1) {
             const Node& o = nodes[i];
             if (o.op == n.op && o.b == n.b && o.c == n.c && o.value == n.value) return i;
         }
-        // The compiler stops at the end of the array by itself; formulas of a scene are recorded while the program
-        // runs.
+        // At compile time an index beyond the array is an error. At run time the formula of a scene may be too long.
         if (size == capacity && !std::is_constant_evaluated()) return full = true, 0;
         nodes[size] = n;
         earlier_[size] = last;
@@ -133,8 +135,8 @@ public:
     }
 
 private:
-    // Nodes of the same first operand (or leaf's index, or none) are chained, the last first; counted from 1, as 0 ends
-    // a chain.
+    // Nodes with the same value of Node::a form a linked list, the last node first. Constants form a list of their own.
+    // Indices are stored plus 1; 0 ends a list.
     int last_user_[capacity]{}, earlier_[capacity]{};
     int last_constant_ = 0;
 
@@ -142,21 +144,22 @@ private:
     constexpr bool both_constant(int a, int b) const {
         return nodes[a].op == Op::constant && nodes[b].op == Op::constant;
     }
-    /// The uniform factor u when node i is u·x with x varying, else −1.
-    constexpr int scaled(int i) const {
+    /// Returns the uniform factor u if node i is u·x with a nonuniform x, else −1.
+    constexpr int uniform_factor(int i) const {
         const Node& n = nodes[i];
         return n.op == Op::mul && !n.uniform && nodes[n.a].uniform ? n.a : -1;
     }
-    /// Whether a uniform factor of node i costs nothing.
-    constexpr bool absorbs(int i) const { return uniform(i) || scaled(i) >= 0; }
-    /// √s·√s = s and √s·(1/√s) = 1; −1 when neither is there.
+    /// Returns true if node i can be multiplied by a uniform factor without an additional operation per ray.
+    constexpr bool absorbs(int i) const { return uniform(i) || uniform_factor(i) >= 0; }
+    /// Simplifies √s·√s = s and √s·(1/√s) = 1. Returns −1 if a·b is neither of them.
     constexpr int square_root_cancelled(int a, int b) {
-        const int root = root_of(a);
+        const int root = reciprocal_root_of(a);
         if (a == b && root >= 0) return nodes[root].a;
         if (root >= 0 && b == root) return constant(1);
-        if (const int other = root_of(b); other >= 0 && a == other) return constant(1);
+        if (const int other = reciprocal_root_of(b); other >= 0 && a == other) return constant(1);
         return -1;
     }
+    /// Records a commutative operation with its operands in ascending order.
     constexpr int append_sorted(Op op, int a, int b) { return a < b ? binary(op, a, b) : binary(op, b, a); }
 };
 

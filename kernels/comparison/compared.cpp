@@ -1,4 +1,4 @@
-// From an index in the list of Hamiltonians to the kernels that are compared: those of the short list.
+// Dispatch from the index of a Hamiltonian in Module::hamiltonians to its kernel for a vectorization.
 #include "kernels/comparison/compared.h"
 #include "kernels/trace/trace_entry.h"
 
@@ -6,16 +6,17 @@ namespace kagero {
 
 namespace {
 
-/// Null for a Hamiltonian that is not on the short list.
-template <class Way>
-const SpaceKernel<typename Way::Value>* find_kernel(std::uint32_t hamiltonian, bool rescaled) {
-    using Kernel = SpaceKernel<typename Way::Value>;
+/// Returns the kernel of a Hamiltonian, given by its index; nullptr if it is not a compared Hamiltonian.
+template <class Vectorization>
+const SpaceKernel<typename Vectorization::Value>* find_kernel(std::uint32_t hamiltonian, bool rescaled) {
+    using Kernel = SpaceKernel<typename Vectorization::Value>;
     using Lookup = const Kernel* (*)(bool);
     static constexpr Lookup kernels[] = {
-#define KAGERO_HAMILTONIAN(TYPE)                                                                                             \
-    []([[maybe_unused]] bool with_rescaling) -> const Kernel* {                                                              \
-        if constexpr (is_compared<hamiltonians::TYPE>) return &compared_kernel<Way, hamiltonians::TYPE>(with_rescaling);     \
-        else return nullptr;                                                                                                 \
+#define KAGERO_HAMILTONIAN(TYPE)                                                                  \
+    []([[maybe_unused]] bool with_rescaling) -> const Kernel* {                                   \
+        if constexpr (is_compared<hamiltonians::TYPE>)                                            \
+            return &compared_kernel<Vectorization, hamiltonians::TYPE>(with_rescaling);           \
+        else return nullptr;                                                                      \
     },
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
@@ -24,28 +25,28 @@ const SpaceKernel<typename Way::Value>* find_kernel(std::uint32_t hamiltonian, b
     return kernels[hamiltonian](rescaled);
 }
 
-constexpr const char* short_list = "it is compiled for a few spaces alone: "
+constexpr const char* not_compiled = "this kernel is compiled only for these spaces: "
 #include "compared_names.inc"
     ;
 
 }  // namespace
 
-template <class Way>
+template <class Vectorization>
 void trace_compared(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    trace_with(*find_kernel<Way>(job->hamiltonian, job->rescaled), *job, *tile, ends, *counters);
+    trace_with(*find_kernel<Vectorization>(job->hamiltonian, job->rescaled), *job, *tile, ends, *counters);
 }
 
-template <class Way>
+template <class Vectorization>
 const char* compared_refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight) {
-    const auto* kernel = find_kernel<Way>(hamiltonian, rescaled);
-    if (!kernel) return short_list;
+    const auto* kernel = find_kernel<Vectorization>(hamiltonian, rescaled);
+    if (!kernel) return not_compiled;
     return straight ? nullptr : kernel->refusal[static_cast<int>(methods[integrator].kind)];
 }
 
-#define KAGERO_WAY(WAY)                                                                  \
-    template void trace_compared<WAY>(const Job*, const Tile*, RayEnd*, Counters*);      \
-    template const char* compared_refusal<WAY>(std::uint32_t, std::uint32_t, bool, bool);
-KAGERO_WAYS(KAGERO_WAY)
-#undef KAGERO_WAY
+#define KAGERO_VECTORIZATION(VECTORIZATION)                                                      \
+    template void trace_compared<VECTORIZATION>(const Job*, const Tile*, RayEnd*, Counters*);    \
+    template const char* compared_refusal<VECTORIZATION>(std::uint32_t, std::uint32_t, bool, bool);
+KAGERO_VECTORIZATIONS(KAGERO_VECTORIZATION)
+#undef KAGERO_VECTORIZATION
 
 }  // namespace kagero

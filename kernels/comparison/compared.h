@@ -1,6 +1,10 @@
-/// The ways of tracing that exist to be compared with the usual ones: one ray per vector, packets of other widths, and
-/// scalar code as the compiler vectorizes it. Each is a value type for the same loop and a `SpaceKernel` for the same
-/// methods; they are compiled for the short list of Hamiltonians in kernels/CMakeLists.txt.
+/// Vectorizations that exist only for comparison with the default kernels: one ray per vector, packets of other widths,
+/// and scalar code that the compiler vectorizes.
+///
+/// A vectorization is a struct that selects how lanes are used. It names the value type of the tracing loop, the
+/// strategy and form that `kagero list strategies` shows, and the number of registers per variable. Its kernels are
+/// compiled only for the Hamiltonians in `compared_hamiltonians` (kernels/CMakeLists.txt), here called compared
+/// Hamiltonians.
 #pragma once
 
 #include "kernels/comparison/forward.h"
@@ -10,50 +14,51 @@
 
 namespace kagero {
 
-/// One ray, the components of its gradient in the lanes.
+/// Traces one ray at a time. The lanes hold the components of the gradient of H.
 struct PerRayGradient {
     using Value = double;
     static constexpr Strategy strategy = Strategy::per_ray;
     static constexpr Form form = Form::gradient;
     static constexpr int registers = ValueTraits<Packed<double, phase_size>>::registers;
 };
-/// One ray, the stages of a Gauss method in the lanes.
+/// Traces one ray at a time. The lanes hold the stages of a Gauss method.
 struct PerRayStages {
     using Value = double;
     static constexpr Strategy strategy = Strategy::per_ray;
     static constexpr Form form = Form::stages;
     static constexpr int registers = ValueTraits<Packed<double, max_stages>>::registers;
 };
-/// The scalar strategy with the compiler's vectorizers on.
+/// Traces one ray at a time with scalar code, for which the compiler's vectorizers are enabled.
 struct AutoVectorized {
     using Value = double;
     static constexpr Strategy strategy = Strategy::scalar;
     static constexpr Form form = Form::auto_vectorized;
     static constexpr int registers = 1;
 };
-/// Packets of `count` registers per variable.
+/// Traces packets of rays with `count` registers per variable.
 template <class S, int count>
-struct OtherWidth {
+struct PacketOfRegisters {
     using Value = Lanes<S, count>;
     static constexpr Strategy strategy = Strategy::packet;
     static constexpr Form form = Form::none;
     static constexpr int registers = count;
 };
-/// Packets of the two other numbers of registers among 1, 2 and 4; packets.h has chosen one.
-template <class Packet, class S = ScalarOf<Packet>, int chosen = ValueTraits<Packet>::registers>
-using Few = OtherWidth<S, chosen == 1 ? 2 : 1>;
-template <class Packet, class S = ScalarOf<Packet>, int chosen = ValueTraits<Packet>::registers>
-using Many = OtherWidth<S, chosen == 4 ? 2 : 4>;
-using FewDouble = Few<PacketDouble>;
-using ManyDouble = Many<PacketDouble>;
-using FewFloat = Few<PacketFloat>;
-using ManyFloat = Many<PacketFloat>;
+/// Packets have 1, 2 or 4 registers per variable. One of these numbers is the default (packets.h). `Narrower` has the
+/// smaller and `Wider` the larger of the two other numbers.
+template <class Packet, class S = ScalarOf<Packet>, int default_registers = ValueTraits<Packet>::registers>
+using Narrower = PacketOfRegisters<S, default_registers == 1 ? 2 : 1>;
+template <class Packet, class S = ScalarOf<Packet>, int default_registers = ValueTraits<Packet>::registers>
+using Wider = PacketOfRegisters<S, default_registers == 4 ? 2 : 4>;
+using NarrowerDouble = Narrower<PacketDouble>;
+using WiderDouble = Wider<PacketDouble>;
+using NarrowerFloat = Narrower<PacketFloat>;
+using WiderFloat = Wider<PacketFloat>;
 
-/// Calls a macro with every way, in the order in which `kagero list strategies` shows them.
-#define KAGERO_WAYS(X) \
-    X(PerRayStages) X(PerRayGradient) X(AutoVectorized) X(FewDouble) X(ManyDouble) X(FewFloat) X(ManyFloat)
+/// Expands X(vectorization) for every vectorization, in the order in which `kagero list strategies` shows them.
+#define KAGERO_VECTORIZATIONS(X) \
+    X(PerRayStages) X(PerRayGradient) X(AutoVectorized) X(NarrowerDouble) X(WiderDouble) X(NarrowerFloat) X(WiderFloat)
 
-/// Whether a Hamiltonian is on the short list.
+/// True if H is a compared Hamiltonian.
 template <class H>
 inline constexpr bool is_compared = false;
 #define KAGERO_HAMILTONIAN(TYPE) \
@@ -62,21 +67,28 @@ inline constexpr bool is_compared = false;
 #include "compared.inc"
 #undef KAGERO_HAMILTONIAN
 
-/// Defined in one translation unit per way and Hamiltonian of the short list.
-template <class Way, class H>
-const SpaceKernel<typename Way::Value>& compared_kernel(bool rescaled);
+/// Returns the kernel of a compared Hamiltonian, with or without time rescaling. It is defined in compared_kernel.h and
+/// instantiated in files that kernels/CMakeLists.txt generates from compared_space.cpp.in.
+template <class Vectorization, class H>
+const SpaceKernel<typename Vectorization::Value>& compared_kernel(bool rescaled);
 
-template <class Way>
+/// Traces a tile of rays; implements KernelInfo::trace.
+template <class Vectorization>
 void trace_compared(const Job*, const Tile*, RayEnd*, Counters*);
-template <class Way>
+/// Returns nullptr if the kernel of this vectorization supports the space and the method, else the reason why not.
+/// Implements KernelInfo::refusal.
+template <class Vectorization>
 const char* compared_refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight);
 
-template <class Way>
+/// Returns the entry of a vectorization in the module's list of kernels.
+template <class Vectorization>
 constexpr KernelInfo compared_kernel_of() {
-    using V = typename Way::Value;
+    using V = typename Vectorization::Value;
     constexpr Precision precision = sizeof(ScalarOf<V>) == sizeof(double) ? Precision::float64 : Precision::float32;
-    return {Way::strategy,        precision, Way::form, lane_count<V>, Way::registers, trace_compared<Way>,
-            compared_refusal<Way>};
+    return {Vectorization::strategy,  precision,
+            Vectorization::form,      lane_count<V>,
+            Vectorization::registers, trace_compared<Vectorization>,
+            compared_refusal<Vectorization>};
 }
 
 }  // namespace kagero

@@ -1,5 +1,5 @@
-/// The definition of `compared_kernel`: a Hamiltonian joined with the kinds of step that each way of tracing is
-/// compared by.
+/// Definition of `compared_kernel`: for each vectorization, the kernel of a Hamiltonian with the steppers that this
+/// vectorization supports.
 #pragma once
 
 #include "kernels/comparison/forward_system.h"
@@ -10,20 +10,22 @@
 namespace kagero {
 namespace detail {
 
-/// The same system under another name, so that its steps are compiled once more, with other flags.
+/// The same as `System<H, Rescaled, S>`, but a different type. Its steppers are therefore compiled a second time, with
+/// the compiler flags of the vectorization `AutoVectorized`.
 template <class H, bool Rescaled, class S>
 struct AutoVectorizedSystem : System<H, Rescaled, S> {
     using System<H, Rescaled, S>::System;
 };
 
-/// Which step stands for a kind: `choose.operator()<kind>()` names it by a value of its type; void where there is none.
-template <class System, class V, class Choose>
-constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_not) {
+/// Returns a kernel with the steppers that `selection` selects. `selection.operator()<kind>()` returns the stepper for
+/// a kind as `Selected<Stepper>`, or `Selected<void>` if the kind is not supported. `reason` is then the refusal.
+template <class System, class V, class Selection>
+constexpr SpaceKernel<V> kernel_of_selection(const Selection& selection, const char* reason) {
     SpaceKernel<V> kernel = kernel_without_steps<System, V>();
     const auto fill = [&]<int k>() {
-        using Stepper = typename decltype(choose.template operator()<static_cast<Kind>(k)>())::type;
+        using Stepper = typename decltype(selection.template operator()<static_cast<StepperKind>(k)>())::type;
         if constexpr (std::is_void_v<Stepper>) {
-            kernel.refusal[k] = why_not;
+            kernel.refusal[k] = reason;
         } else {
             kernel.refusal[k] = refusal<System, Stepper>();
             if constexpr (!refusal<System, Stepper>()) add_step<System, Stepper>(kernel, k);
@@ -34,62 +36,68 @@ constexpr SpaceKernel<V> kernel_of_kinds(const Choose& choose, const char* why_n
     return kernel;
 }
 
+/// The result of a selection: a stepper, or void.
 template <class Stepper>
-using Chosen = std::type_identity<Stepper>;
+using Selected = std::type_identity<Stepper>;
 
-struct StageSteps {
-    template <Kind kind>
+/// Selects only the Gauss methods, with their stages in the lanes.
+struct SteppersForStages {
+    template <StepperKind kind>
     constexpr auto operator()() const {
-        if constexpr (kind == Kind::gauss) return Chosen<StagesInLanes<0>>{};
-        else if constexpr (kind == Kind::gauss_of_4) return Chosen<StagesInLanes<4>>{};
-        else return Chosen<void>{};
+        if constexpr (kind == StepperKind::gauss) return Selected<StagesInLanes<0>>{};
+        else if constexpr (kind == StepperKind::gauss_of_4) return Selected<StagesInLanes<4>>{};
+        else return Selected<void>{};
     }
 };
-/// The steppers for the H of a space that declares a rescaling: only the one in the orbit plane. Straight rays need
-/// none, and all others integrate the rescaled H.
-struct PlainSteps {
-    template <Kind kind>
+/// Selects the steppers for H without time rescaling if H declares a rescaling. This is only the orbit stepper, which
+/// does not use the rescaling; the kernels for comparison have all other steppers only for the rescaled H.
+struct SteppersWithoutRescaling {
+    template <StepperKind kind>
     constexpr auto operator()() const {
-        if constexpr (kind == Kind::orbit) return Chosen<Orbit>{};
-        else return Chosen<void>{};
+        if constexpr (kind == StepperKind::orbit) return Selected<Orbit>{};
+        else return Selected<void>{};
     }
 };
-/// All that may turn out the cheapest: neither the printed recipe nor the exact split does.
-struct WidthSteps {
-    template <Kind kind>
+/// Selects the steppers that may be the cheapest. The printed recipe and the exact splitting never are, and the orbit
+/// stepper is selected by `SteppersWithoutRescaling`.
+struct CompetitiveSteppers {
+    template <StepperKind kind>
     constexpr auto operator()() const {
-        if constexpr (kind == Kind::recipe || kind == Kind::exact_split || kind == Kind::orbit) return Chosen<void>{};
-        else return Chosen<typename StepperOf<kind>::type>{};
+        if constexpr (kind == StepperKind::recipe || kind == StepperKind::exact_split || kind == StepperKind::orbit)
+            return Selected<void>{};
+        else return Selected<typename StepperOf<kind>::type>{};
     }
 };
 
-template <class Way, class H, bool Rescaled>
+/// Returns the kernel of a Hamiltonian, with or without time rescaling, for a vectorization.
+template <class Vectorization, class H, bool Rescaled>
 constexpr auto make_compared_kernel() {
-    using V = typename Way::Value;
+    using V = typename Vectorization::Value;
     using S = ScalarOf<V>;
-    if constexpr (Way::form == Form::gradient) return make_space_kernel<ForwardSystem<H, Rescaled, S>, V>();
-    else if constexpr (Way::form == Form::stages)
-        return kernel_of_kinds<System<H, Rescaled, S>, V>(
-            StageSteps{}, "only Gauss-Legendre methods have stages to put in the lanes");
+    if constexpr (Vectorization::form == Form::gradient) return make_space_kernel<ForwardSystem<H, Rescaled, S>, V>();
+    else if constexpr (Vectorization::form == Form::stages)
+        return kernel_of_selection<System<H, Rescaled, S>, V>(
+            SteppersForStages{}, "only Gauss-Legendre methods have stages to put in the lanes");
     else {
-        using Own = std::conditional_t<Way::form == Form::auto_vectorized, AutoVectorizedSystem<H, Rescaled, S>,
-                                       System<H, Rescaled, S>>;
+        using OwnSystem = std::conditional_t<Vectorization::form == Form::auto_vectorized,
+                                             AutoVectorizedSystem<H, Rescaled, S>, System<H, Rescaled, S>>;
         if constexpr (Rescaled == Rescalable<H>)
-            return kernel_of_kinds<Own, V>(WidthSteps{}, "it is not compiled for this kind of step");
+            return kernel_of_selection<OwnSystem, V>(CompetitiveSteppers{},
+                                                      "this kernel is not compiled for this method");
         else
-            return kernel_of_kinds<Own, V>(PlainSteps{},
-                                           "of this space it is compiled for the rescaled Hamiltonian alone");
+            return kernel_of_selection<OwnSystem, V>(SteppersWithoutRescaling{},
+                                                 "for this space, this kernel is compiled only with time rescaling");
     }
 }
 
 }  // namespace detail
 
-template <class Way, class H>
-const SpaceKernel<typename Way::Value>& compared_kernel(bool rescaled) {
-    static constexpr auto plain = detail::make_compared_kernel<Way, H, false>();
+template <class Vectorization, class H>
+const SpaceKernel<typename Vectorization::Value>& compared_kernel(bool rescaled) {
+    static constexpr auto plain = detail::make_compared_kernel<Vectorization, H, false>();
     if constexpr (Rescalable<H>) {
-        static constexpr auto transformed = detail::make_compared_kernel<Way, H, true>();
-        if (rescaled) return transformed;
+        static constexpr auto with_rescaling = detail::make_compared_kernel<Vectorization, H, true>();
+        if (rescaled) return with_rescaling;
     }
     return plain;
 }

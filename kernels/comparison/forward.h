@@ -1,8 +1,8 @@
-/// Forward-mode differentiation of one ray with the components of its gradient in the lanes (Satoh 2003, Fig. 8a):
-/// beside its value every node of a program carries its derivatives along all varying inputs, as one packed vector.
+/// Forward-mode differentiation for one ray, with the components of the gradient in the lanes (Satoh 2003, Fig. 8a).
+/// Each node of a program has a value and a tangent: a vector of its derivatives with respect to the varying inputs.
 ///
-/// It runs over the simplified program of H that the reverse sweep starts from too. What a node does not depend on
-/// costs nothing: which nodes vary is known to the compiler.
+/// It is applied to the same simplified program of H as reverse-mode differentiation. Which nodes depend on the varying
+/// inputs is determined at compile time, so that the tangents of all other nodes cost nothing.
 #pragma once
 
 #include "kernels/autodiff/program.h"
@@ -10,19 +10,19 @@
 namespace kagero {
 namespace detail {
 
-/// As many registers as n numbers take.
+/// Number of registers for n numbers of type S: 1, 2 or 4.
 template <class S, int n>
 inline constexpr int registers_for = n <= Lanes<S, 1>::width ? 1 : n <= 2 * Lanes<S, 1>::width ? 2 : 4;
 
 }  // namespace detail
 
-/// n numbers of one ray side by side, and perhaps some lanes too many.
+/// Vector type for n numbers of one ray. It may have more lanes than n.
 template <class S, int n>
 using Packed = Lanes<S, detail::registers_for<S, n>>;
 
 namespace detail {
 
-/// Whether node i depends on an input in [first, last).
+/// Entry i is true if node i depends on an input in [first, last), other than through a step function (`at_least`).
 template <const auto& P, int first, int last>
 inline constexpr auto varying_nodes = [] {
     std::array<bool, std::size(P.nodes)> varies{};
@@ -35,9 +35,10 @@ inline constexpr auto varying_nodes = [] {
     return varies;
 }();
 
-/// The tangent of input k: 1 in lane k, else 0. Not from a table: g++ 12 takes 64 bytes of a constant one for zeros.
+/// Returns the tangent of input k: 1 in lane k, 0 in all other lanes. It is not read from a constant table, because
+/// g++ 12 may replace 64 bytes of such a table by zeros.
 template <class L, int k>
-KAGERO_INLINE L unit() {
+KAGERO_INLINE L unit_tangent() {
     using S = ScalarOf<L>;
     L l;
     const auto fill = [&l]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) {
@@ -47,7 +48,7 @@ KAGERO_INLINE L unit() {
     return l;
 }
 
-/// da·ta + db·tb over those of the two that vary.
+/// Returns da·ta + db·tb. A and B are true if operand a, or b, varies; the term of a constant operand is omitted.
 template <bool A, bool B, class S, class L>
 KAGERO_INLINE L combined(S da, const L& ta, S db, const L& tb) {
     if constexpr (A && B) return fma(L(db), tb, L(da) * ta);
@@ -55,7 +56,8 @@ KAGERO_INLINE L combined(S da, const L& ta, S db, const L& tb) {
     else return L(db) * tb;
 }
 
-/// The tangent of a node from those of its operands; A, B, C: which of them vary.
+/// Returns the tangent of a node with the value f, whose operands have the values a and b and the tangents ta, tb and
+/// tc. A, B and C are true for operands that vary; at least one does.
 template <Op op, bool A, bool B, bool C, class S, class L>
 KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
     if constexpr (op == Op::add) {
@@ -90,13 +92,14 @@ KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
     }
 }
 
+/// Evaluates the value and the tangent of node I.
 template <const auto& P, int I, int first, int last, class S, class L>
-KAGERO_INLINE void sweep(S* s, L* t, const S* uniforms, const S* inputs) {
+KAGERO_INLINE void evaluate_with_tangent(S* s, L* t, const S* uniforms, const S* inputs) {
     constexpr Node n = P.nodes[I];
     constexpr const auto& varies = varying_nodes<P, first, last>;
     evaluate<n.op, n.uniform, calls<P>(n.op)>(s, I, P.nodes[I], P.slot[I], uniforms, inputs);
     if constexpr (n.op == Op::input) {
-        if constexpr (varies[I]) t[I] = unit<L, n.a - first>();
+        if constexpr (varies[I]) t[I] = unit_tangent<L, n.a - first>();
     } else if constexpr (varies[I]) {
         constexpr bool B = n.b >= 0 && varies[n.b < 0 ? 0 : n.b], C = n.c >= 0 && varies[n.c < 0 ? 0 : n.c];
         t[I] = tangent<n.op, varies[n.a], B, C>(s[I], s[n.a], t[n.a], s[n.b < 0 ? n.a : n.b],
@@ -110,18 +113,18 @@ KAGERO_INLINE void run_forward(const S* uniforms, const S* inputs, L* tangents, 
     constexpr const auto& varies = varying_nodes<P, first, last>;
     S s[sizeof...(I) + 1];
     L t[sizeof...(I) + 1];
-    (sweep<P, I, first, last>(s, t, uniforms, inputs), ...);
-    const auto of_output = [&]<int place>() __attribute__((always_inline)) -> L {
-        if constexpr (varies[place]) return t[place];
+    (evaluate_with_tangent<P, I, first, last>(s, t, uniforms, inputs), ...);
+    const auto output_tangent = [&]<int node>() __attribute__((always_inline)) -> L {
+        if constexpr (varies[node]) return t[node];
         else return L(S(0));
     };
-    ((tangents[O] = of_output.template operator()<P.outputs[O]>()), ...);
+    ((tangents[O] = output_tangent.template operator()<P.outputs[O]>()), ...);
 }
 
 }  // namespace detail
 
-/// The derivatives of every output of program P along inputs first … last − 1: lane k of tangents[o] is ∂output
-/// o/∂input (first + k).
+/// Computes the derivatives of every output of program P with respect to inputs first … last − 1. Lane k of tangents[o]
+/// is ∂output o/∂input (first + k).
 template <const auto& P, int first, int last, class S>
 KAGERO_INLINE void run_forward(const S* uniforms, const S* inputs, Packed<S, last - first>* tangents) {
     detail::run_forward<P, first, last>(uniforms, inputs, tangents, std::make_integer_sequence<int, P.size>{},

@@ -1,5 +1,6 @@
-/// Hamilton's equations of one ray by forward-mode differentiation, the components of the gradient in the lanes: the
-/// form `gradient` of the strategy `per-ray`. Everything but the derivatives is inherited from `System`.
+/// Hamilton's equations of one ray by forward-mode differentiation, with the components of the gradient in the lanes.
+/// This is the form `gradient` of the strategy `per-ray`. All functions except the derivatives are inherited from
+/// `System`.
 #pragma once
 
 #include "kernels/comparison/forward.h"
@@ -7,7 +8,8 @@
 
 namespace kagero {
 
-/// H − H0, or K, and nothing else: what forward duals run over.
+/// The tape of K without its derivatives, to which forward-mode differentiation is applied. K is H − H0, or
+/// Ω·(H − H0) with `Rescaled`.
 template <class H, bool Rescaled>
 struct Primal {
     Tape tape{};
@@ -25,6 +27,7 @@ inline constexpr auto primal_program = extract<primal_of<H, Rescaled>, primal_of
 template <class H, bool Rescaled, class S>
 class ForwardSystem;
 
+/// The parts H_A and H_B of the recipe as printed, each as a system.
 template <class H, class S>
 struct ForwardParts {
     ForwardSystem<Part<H, false>, false, S> a;
@@ -32,6 +35,7 @@ struct ForwardParts {
     explicit ForwardParts(const double* parameters) : a(parameters), b(parameters) {}
 };
 
+/// A system whose derivatives are computed by forward-mode differentiation.
 template <class H, bool Rescaled, class S>
 class ForwardSystem : public System<H, Rescaled, S> {
     static constexpr const auto& primal_ = primal_program<H, Rescaled>;
@@ -44,9 +48,10 @@ public:
     const auto& part_b() const requires Parted<H> { return parts_.b; }
 
     KAGERO_INLINE void derivatives(const State<S>& s, S* out) const { gradient<component_x, phase_size>(s, out); }
-    KAGERO_INLINE Vec3<S> dq(const State<S>& s) const { return side<component_x>(s); }
-    KAGERO_INLINE Vec3<S> dp(const State<S>& s) const { return side<component_px>(s); }
-    /// ∂²K/∂q_i∂p_j: forward over the reverse program, the components of each row in the lanes.
+    KAGERO_INLINE Vec3<S> dq(const State<S>& s) const { return gradient_half<component_x>(s); }
+    KAGERO_INLINE Vec3<S> dp(const State<S>& s) const { return gradient_half<component_px>(s); }
+    /// Computes ∂²K/∂q_i∂p_j by forward-mode differentiation of the program of ∂K/∂q, with one row of the matrix per
+    /// vector.
     KAGERO_INLINE void mixed(const State<S>& s, S* out) const {
         Packed<S, space_size> row[space_size];
         run_forward<force_, component_px, phase_size>(force_u_.values, s.y, row);
@@ -55,14 +60,16 @@ public:
     }
 
 private:
+    /// Computes the derivatives of K with respect to components first … last − 1 of the state.
     template <int first, int last>
     KAGERO_INLINE void gradient(const State<S>& s, S* out) const {
         Packed<S, last - first> g;
         run_forward<primal_, first, last>(primal_u_.values, s.y, &g);
         for (int k = 0; k < last - first; ++k) out[k] = get_lane(g, k);
     }
+    /// Returns one half of the gradient: ∂K/∂q or ∂K/∂p.
     template <int first>
-    KAGERO_INLINE Vec3<S> side(const State<S>& s) const {
+    KAGERO_INLINE Vec3<S> gradient_half(const State<S>& s) const {
         S g[space_size];
         gradient<first, first + space_size>(s, g);
         return {g[0], g[1], g[2]};

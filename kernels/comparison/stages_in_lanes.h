@@ -1,8 +1,7 @@
-/// Gauss–Legendre collocation of one ray with its stages in the lanes: the form `stages` of the strategy `per-ray` (as
-/// in IRKGL16-SIMD, arXiv 2511.03655). The stages of a step are as many evaluations of one program, and need nothing of
-/// each other.
+/// Gauss–Legendre collocation of one ray with its stages in the lanes. This is the form `stages` of the strategy
+/// `per-ray` (as in IRKGL16-SIMD, arXiv 2511.03655). The stages of a step are independent evaluations of one program.
 ///
-/// The same iteration as `Gauss`, in the same order of operations, so that it ends at the same state to the last bit.
+/// The iteration and the order of its operations are the same as in `Gauss`. Both therefore compute identical states.
 #pragma once
 
 #include "kernels/comparison/forward.h"
@@ -10,15 +9,16 @@
 
 namespace kagero {
 
-/// Columns of a and `ahead` of the method with s stages: lane i belongs to stage i. Lanes without a stage repeat the
-/// last one.
+/// Columns of the matrices `a` and `extrapolation` of a Gauss method (GaussNumbers). Lane i belongs to stage i; lanes
+/// without a stage repeat the last stage.
 template <class S>
 struct StageColumns {
-    alignas(64) S a[max_stages][max_stages], ahead[max_stages][max_stages];
+    alignas(64) S a[max_stages][max_stages], extrapolation[max_stages][max_stages];
 };
 
 namespace detail {
 
+/// Returns the columns for s stages.
 template <class S, int s>
 constexpr StageColumns<S> make_stage_columns() {
     StageColumns<S> columns{};
@@ -26,39 +26,49 @@ constexpr StageColumns<S> make_stage_columns() {
     for (int j = 0; j < s; ++j)
         for (int i = 0; i < max_stages; ++i) {
             const int stage = i < s ? i : s - 1;
-            columns.a[j][i] = rows.a[stage][j], columns.ahead[j][i] = rows.ahead[stage][j];
+            columns.a[j][i] = rows.a[stage][j];
+            columns.extrapolation[j][i] = rows.extrapolation[stage][j];
         }
     return columns;
 }
-/// Not constexpr: g++ 12 may take 64 bytes of a constant table for zeros.
+/// The columns for 1 to 8 stages. They are not constexpr, because g++ 12 may replace 64 bytes of a constant table by
+/// zeros.
 template <class S>
 inline constinit StageColumns<S> stage_columns[] = {make_stage_columns<S, 1>(), make_stage_columns<S, 2>(),
                                                     make_stage_columns<S, 3>(), make_stage_columns<S, 4>(),
                                                     make_stage_columns<S, 5>(), make_stage_columns<S, 6>(),
                                                     make_stage_columns<S, 7>(), make_stage_columns<S, 8>()};
 
-/// The first lanes of a row, to and from aligned memory; register by register, because g++ copies blocks in smaller
-/// pieces, and what was stored in pieces is not there yet when it is loaded whole.
+/// Returns a vector that is loaded from aligned memory, register by register. If the vector were copied as a whole, g++
+/// would use smaller stores. A later load of a register would then stall, because several stores cannot be forwarded to
+/// one load.
 template <class L, class S>
-KAGERO_INLINE L loaded(const S* from) {
+KAGERO_INLINE L load(const S* from) {
     L l;
     for (int r = 0; r < ValueTraits<L>::registers; ++r)
         l.v[r] = *reinterpret_cast<const typename L::Register*>(from + r * L::width);
     return l;
 }
+/// Stores the lanes of `l` in aligned memory, register by register.
 template <class L, class S>
 KAGERO_INLINE void store(const L& l, S* to) {
     for (int r = 0; r < ValueTraits<L>::registers; ++r)
         *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
 }
 
-/// Calls f(k) for the components of a gradient, written out: g++ does not unroll a loop of such length, and keeps its
-/// values in memory.
+/// Calls f(k) for each component k of a gradient. The loop is unrolled by hand, because g++ does not unroll it and
+/// would keep its values in memory.
 template <class Function>
-KAGERO_INLINE void each_component(const Function& f) {
-    f(component_x), f(component_y), f(component_z), f(component_px), f(component_py), f(component_pz);
+KAGERO_INLINE void for_each_component(const Function& f) {
+    f(component_x);
+    f(component_y);
+    f(component_z);
+    f(component_px);
+    f(component_py);
+    f(component_pz);
 }
 
+/// Returns the greatest of the numbers in the lanes.
 template <class L>
 KAGERO_INLINE ScalarOf<L> greatest_lane(const L& l) {
     constexpr int lanes = lane_count<L>;
@@ -71,7 +81,8 @@ KAGERO_INLINE ScalarOf<L> greatest_lane(const L& l) {
 
 }  // namespace detail
 
-/// `fixed` stages, known to the compiler, or with 0 as many as the coefficients say.
+/// Stepper of Gauss methods with stages in the lanes. `fixed` is the number of stages; if it is 0, the number is read
+/// from the coefficients.
 template <int fixed>
 struct StagesInLanes {
     static constexpr bool stages_inside = true;
@@ -99,7 +110,7 @@ struct StagesInLanes {
         }
     }
 
-    /// Dense output of the step in `f`.
+    /// Returns the dense output of the step in `f`.
     template <class S, int N = default_carried>
     static Curve<S> curve(const StepperState<S, N>& f, const Coefficients& coefficients) {
         const S* g = memory(f);
@@ -111,80 +122,85 @@ struct StagesInLanes {
 
 private:
     static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
-    /// StepperState::stage by components: the derivative of component k at stage i is number 8 k + i.
-    template <class AnyFlow>
-    KAGERO_INLINE static auto* memory(AnyFlow& f) {
+    /// Returns StepperState::stage as an array of numbers: element max_stages·k + i is component k of the gradient at
+    /// stage i.
+    template <class AnyState>
+    KAGERO_INLINE static auto* memory(AnyState& f) {
         static_assert(sizeof f.stage == sizeof f.h * phase_size * max_stages);
         return &f.stage[0][0];
     }
 
-    /// The stages of component k.
+    /// Returns the array of component k of the gradient at all stages.
     template <class T>
     KAGERO_INLINE static T* row(T* g, int k) { return g + k * max_stages; }
 
-    /// Σ_j column_j g[j], for all stages at once; g lies in memory, so that each of its numbers is broadcast as it is
-    /// loaded.
+    /// Returns Σ_j columns[j]·g[j], whose lane i is the sum for stage i. g is an array in memory, so that one
+    /// instruction loads and broadcasts g[j].
     template <class L, class S>
     KAGERO_INLINE static L sum(const S* g, const S (&columns)[max_stages][max_stages], int s) {
-        L total = detail::loaded<L>(columns[0]) * L(g[0]);
-        for (int j = 1; j < s; ++j) total = fma(detail::loaded<L>(columns[j]), L(g[j]), total);
+        L total = detail::load<L>(columns[0]) * L(g[0]);
+        for (int j = 1; j < s; ++j) total = fma(detail::load<L>(columns[j]), L(g[j]), total);
         return total;
     }
+    /// Writes the states at all stages to y.
     template <class L, class S, int N>
-    KAGERO_INLINE static void move(const StepperState<S, N>& f, const S* g, const StageColumns<S>& columns, int s,
-                                   State<L>& y) {
-        detail::each_component([&](int k) __attribute__((always_inline)) {
+    KAGERO_INLINE static void stage_states(const StepperState<S, N>& f, const S* g, const StageColumns<S>& columns,
+                                           int s, State<L>& y) {
+        detail::for_each_component([&](int k) __attribute__((always_inline)) {
             if (k < space_size) y.y[k] = fma(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
             else y.y[k] = fnma(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
         });
         y.pt() = L(f.start.pt());
     }
 
+    /// Performs a step with R registers per variable.
     template <int R, class System, class S, int N>
     static void step_in(const System& system, StepperState<S, N>& f, const Coefficients& coefficients) {
         using L = Lanes<S, R>;
         const int s = stages(coefficients);
-        static_assert(lane_count<L> <= max_stages, "a row of stages would end before its register");
+        static_assert(lane_count<L> <= max_stages, "a register must not be longer than a row of stages");
         const StageColumns<S>& columns = detail::stage_columns<S>[s - 1];
         alignas(64) S g[phase_size * max_stages] = {};
         PhaseGradient<L> now;
-        detail::each_component([&](int k) __attribute__((always_inline)) {
-            now[k] = sum<L>(row(memory(f), k), columns.ahead, s);
+        detail::for_each_component([&](int k) __attribute__((always_inline)) {
+            now[k] = sum<L>(row(memory(f), k), columns.extrapolation, s);
         });
-        keep(now, g);
+        store_gradients(now, g);
         Convergence<S> convergence(f);
         S iterations(0);
-        for (int iteration = 0; iteration < Convergence<S>::max_iterations && any(convergence.open()); ++iteration) {
+        for (int iteration = 0; iteration < Convergence<S>::max_iterations && any(convergence.unconverged());
+             ++iteration) {
             iterations += S(1);
             ++f.issued_iterations;
             State<L> y;
-            move(f, g, columns, s, y);
+            stage_states(f, g, columns, s, y);
             PhaseGradient<L> fresh;
             L change_q(S(0)), change_p(S(0));
             system.derivatives(y, fresh);
-            detail::each_component([&](int k) __attribute__((always_inline)) {
+            detail::for_each_component([&](int k) __attribute__((always_inline)) {
                 L& change = k < space_size ? change_p : change_q;
                 change = max(change, abs(fresh[k] - now[k]));
                 now[k] = fresh[k];
             });
-            keep(now, g);
+            store_gradients(now, g);
             convergence.update(convergence.relative(abs(f.h) * detail::greatest_lane(change_q),
                                                     abs(f.h) * detail::greatest_lane(change_p)));
         }
-        f.solved = !convergence.open();
+        f.solved = !convergence.unconverged();
         f.gradients = fma(iterations, S(s), f.gradients);
-        f.open_iterations += iterations;
+        f.lane_iterations += iterations;
         if (!f.solved)
-            Shared<S, N>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g, 1,
-                                        max_stages);
+            SharedSolvers<S, N>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g,
+                                               1, max_stages);
         finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
+    /// Stores the gradients at all stages in the array g.
     template <class L, class S>
-    KAGERO_INLINE static void keep(const PhaseGradient<L>& now, S* g) {
-        detail::each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], row(g, k)); });
+    KAGERO_INLINE static void store_gradients(const PhaseGradient<L>& now, S* g) {
+        detail::for_each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], row(g, k)); });
     }
 
-    /// The end of the step, as in `Gauss::finish`.
+    /// Computes the state and the carried quantities at the end of the step, as `Gauss::finish` does.
     template <class L, class System, class S, int N>
     KAGERO_INLINE static void finish(const System& system, StepperState<S, N>& f, const GaussNumbers<S>& w,
                                      const StageColumns<S>& columns, int s, const S* g) {
@@ -193,20 +209,20 @@ private:
             const S* from = row(g, conjugate(k));
             S total = w.b[0] * from[0];
             for (int j = 1; j < s; ++j) total = fma(w.b[j], from[j], total);
-            const S cut_off = f.start.carry[k];
-            const S change = k < space_size ? fma(f.h, total, cut_off) : fnma(f.h, total, cut_off);
+            const S rounding_error = f.start.stepper_memory[k];
+            const S change = k < space_size ? fma(f.h, total, rounding_error) : fnma(f.h, total, rounding_error);
             f.end.y[k] = f.start.y[k] + change;
-            f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
+            f.end.stepper_memory[k] = change - (f.end.y[k] - f.start.y[k]);
         }
-        carry_evenly(f);
+        advance_parameter_only(f);
         if (integrates_carried(system, f)) {
             State<L> y;
-            move(f, g, columns, s, y);
-            auto carried = CarriedSums<S, N>::of_weights();
+            stage_states(f, g, columns, s, y);
+            auto carried = CarriedSums<S, N>::for_stages();
             carried.add_lanes(system, w.b, s, y);
-            carried.finish_weights(system, f);
+            carried.finish_stages(system, f);
         }
-        detail::each_component([&](int k) __attribute__((always_inline)) {
+        detail::for_each_component([&](int k) __attribute__((always_inline)) {
             std::memcpy(row(memory(f), k), row(g, k), max_stages * sizeof(S));
         });
     }

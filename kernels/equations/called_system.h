@@ -1,41 +1,42 @@
-/// A system behind pointers. What few rays need, and steps in long programs, see systems so: they are compiled once per
-/// value type (shared.h), not once per Hamiltonian, and beside their length a call is nothing.
+/// A system whose functions are called through pointers. Newton solvers and steppers for long programs use it. They are
+/// then compiled once per value type (integrators/shared.h), not once per Hamiltonian. Newton solvers run rarely, and
+/// long programs take much longer than a call.
 #pragma once
 
 #include "kernels/equations/system.h"
 
 namespace kagero {
 
-/// What a called system computes at a state, by the system's address.
+/// A function of a called system: computes `out` at the state s; `system` points to the system.
 template <class V>
 using Call = void (*)(const void* system, const State<V>& s, V* out);
 
-/// The calls of one value type; null where nobody asks. The first three are for half steps that are implicit, the
-/// others for steps.
+/// The functions of a system for one value type; null if no stepper uses them. The first three are used by Newton's
+/// method for half steps, the others by whole steps.
 template <class V>
 struct Calls {
-    Call<V> force, velocity;  ///< ∂K/∂q and ∂K/∂p alone (3)
-    Call<V> mixed;            ///< ∂²K/∂q_i∂p_j (9, row by row)
-    Call<V> derivatives;      ///< ∂K/∂(q, p), a `PhaseGradient`
-    Call<V> time_rescaling_factor;             ///< dλ/dτ (1)
-    Call<V> carried_rates;    ///< of what rays carry beside λ
+    Call<V> force, velocity;        ///< ∂K/∂q and ∂K/∂p (3 numbers each).
+    Call<V> mixed;                  ///< ∂²K/∂q_i∂p_j (9 numbers, row by row).
+    Call<V> derivatives;            ///< ∂K/∂(q, p), a `PhaseGradient`.
+    Call<V> time_rescaling_factor;  ///< dλ/dτ (1 number).
+    Call<V> carried_rates;          ///< d/dτ of the carried quantities other than λ.
 };
-/// The calls for a ray by itself.
+/// The functions of a system for a single ray.
 template <class S>
 struct RayCalls {
-    Call<S> derivatives;  ///< ∂K/∂(q, p), a `PhaseGradient`
-    Call<S> hessian;      ///< ∂²K/∂(q, p)², a `Hessian`
+    Call<S> derivatives;  ///< ∂K/∂(q, p), a `PhaseGradient`.
+    Call<S> hessian;      ///< ∂²K/∂(q, p)², a `Hessian`.
 };
 
-/// Whether the steps in a system are those in a called one: in that of a Hamiltonian long to compute, and in one that
-/// no scene takes unasked.
+/// Returns true if steppers use the system as a called system: if its programs are long, or if its use of time
+/// rescaling differs from the default of its Hamiltonian.
 template <class System>
 constexpr bool is_called() {
     if constexpr (requires { System::called; }) return System::called;
     else return false;
 }
 
-/// Rays carry N quantities along in it.
+/// A system that is called through pointers, with N carried quantities.
 template <class V, int N = default_carried>
 class CalledSystem {
     using S = ScalarOf<V>;
@@ -48,8 +49,8 @@ public:
     CalledSystem(const void* system, const Calls<V>& calls, const RayCalls<S>& ray, bool is_rescaled)
         : rescaled(is_rescaled), system_(system), calls_(calls), ray_(ray) {}
 
-    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return side(calls_.force, s); }
-    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side(calls_.velocity, s); }
+    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return call_vector(calls_.force, s); }
+    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return call_vector(calls_.velocity, s); }
     KAGERO_INLINE void mixed(const State<V>& s, V* out) const { calls_.mixed(system_, s, out); }
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const { calls_.derivatives(system_, s, out); }
     KAGERO_INLINE V time_rescaling_factor(const State<V>& s) const {
@@ -62,7 +63,7 @@ public:
     void ray_hessian(const State<S>& s, S* out) const { ray_.hessian(system_, s, out); }
 
 private:
-    KAGERO_INLINE Vec3<V> side(Call<V> call, const State<V>& s) const {
+    KAGERO_INLINE Vec3<V> call_vector(Call<V> call, const State<V>& s) const {
         V out[space_size];
         call(system_, s, out);
         return {out[0], out[1], out[2]};
@@ -78,12 +79,16 @@ namespace detail {
 template <class System, class V>
 void call_force(const void* system, const State<V>& s, V* out) {
     const Vec3<V> force = static_cast<const System*>(system)->dq(s);
-    out[0] = force.x, out[1] = force.y, out[2] = force.z;
+    out[0] = force.x;
+    out[1] = force.y;
+    out[2] = force.z;
 }
 template <class System, class V>
 void call_velocity(const void* system, const State<V>& s, V* out) {
     const Vec3<V> velocity = static_cast<const System*>(system)->dp(s);
-    out[0] = velocity.x, out[1] = velocity.y, out[2] = velocity.z;
+    out[0] = velocity.x;
+    out[1] = velocity.y;
+    out[2] = velocity.z;
 }
 template <class System, class V>
 void call_mixed(const void* system, const State<V>& s, V* out) { static_cast<const System*>(system)->mixed(s, out); }
@@ -107,12 +112,15 @@ void call_hessian(const void* system, const State<S>& s, S* out) {
 template <class System, class V>
 inline constexpr Calls<V> calls_of = [] {
     Calls<V> calls{};
-    if constexpr (System::force_needs_p || System::velocity_needs_q)
-        calls.force = call_force<System, V>, calls.velocity = call_velocity<System, V>,
+    if constexpr (System::force_needs_p || System::velocity_needs_q) {
+        calls.force = call_force<System, V>;
+        calls.velocity = call_velocity<System, V>;
         calls.mixed = call_mixed<System, V>;
-    if constexpr (is_called<System>())
-        calls.derivatives = call_derivatives<System, V>,
+    }
+    if constexpr (is_called<System>()) {
+        calls.derivatives = call_derivatives<System, V>;
         calls.time_rescaling_factor = call_time_rescaling_factor<System, V>;
+    }
     if constexpr (carried_in<System>() > 1) calls.carried_rates = call_carried_rates<System, V>;
     return calls;
 }();
@@ -125,7 +133,7 @@ inline constexpr RayCalls<S> ray_calls_of = [] {
 
 }  // namespace detail
 
-/// A system as a called one.
+/// Returns a called system that refers to `system`, which must outlive it.
 template <class V, class System>
 CalledSystem<V, carried_in<System>()> as_called(const System& system) {
     bool rescaled = false;

@@ -1,4 +1,4 @@
-/// The canonical state of rays, and the names of its parts.
+/// The canonical state of a ray, and names for its sizes and indices.
 #pragma once
 
 #include "kernels/numeric/vec.h"
@@ -6,26 +6,26 @@
 
 namespace kagero {
 
-inline constexpr int space_size = 3;               ///< x y z
-inline constexpr int phase_size = 2 * space_size;  ///< x y z px py pz: the components that Hamilton's equations move
-inline constexpr int state_size = phase_size + 1;  ///< the phase and the constant pt: the inputs of every program of H
+inline constexpr int space_size = 3;               ///< Components of a position: x y z.
+inline constexpr int phase_size = 2 * space_size;  ///< Components of a point in phase space: x y z px py pz.
+inline constexpr int state_size = phase_size + 1;  ///< Phase space and the constant pt: the inputs of programs of H.
 
-/// Where the components of a state are. Gradients ∂K/∂(q, p) have their components in the same order.
+/// The indices of the components of a state. The components of gradients ∂K/∂(q, p) have the same order.
 enum Component : int { component_x, component_y, component_z, component_px, component_py, component_pz, component_pt };
-/// The component of momentum k.
+/// Returns the index of component k of the momentum.
 constexpr int momentum(int k) { return space_size + k; }
-/// The component that Hamilton's equations pair with component k: the momentum of a position, or the reverse.
+/// Returns the index of the component conjugate to component k: the momentum of a position, or the reverse.
 constexpr int conjugate(int k) { return k < space_size ? k + space_size : k - space_size; }
 
-/// ∂K/∂(q, p).
+/// The gradient ∂K/∂(q, p).
 template <class V>
 using PhaseGradient = V[phase_size];
-/// ∂²K/∂(q, p)², row by row.
+/// The second derivatives ∂²K/∂(q, p)², row by row.
 template <class V>
 using Hessian = V[phase_size * phase_size];
 constexpr int hessian_index(int row, int column) { return phase_size * row + column; }
 
-/// ∂K/∂q and ∂K/∂p of a gradient.
+/// Return ∂K/∂q and ∂K/∂p from a gradient.
 template <class V>
 KAGERO_INLINE Vec3<V> force_in(const PhaseGradient<V>& g) { return {g[component_x], g[component_y], g[component_z]}; }
 template <class V>
@@ -33,11 +33,10 @@ KAGERO_INLINE Vec3<V> velocity_in(const PhaseGradient<V>& g) {
     return {g[component_px], g[component_py], g[component_pz]};
 }
 
-/// How many quantities a ray carries along beside its state, each an integral over τ: λ alone. `System::carried` and
-/// `System::carried_rates` state further ones.
+/// Number of carried quantities of a system that declares no other number (see carried_in): only λ.
 inline constexpr int default_carried = 1;
 
-/// Canonical state of rays: position q, momentum p, and the constant p_t behind them.
+/// The canonical state of rays: position q, momentum p, and the constant p_t, in the order of `Component`.
 template <class V>
 struct State {
     V y[state_size];
@@ -46,8 +45,12 @@ struct State {
     const V& pt() const { return y[component_pt]; }
     V& pt() { return y[component_pt]; }
     void set(const Vec3<V>& q, const Vec3<V>& p) {
-        y[component_x] = q.x, y[component_y] = q.y, y[component_z] = q.z;
-        y[component_px] = p.x, y[component_py] = p.y, y[component_pz] = p.z;
+        y[component_x] = q.x;
+        y[component_y] = q.y;
+        y[component_z] = q.z;
+        y[component_px] = p.x;
+        y[component_py] = p.y;
+        y[component_pz] = p.z;
     }
 };
 

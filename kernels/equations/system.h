@@ -1,9 +1,10 @@
-/// From a scalar H to Hamilton's equations: dq/dλ = ∂H/∂p, dp/dλ = −∂H/∂q (Satoh 2003, eq. 7), by the tape.
+/// Hamilton's equations of a scalar H: dq/dλ = ∂H/∂p, dp/dλ = −∂H/∂q (Satoh 2003, eq. 7). The derivatives are programs
+/// that are extracted from the tape of H.
 ///
-/// `System<H, Rescaled, S>` holds a Hamiltonian's parameters as numbers of type S and runs its derivative programs on
-/// any value type whose lanes are S. With `Rescaled` it is K = Ω(q)·(H − H0) multiplied through, which has the same
-/// rays on H = H0 in another parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006,
-/// §VIII.2).
+/// `System<H, Rescaled, S>` contains the parameters of a Hamiltonian as numbers of type S. It evaluates the programs of
+/// K on any value type whose lanes are S. K is H − H0, or with `Rescaled` Ω(q)·(H − H0). On H = H0 the rescaled K has
+/// the same rays, with another parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006,
+/// §VIII.2). Without rescaling τ is λ.
 #pragma once
 
 #include "kernels/autodiff/dual.h"
@@ -14,32 +15,39 @@
 
 namespace kagero {
 
-/// What the tracing loop looks at wherever a step ends.
+/// The functions that are evaluated at the end of every step, to detect events and to measure the energy error.
 template <class V>
 struct EventFunctions {
-    Vec3<V> velocity;  ///< ∂K/∂p
-    V excess, size;    ///< K, and |p·∂K/∂p| + |Ω H0|
-    V terms;           ///< |p|²|∂K/∂p|² + (Ω H0)², which vanishes for no ray
-    V domain;          ///< ≤ 0 beyond the edge of the medium
-    V captured;        ///< ≤ 0 where a ray is captured
-    V switching;            ///< changes sign where H is not smooth
-    V max_step_length;           ///< no step from here may be longer
+    Vec3<V> velocity;   ///< ∂K/∂p.
+    V energy_residual;  ///< K, which is 0 on an exact ray.
+    V size;             ///< |p·∂K/∂p| + |Ω H0|, the denominator of the energy error.
+    V terms;            ///< |p|²|∂K/∂p|² + (Ω H0)², which is positive for every ray.
+    V domain;           ///< ≤ 0 outside the domain of the medium.
+    V captured;         ///< ≤ 0 where the ray is captured.
+    V switching;        ///< Changes sign at a discontinuity of H or its derivatives.
+    V max_step_length;  ///< Step bound at this position.
 };
 
-/// … from what its program returns.
+/// Returns the event functions from the outputs of their program.
 template <class V>
 KAGERO_INLINE EventFunctions<V> event_functions_of(const V* out) {
-    return {{out[index_velocity], out[index_velocity + 1], out[index_velocity + 2]}, out[index_excess], out[index_size],
-            out[index_terms], out[index_domain], out[index_captured], out[index_switching], out[index_max_step_length]};
+    return {{out[index_velocity], out[index_velocity + 1], out[index_velocity + 2]},
+            out[index_energy_residual],
+            out[index_size],
+            out[index_terms],
+            out[index_domain],
+            out[index_captured],
+            out[index_switching],
+            out[index_max_step_length]};
 }
 
-/// Some of the three axes.
+/// A subset of the three coordinate axes.
 struct Axes {
     bool x = false, y = false, z = false;
     constexpr bool any() const { return x || y || z; }
 };
 
-/// K = ½|p|² + V(q), as Nyström methods want it: the force knows nothing of p, and the velocity is p.
+/// Returns true if K = ½|p|² + V(q), as Nyström methods require: the force does not depend on p, and the velocity is p.
 template <class Force, class Velocity>
 constexpr bool is_separable(const Force& force, const Velocity& velocity) {
     bool is_momentum = true;
@@ -47,52 +55,53 @@ constexpr bool is_separable(const Force& force, const Velocity& velocity) {
     return is_momentum && !force.uses_any_input(component_px, component_pt);
 }
 
-/// A program's uniforms, as numbers of type S, computed in double at least.
+/// The table of uniforms of a program, as numbers of type S. They are computed in double or a more precise S.
 template <const auto& P, class S>
 struct Uniforms {
     S values[P.uniforms + 1];
     explicit Uniforms(const double* parameters) {
         using Wide = decltype(S() + 1.0);
-        Wide wide[P.uniforms + 1] = {}, k[parameter_limit] = {};
+        Wide wide[P.uniforms + 1] = {}, k[parameter_capacity] = {};
         for (int i = 0; i < P.parameters(); ++i) k[i] = Wide(parameters[i]);
         fill_uniforms(P.nodes, P.slot, P.size, k, wide);
         for (int i = 0; i < P.uniforms; ++i) values[i] = S(wide[i]);
     }
 
 private:
-    static constexpr int parameter_limit = P.parameters() + 1;
+    static constexpr int parameter_capacity = P.parameters() + 1;
 };
 
-/// How many quantities rays carry along in a system: λ, and those of which it states the rates, if it does, by
+/// Returns the number of carried quantities of a system. A system that carries more than λ declares
 ///
-///     static constexpr int carried = …;                                 // λ included
-///     static constexpr bool carried_rates_need_p = …;                   // whether a rate depends on p
-///     template <class V> void carried_rates(const State<V>&, V* rates)  // d/dτ of all but λ
+///     static constexpr int carried = N;                                 // the number, including λ
+///     static constexpr bool carried_rates_need_p = B;                   // true if a rate depends on p
+///     template <class V> void carried_rates(const State<V>&, V* rates)  // d/dτ of all except λ
 template <class System>
 constexpr int carried_in() {
     if constexpr (requires { System::carried; }) return System::carried;
     else return 1;
 }
-/// Why kinds of step that follow rays in closed form refuse a system; null where they do not.
+/// Returns the reason why a stepper in closed form cannot support a system, or null if it can.
 template <class System>
 constexpr const char* refusal_to_carry() {
     if (carried_in<System>() == 1) return nullptr;
-    return "it moves rays in closed form and integrates nothing that they carry beside the parameter";
+    return "the method moves rays in closed form and cannot integrate carried quantities other than the ray parameter";
 }
 
-/// The two sides of Hamilton's equations, all that semi-implicit steps need.
+/// The right-hand sides of Hamilton's equations, ∂K/∂q and ∂K/∂p, as separate programs for semi-implicit steps.
 template <class H, bool Rescaled, class S>
-class Sides {
+class RightHandSides {
     static constexpr const auto& force_ = force_program<H, Rescaled>;
     static constexpr const auto& velocity_ = velocity_program<H, Rescaled>;
 
 public:
-    /// Whether ∂K/∂q depends on p, ∂K/∂p on q: where not, the half steps of eq. (9) are explicit.
+    /// True if ∂K/∂q depends on p; otherwise the kick of Satoh (2003), eq. (9), is explicit.
     static constexpr bool force_needs_p = force_.uses_any_input(component_px, component_pt);
+    /// True if ∂K/∂p depends on q; otherwise the drift of the adjoint of eq. (9) is explicit.
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(component_x, component_px);
     static constexpr bool separable = is_separable(force_, velocity_);
-    /// Coordinates that do not occur in K, as along the layers of a stratified medium: their momenta are constants of
-    /// the motion.
+    /// The cyclic coordinates: K does not depend on them, so that their momenta are constant along a ray. An example is
+    /// a horizontal coordinate of a stratified medium.
     static constexpr Axes cyclic = [] {
         const auto is_cyclic = [](int k) {
             return force_.returns_zero(k) && !rescale_program<H>.uses_any_input(k, k + 1);
@@ -100,16 +109,16 @@ public:
         return Axes{is_cyclic(component_x), is_cyclic(component_y), is_cyclic(component_z)};
     }();
 
-    explicit Sides(const double* parameters) : force_u_(parameters), velocity_u_(parameters) {}
+    explicit RightHandSides(const double* parameters) : force_u_(parameters), velocity_u_(parameters) {}
 
-    /// ∂K/∂q alone.
+    /// Returns ∂K/∂q.
     template <class V>
-    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return side<force_>(force_u_.values, s); }
-    /// ∂K/∂p alone: dq/dτ.
+    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return evaluate_vector<force_>(force_u_.values, s); }
+    /// Returns ∂K/∂p = dq/dτ.
     template <class V>
-    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return side<velocity_>(velocity_u_.values, s); }
-    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program, all momenta at once where that is short
-    /// and every step asks.
+    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return evaluate_vector<velocity_>(velocity_u_.values, s); }
+    /// Writes ∂²K/∂q_i∂p_j (9 numbers, row by row), by evaluation of the program of ∂K/∂q with dual numbers. The
+    /// derivatives by all momenta are computed at once if the program is short and every step needs them.
     template <class V>
     __attribute__((noinline)) void mixed(const State<V>& s, V* out) const {
         constexpr int together = stepped_by_newton<H> && force_.length() <= longest_unrolled ? space_size : 1;
@@ -125,17 +134,17 @@ public:
     }
 
 protected:
-    static constexpr int longest_unrolled = 100;
-    /// Programs are unrolled where they are used. Long ones that steps of several kinds use are called instead; all
-    /// others that are long, or not taken unasked, are used by the calls of called_system.h alone.
+    static constexpr int longest_unrolled = 100;  ///< Greatest length of a program that is inlined in several steppers.
+    /// Evaluates a program. It is inlined, except long programs of a separable K, which several steppers use. Other
+    /// long programs are used only by the functions of called_system.h.
     template <const auto& P, class V>
     KAGERO_INLINE static void evaluate(const S* uniforms, const V* inputs, V* outputs) {
         if constexpr (separable && P.length() > longest_unrolled) run_called<P>(uniforms, inputs, outputs);
         else run<P>(uniforms, inputs, outputs);
     }
-    /// ∂K/∂q to three places.
+    /// Writes ∂K/∂q to out[0], out[1] and out[2].
     template <class V>
-    KAGERO_INLINE void put_dq(const State<V>& s, V* out) const { evaluate<force_>(force_u_.values, s.y, out); }
+    KAGERO_INLINE void write_dq(const State<V>& s, V* out) const { evaluate<force_>(force_u_.values, s.y, out); }
 
 private:
     template <const auto& P, class V>
@@ -143,7 +152,7 @@ private:
         run<P>(uniforms, inputs, outputs);
     }
     template <const auto& P, class V>
-    KAGERO_INLINE static Vec3<V> side(const S* uniforms, const State<V>& s) {
+    KAGERO_INLINE static Vec3<V> evaluate_vector(const S* uniforms, const State<V>& s) {
         V out[space_size];
         evaluate<P>(uniforms, s.y, out);
         return {out[0], out[1], out[2]};
@@ -153,19 +162,20 @@ private:
     Uniforms<velocity_program<H, Rescaled>, S> velocity_u_;
 };
 
-/// The parts H_A and H_B of the printed recipe, each as a system of its own.
+/// The right-hand sides of the parts H_A and H_B, for the recipe as printed.
 template <class H, class S>
 struct PartSystems {
-    Sides<Part<H, false>, false, S> a;
-    Sides<Part<H, true>, false, S> b;
+    RightHandSides<Part<H, false>, false, S> a;
+    RightHandSides<Part<H, true>, false, S> b;
     explicit PartSystems(const double* parameters) : a(parameters), b(parameters) {}
 };
+/// Replaces `PartSystems` if there are no parts.
 struct NoParts {
     explicit NoParts(const double*) {}
 };
 
-/// V(u) in the plane of an orbit in the guise of a Hamiltonian of u = q.x, du/dφ = p.x and 1/b² = p.y, so that the tape
-/// differentiates it.
+/// The motion in the orbit plane, ½ (du/dφ)² + V(u), as a Hamiltonian with u = q.x, du/dφ = p.x and 1/b² = p.y, so that
+/// the tape can differentiate V.
 template <class H>
 struct OrbitPlane {
     static constexpr const auto& parameters = H::parameters;
@@ -177,15 +187,16 @@ struct OrbitPlane {
         return 0.5 * p.x * p.x + H::orbit_potential(k, q.x, p.y);
     }
 };
+/// The potential V(u) of the motion in the orbit plane, where g = 1/b².
 template <class H, class S>
-class OrbitSystem : public Sides<OrbitPlane<H>, false, S> {
+class OrbitSystem : public RightHandSides<OrbitPlane<H>, false, S> {
 public:
     explicit OrbitSystem(const double* parameters)
-        : Sides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
-    /// ∂V/∂u.
+        : RightHandSides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
+    /// Returns ∂V/∂u.
     template <class V>
     KAGERO_INLINE V slope(const V& u, const V& g) const { return this->dq(at_rest(u, g)).x; }
-    /// V.
+    /// Returns V.
     template <class V>
     KAGERO_INLINE V potential(const V& u, const V& g) const {
         V out[1];
@@ -194,6 +205,7 @@ public:
     }
 
 private:
+    /// Returns the state of OrbitPlane with du/dφ = 0.
     template <class V>
     KAGERO_INLINE static State<V> at_rest(const V& u, const V& g) {
         const V zero(S(0));
@@ -201,55 +213,57 @@ private:
     }
     Uniforms<energy_program<OrbitPlane<H>>, S> energy_u_;
 };
+/// Replaces `OrbitSystem` if there is no orbit plane.
 struct NoOrbit {
     explicit NoOrbit(const double*) {}
 };
 
+/// Hamilton's equations of K, the event functions, and the parts and orbit potential that H declares.
 template <class H, bool Rescaled, class S>
-class System : public Sides<H, Rescaled, S> {
+class System : public RightHandSides<H, Rescaled, S> {
     static_assert(!Rescaled || Rescalable<H>);
-    using Base = Sides<H, Rescaled, S>;
+    using Base = RightHandSides<H, Rescaled, S>;
     static constexpr const auto& derivatives_ = derivatives_program<H, Rescaled>;
     static constexpr const auto& event_functions_ = event_functions_program<H, Rescaled>;
 
 public:
     using Hamiltonian = H;
     static constexpr bool rescaled = Rescaled;
-    /// Steps in it are compiled for all such systems together (called_system.h).
+    /// True if steppers use this system as a called system (see is_called).
     static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::longest_unrolled;
-    /// What of a event_functions is more than the number 1.
+    /// True for each of the optional event functions that H declares; the others are the constant 1.
     static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, discontinuous = HasDiscontinuity<H>,
                           bounds_steps = BoundsSteps<H>;
 
     static constexpr ProgramOperations operations = [] {
         ProgramOperations o{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
                             operations_of(velocity_program<H, Rescaled>), operations_of(event_functions_)};
-        if constexpr (Orbiting<H>) o.slope = operations_of(force_program<OrbitPlane<H>, false>);
+        if constexpr (HasOrbitPlane<H>) o.slope = operations_of(force_program<OrbitPlane<H>, false>);
         return o;
     }();
 
     explicit System(const double* parameters)
         : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters),
           energy_u_(parameters), rescale_u_(parameters), event_functions_u_(parameters) {}
-    /// H0.
+    /// Returns H0.
     static constexpr S level() { return S(H::level); }
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }
-    const auto& orbit() const requires Orbiting<H> { return orbit_; }
+    const auto& orbit() const requires HasOrbitPlane<H> { return orbit_; }
 
-    /// ∂K/∂(q, p), a `PhaseGradient`.
+    /// Writes ∂K/∂(q, p), a `PhaseGradient`.
     template <class V>
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
         if constexpr (Base::separable) {
             out[component_px] = s.y[component_px];
             out[component_py] = s.y[component_py];
             out[component_pz] = s.y[component_pz];
-            Base::put_dq(s, out);
+            Base::write_dq(s, out);
         } else {
             Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);
         }
     }
-    /// ∂²K/∂(q, p)², a `Hessian`: forward duals over the reverse program, one variable at a time.
+    /// Writes ∂²K/∂(q, p)², a `Hessian`, by evaluation of the gradient with dual numbers, one variable at a time.
     template <class V>
     __attribute__((noinline)) void hessian(const State<V>& s, V* out) const {
         using Forward = Dual<V, 1>;
@@ -261,32 +275,33 @@ public:
             for (int k = 0; k < phase_size; ++k) out[hessian_index(k, variable)] = g[k].derivative[0];
         }
     }
-    /// The program of `derivatives` as data.
-    Listed<S> listed() const {
+    /// Returns the program of `derivatives` as data.
+    ListingWithValues<S> derivatives_listing() const {
         return {{derivatives_.nodes, derivatives_.slot, derivatives_.outputs.data(), derivatives_.size},
                 derivatives_u_.values};
     }
-    /// The parameters, for flows that a Hamiltonian states in closed form.
+    /// Returns the parameters of H, for functions that H declares in closed form.
     template <class V>
     KAGERO_INLINE auto parameters() const {
         V k[H::parameters.size() + 1];
         for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(numbers_.k[i]);
         return make_parameters<H>(k);
     }
-    /// H − H0, of the Hamiltonian itself.
+    /// Returns H − H0 without rescaling.
     template <class V>
     KAGERO_INLINE V energy(const State<V>& s) const {
         V out[1];
         run<energy_program<H>>(energy_u_.values, s.y, out);
         return out[0];
     }
+    /// Returns the event functions at s.
     template <class V>
     KAGERO_INLINE EventFunctions<V> event_functions(const State<V>& s) const {
         V out[event_function_count];
         run<event_functions_>(event_functions_u_.values, s.y, out);
         return event_functions_of(out);
     }
-    /// dλ/dτ at the position in s.
+    /// Returns dλ/dτ = Ω at the position of s; 1 without rescaling.
     template <class V>
     KAGERO_INLINE V time_rescaling_factor(const State<V>& s) const {
         V out[1] = {V(S(1))};
@@ -295,7 +310,7 @@ public:
     }
 
 private:
-    /// The parameters as S; room for one more, because a Hamiltonian may have none.
+    /// The parameters as numbers of type S. The array has an extra element because H may have no parameters.
     struct Numbers {
         S k[H::parameters.size() + 1] = {};
         explicit Numbers(const double* parameters) {
@@ -310,7 +325,7 @@ private:
 
     template <class Self>
     static constexpr auto orbit_plane() {
-        if constexpr (Orbiting<Self> && !Rescaled) return std::type_identity<OrbitSystem<Self, S>>{};
+        if constexpr (HasOrbitPlane<Self> && !Rescaled) return std::type_identity<OrbitSystem<Self, S>>{};
         else return std::type_identity<NoOrbit>{};
     }
 

@@ -1,4 +1,4 @@
-/// The list of all events. One more event is one more file in this folder and one more row here.
+/// The list of all events. A new event requires one new file in this folder and one new row in this list.
 #pragma once
 
 #include "kernels/events/capture.h"
@@ -12,8 +12,8 @@
 
 namespace kagero {
 
-/// In the order in which a step is tested for them. A lane takes the first one that it has crossed, until refinement
-/// finds an earlier one.
+/// All events, in the order in which a step is tested for them. A lane is assigned the first event that its step has
+/// crossed; refinement may replace it by an event that comes earlier on the step.
 // clang-format off
 using AllEvents = EventList<
     SurfaceHit,

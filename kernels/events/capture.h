@@ -1,14 +1,15 @@
-/// Capture: a ray ends where the Hamiltonian's `captured` falls to zero, for example close to a horizon.
+/// Capture: a ray ends where the function `captured` of the Hamiltonian decreases to zero, for example near a horizon.
 #pragma once
 
 #include "kernels/events/event.h"
 
 namespace kagero {
 
+/// The ray is captured.
 struct Capture : ValueEvent<Capture> {
     static constexpr Status status = Status::captured;
-    /// A captured ray is captured even if H is lost on the way to where it is.
-    static constexpr bool certain = true;
+    /// The end of the whole step shows that the ray is captured, even if no partial step conserves H.
+    static constexpr bool ends_if_unrefined = true;
 
     template <class V>
     static bool exists(const Task<V>& task) {

@@ -1,11 +1,12 @@
-/// The escape sphere around the origin: a ray that leaves through it has left the scene. A wormhole has a second, inner
-/// escape sphere for its second sheet, where "outward" means towards the origin.
+/// The escape sphere around the origin: a ray that leaves through it escapes. A wormhole has a second, inner escape
+/// sphere for its second sheet, where "outward" means towards the origin.
 #pragma once
 
 #include "kernels/events/event.h"
 
 namespace kagero {
 
+/// Escape through the sphere of radius `escape_radius`, or through the inner sphere of the second sheet.
 template <bool inner>
 struct SphereEvent {
     static constexpr Effect effect = Effect::end;
@@ -23,23 +24,25 @@ struct SphereEvent {
     KAGERO_INLINE static V squared_radius(const Task<V>& task) {
         return V(radius(task) * radius(task));
     }
-    /// Whether positions lie on the sphere or beyond it; `is_beyond`: strictly beyond it.
+    /// Returns the lanes whose position lies on the sphere or beyond it.
     template <class V>
     KAGERO_INLINE static MaskOf<V> is_reached(const Task<V>& task, const Vec3<V>& q) {
         if constexpr (inner) return dot(q, q) <= squared_radius(task);
         else return dot(q, q) >= squared_radius(task);
     }
+    /// Returns the lanes whose position lies strictly beyond the sphere.
     template <class V>
     KAGERO_INLINE static MaskOf<V> is_beyond(const Task<V>& task, const Vec3<V>& q) {
         if constexpr (inner) return dot(q, q) < squared_radius(task);
         else return dot(q, q) > squared_radius(task);
     }
+    /// Returns the lanes whose ray at q, moving along v, does not move back into the sphere.
     template <class V>
     KAGERO_INLINE static MaskOf<V> moves_outward(const Vec3<V>& q, const Vec3<V>& v) {
         if constexpr (inner) return dot(q, v) < V(ScalarOf<V>(0));
         else return dot(q, v) >= V(ScalarOf<V>(0));
     }
-    /// Whether rays at q that move along v have left the scene through this sphere.
+    /// Returns the lanes whose ray at q, moving along v, has left through this sphere.
     template <class V>
     KAGERO_INLINE static MaskOf<V> has_left(const Task<V>& task, const Vec3<V>& q, const Vec3<V>& v) {
         return is_reached(task, q) & moves_outward(q, v);
@@ -49,7 +52,8 @@ struct SphereEvent {
     KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Step<V>& step, const V&) {
         return is_reached(task, step.end.q());
     }
-    /// A ray that comes in from beyond the sphere does not leave through it on its way in.
+    /// Returns the lanes whose step ends on the sphere or beyond it, except rays that started beyond it and still move
+    /// inward.
     template <class V>
     static MaskOf<V> crossed(const Task<V>& task, const Step<V>& step) {
         const Vec3<V> q = step.end.q();
@@ -61,10 +65,10 @@ struct SphereEvent {
     }
 
     template <class V>
-    static Level<V> level(const Task<V>& task) {
-        return sphere_level(V(radius(task)));
+    static LevelSet<V> level_set(const Task<V>& task) {
+        return sphere_level_set(V(radius(task)));
     }
-    /// Whether a refined ray moves back into the scene, so that it must have left earlier.
+    /// Returns the lanes whose ray moves back into the sphere at its refined position: it has left the sphere earlier.
     template <class V>
     static MaskOf<V> moves_back(const RayState<V>& at) {
         const V rate = dot(at.q(), at.velocity);
@@ -73,36 +77,38 @@ struct SphereEvent {
     template <class V>
     static MaskOf<V> crossed_before(const Task<V>& task, const RayState<V>& start, const RayState<V>& at) {
         using S = ScalarOf<V>;
-        constexpr S doubt = ValueEvent<SphereEvent>::template beyond_rounding<S>;
+        constexpr S uncertainty = ValueEvent<SphereEvent>::template beyond_rounding<S>;
         const Vec3<V> a = start.q(), q = at.q();
         const V square = squared_radius(task);
-        if constexpr (inner) return (dot(a, a) > square) & (dot(q, q) < V(S(1 - doubt)) * square);
-        else return (dot(a, a) < square) & (dot(q, q) > V(S(1 + doubt)) * square);
+        if constexpr (inner) return (dot(a, a) > square) & (dot(q, q) < V(S(1 - uncertainty)) * square);
+        else return (dot(a, a) < square) & (dot(q, q) > V(S(1 + uncertainty)) * square);
     }
 };
 
 using EscapeSphere = SphereEvent<false>;
 using SecondEscapeSphere = SphereEvent<true>;
 
-/// Whether positions lie beyond one of the escape spheres.
+/// Returns the lanes whose position lies beyond one of the escape spheres.
 template <class V>
 MaskOf<V> is_outside(const Task<V>& task, const Vec3<V>& q) {
     return EscapeSphere::is_beyond(task, q) | SecondEscapeSphere::is_beyond(task, q);
 }
-/// Whether rays at q that move along v have left the scene.
+/// Returns the lanes whose ray at q, moving along v, has left through an escape sphere.
 template <class V>
 MaskOf<V> has_left_scene(const Task<V>& task, const Vec3<V>& q, const Vec3<V>& v) {
     const MaskOf<V> left = EscapeSphere::has_left(task, q, v);
     return SecondEscapeSphere::exists(task) ? left | SecondEscapeSphere::has_left(task, q, v) : left;
 }
 
-/// A part of a step outside of the escape sphere, although both ends of the step are inside.
+/// A part of a step that lies outside the escape sphere although both ends of the step lie inside.
 template <class V>
 struct Excursion {
-    V exit, farthest;  ///< where the ray leaves, and where it is farthest from the origin, as fractions of the step
+    V exit;      ///< Fraction of the step at which the ray leaves the sphere.
+    V farthest;  ///< Fraction of the step at which the ray is farthest from the origin.
 };
 
-/// Those of `lanes` that leave the escape sphere during their step and come back. They turn inward during the step.
+/// Returns those of `lanes` that leave the escape sphere during their step and return. All `lanes` must turn inward
+/// during the step.
 template <class V>
 std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, std::uint64_t lanes,
                               Excursion<V>& excursion) {
@@ -112,16 +118,17 @@ std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, 
     lanes &= to_bits((dot(a, a) < radius2) & (dot(b, b) < radius2));
     if (!lanes) return 0;
     const Curve<V> curve = task.curve(step);
-    lanes &= to_bits(curve.reach2() > radius2);
+    lanes &= to_bits(curve.max_radius2() > radius2);
     if (!lanes) return 0;
-    const auto bisect = [&](const V& until, const auto& is_before) {
-        V before = zero, behind = until;
+    const auto bisect = [&](const V& last, const auto& is_below_root) {
+        V lower = zero, upper = last;
         for (int i = 0; i < 12; ++i) {
-            const V middle = half * (before + behind);
-            const MaskOf<V> still = is_before(middle);
-            before = select(still, middle, before), behind = select(still, behind, middle);
+            const V middle = half * (lower + upper);
+            const MaskOf<V> below = is_below_root(middle);
+            lower = select(below, middle, lower);
+            upper = select(below, upper, middle);
         }
-        return behind;
+        return upper;
     };
     const auto square = [&](const V& s) {
         const Vec3<V> q = curve.at(s);

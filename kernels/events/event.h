@@ -1,27 +1,32 @@
-/// What an event is: something on a step at which a ray ends, or at which a step has to end.
+/// The interface of events. An event ends a ray, ends a step, or changes the state of a ray.
 ///
-/// An event is a struct of static functions and constants in a file of its own, and a row of the list in all_events.h:
-///   effect                       what happens to a ray at the event
-///   status                       Effect::end: the status of rays that end here
-///   resume(task, at)             Effect::resume: changes the state at the event into the one that the ray goes on with
-///   exists(task)                 whether the space, the scene or the job has this event; if not, nothing looks for it
-///   possible(task, step, steps)  a quick test at the end of a step, for all lanes. If no quick test succeeds in any lane,
-///                                no event is looked for; an event without one is found in a way of its own (SurfaceHit)
-///   crossed(task, step)          the exact test, evaluated if some quick test succeeded; default: `possible`
-///   starts_beyond(task, start)   whether a ray that starts here is beyond the event already, and ends at once
-/// An event lies at the end of its step, or it is found within the step in one of two ways:
-///   value(start, at)             a function of the state that is > 0 before the event. The secant method finds its zero,
-///                                with steps that all begin at the start of the step: the state beyond has no meaning
-///   level(task)                  a plane or a sphere. Newton's method finds it on the dense output, and short steps
-///                                correct the place
-/// Such an event also has
-///   crossed_before(task, start, at)  whether the event lies between the start of a step and the place of another event
-/// and, where they differ from those of ValueEvent,
-///   may_follow_another           whether another event may lie before it on the same step
-///   certain                      whether its rays end at the end of the whole step if the event cannot be refined
-/// An event at the end of a step may have `finish(task, step, lanes)`, which removes a rounding there; an event on a
-/// sphere may have `moves_back(at)`, which is true where a refined ray must have left the sphere earlier.
-/// `ValueEvent` derives all tests from `value`: such an event is a few lines.
+/// Each event is one struct of static functions and constants in one file, and one row of the list in all_events.h. It
+/// has these members:
+///   effect                       the effect of the event on a ray.
+///   status                       for Effect::end: the status of rays that end at the event.
+///   resume(task, at)             for Effect::resume: changes the state at the event into the state with which the ray
+///                                continues.
+///   exists(task)                 true if the space, the scene or the job has this event; other events cost nothing.
+///   possible(task, step, steps)  a quick test of the end of a step, for all lanes. If the quick tests of all events
+///                                fail in all lanes, no further test is made. An event without a quick test has its
+///                                own kind of detection (SurfaceHit).
+///   crossed(task, step)          the exact test, evaluated if a quick test has succeeded; default: `possible`.
+///   starts_beyond(task, start)   true if a ray that starts here is already beyond the event and ends at once.
+/// The point of an event is the end of its step, or it is found within the step by one of two functions:
+///   value(start, at)             a function of the state that is positive before the event. The secant method finds
+///                                its zero. All trial steps begin at the start of the step, because the state beyond
+///                                the event may be undefined.
+///   level_set(task)              a plane or a sphere. Newton's method finds its zero on the dense output; correction
+///                                steps then move the ray onto the surface.
+/// An event with one of these two functions also has this function:
+///   crossed_before(task, start, at)  true if the event lies between the start of a step and the point `at`, which is
+///                                    the point of another event.
+/// It may override these constants of ValueEvent:
+///   may_follow_another           true if another event may precede this event on the same step.
+///   ends_if_unrefined            true if a ray ends at the end of its whole step when refinement fails.
+/// An event at the end of a step may have `finish(task, step, lanes)`, which removes a rounding error there. An event
+/// on a sphere may have `moves_back(at)`: true if a refined ray moves back into the sphere, so that it left earlier.
+/// `ValueEvent` derives all tests from `value`; such an event takes only a few lines.
 #pragma once
 
 #include "kernels/intersection/surface.h"
@@ -32,20 +37,21 @@
 
 namespace kagero {
 
+/// The effect of an event on a ray.
 enum class Effect : std::uint8_t {
-    end,     ///< the ray ends at the event
-    split,   ///< the step ends at the event, and the next one starts there
-    resume,  ///< the ray goes on from the event with another state
+    end,     ///< The ray ends at the event.
+    split,   ///< The step ends at the event, and the next step starts there.
+    resume,  ///< The ray continues from the event with another state.
 };
 
-/// An event whose `value` is a function of the state alone.
+/// Base of an event that has a `value`. `Event` is the derived struct.
 template <class Event>
 struct ValueEvent {
     static constexpr Effect effect = Effect::end;
-    /// Whether another event may lie before this one on the same step.
+    /// True if another event may precede this event on the same step.
     static constexpr bool may_follow_another = true;
-    /// Whether the ray ends at the end of its whole step if the event cannot be refined.
-    static constexpr bool certain = false;
+    /// True if a ray ends at the end of its whole step when the refinement of the event fails.
+    static constexpr bool ends_if_unrefined = false;
 
     template <class V>
     KAGERO_INLINE static MaskOf<V> possible(const Task<V>&, const Step<V>& step, const V&) {
@@ -64,18 +70,20 @@ struct ValueEvent {
         return Event::value(start, at) < V(-beyond_rounding<ScalarOf<V>>) * abs(Event::value(start, start));
     }
 
-    /// The place of an event is not known better than to this share of its value at the start of the step.
+    /// Relative uncertainty of the value at a refined event, as a fraction of the value at the start of the step.
     template <class S>
     static constexpr S beyond_rounding = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
 };
 
+/// The event is defined by a `value`.
 template <class Event, class V>
 concept HasValue = requires(const RayState<V>& at) {
     Event::value(at, at);
 };
+/// The event is defined by a `level_set`.
 template <class Event, class V>
-concept HasLevel = requires(const Task<V>& task) {
-    Event::level(task);
+concept HasLevelSet = requires(const Task<V>& task) {
+    Event::level_set(task);
 };
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Tests a step for every event, and puts those within the step aside for refinement.
+/// Tests a step for all events and defers the refinement of events within the step.
 #pragma once
 
 #include "kernels/events/deferred_events.h"
@@ -9,18 +9,19 @@
 
 namespace kagero {
 
-/// What a step has led to.
+/// The events that were detected in one step of a packet.
 template <class Events>
 struct Detected {
-    /// Lanes whose step bends too much to be intersected with the scene: it has to be shorter.
-    std::uint64_t too_bent = 0;
-    std::uint64_t within = 0;  ///< lanes with an event within the step, which has been deferred
-    std::uint64_t at_end = 0;  ///< lanes with an event at the end of the step
-    LanesOfEvents<Events> lanes_of;
-    /// Lanes that do not go on to another step now: their ray has an event.
+    /// Lanes whose step is too curved to be intersected with the scene; the step must be repeated with half its length.
+    std::uint64_t too_curved = 0;
+    std::uint64_t within = 0;        ///< Lanes with an event within the step, which has been deferred.
+    std::uint64_t at_end = 0;        ///< Lanes with an event at the end of the step.
+    LanesOfEvents<Events> lanes_of;  ///< Lanes with an event, by kind of event.
+    /// Returns the lanes with an event, which do not take a next step.
     std::uint64_t stopped() const { return within | at_end; }
 };
 
+/// Detects the events of a packet, step by step.
 template <class V, class Events = AllEvents>
 class EventDetector {
     using S = ScalarOf<V>;
@@ -29,27 +30,27 @@ public:
     explicit EventDetector(const Task<V>& task) : task_(task) {
         if (SurfaceHit::exists(task)) scene_.emplace(task);
     }
-    /// Null where there are no surfaces.
+    /// Returns the intersector of the scene, or nullptr if the scene has no surfaces.
     const SceneIntersector<V>* scene() const { return scene_ ? &*scene_ : nullptr; }
     SceneIntersector<V>* scene() { return scene_ ? &*scene_ : nullptr; }
 
-    /// New rays start in `lanes`.
+    /// Initializes the detection for new rays in `lanes`.
     void begin(std::uint64_t lanes) {
         if (scene_) scene_->begin(lanes);
     }
-    /// The rays of `lanes` are at their start again, or where an event lets them go on: a surface there does not count
-    /// as hit.
+    /// Prepares for a step from the start of the rays of `lanes`, or from an event that has changed their state. A
+    /// surface at this position does not count as hit.
     void return_to_start(std::uint64_t lanes) {
         if (scene_) scene_->return_to_start(lanes);
     }
-    /// The steps of `lanes` begin at `start`.
+    /// Records the radial direction of the rays of `lanes`, whose steps begin at `start`.
     void start_steps(const RayState<V>& start, std::uint64_t lanes) {
         const std::uint64_t outward = to_bits(dot(start.q(), start.velocity) > V(S(0)));
         outward_ = (outward_ & ~lanes) | (outward & lanes);
     }
 
-    /// Tests the step of lanes `moving`, after which they have taken `steps` steps. Events within the step go to
-    /// `deferred`.
+    /// Tests the step of the lanes `moving`. Their rays have taken `steps` steps at its end. Adds events within the
+    /// step to `deferred`.
     Detected<Events> detect(const StepperState<V>& step, std::uint64_t moving, const V& steps,
                             DeferredEvents<V, Events>& deferred) {
         Detected<Events> found;
@@ -58,13 +59,17 @@ public:
         std::uint64_t excursions = moving & outward_ & ~outward;
         if (excursions) excursions = find_excursions(task_, step, excursions, excursion);
         std::uint64_t tested = moving, hits = scene_ ? scene_->intersect(step, tested) : 0;
-        if (tested != moving) found.too_bent = moving & ~tested, moving = tested, excursions &= moving;
+        if (tested != moving) {
+            found.too_curved = moving & ~tested;
+            moving = tested;
+            excursions &= moving;
+        }
         if (hits | excursions | possible_events(step, moving, steps)) {
             if (excursions & hits) hits &= ~(excursions & to_bits(excursion.exit < scene_->hits.hit_fraction()));
             if (hits) hits = defer_hits(step, hits, deferred, found);
             if (excursions &= ~hits) defer_excursions(excursion, excursions, deferred, found);
             find_crossed(step, steps, moving & ~(hits | excursions), deferred, found);
-            if (found.within) deferred.take(task_, step, found.within);
+            if (found.within) deferred.store_steps(task_, step, found.within);
         }
         const std::uint64_t staying = moving & ~found.stopped();
         outward_ = (outward_ & ~staying) | (outward & staying);
@@ -72,16 +77,16 @@ public:
     }
 
 private:
-    /// The lanes of `moving` for which the quick test of some event succeeds.
+    /// Returns the lanes of `moving` for which the quick test of at least one event succeeds.
     KAGERO_INLINE std::uint64_t possible_events(const Step<V>& step, std::uint64_t moving, const V& steps) const {
-        MaskOf<V> possible = never<V>();
+        MaskOf<V> possible = no_lanes<V>();
         Events::each([&]<class Event>() __attribute__((always_inline)) {
             if constexpr (requires { Event::possible(task_, step, steps); })
                 if (Event::exists(task_)) possible = possible | Event::possible(task_, step, steps);
         });
         return moving & to_bits(possible);
     }
-    /// Events that are found by the end of the step, in the order of the list.
+    /// Evaluates `crossed` of all events, in the order of the list, for the lanes `open`, which have no event yet.
     void find_crossed(const Step<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V, Events>& deferred,
                       Detected<Events>& found) const {
         Events::each([&]<class Event>() {
@@ -89,8 +94,9 @@ private:
                 if (!open || !Event::exists(task_)) return;
                 const std::uint64_t lanes = open & to_bits(crossed<Event>(step, steps));
                 if (!lanes) return;
-                found.lanes_of.template of<Event>() |= lanes, open &= ~lanes;
-                if constexpr (HasValue<Event, V> || HasLevel<Event, V>) {
+                found.lanes_of.template of<Event>() |= lanes;
+                open &= ~lanes;
+                if constexpr (HasValue<Event, V> || HasLevelSet<Event, V>) {
                     deferred.template defer_before<Event>(task_, lanes, step.start, step.end, V(S(1)));
                     found.within |= lanes;
                 } else {
@@ -99,13 +105,14 @@ private:
             }
         });
     }
+    /// Returns the lanes whose step has crossed the event.
     template <class Event>
     MaskOf<V> crossed(const Step<V>& step, const V& steps) const {
         if constexpr (requires { Event::crossed(task_, step); }) return Event::crossed(task_, step);
         else return Event::possible(task_, step, steps);
     }
 
-    /// Hits, except those beyond an escape sphere; returns those that count.
+    /// Defers the hits of `lanes`, except hits beyond an escape sphere. Returns the lanes whose hits were deferred.
     std::uint64_t defer_hits(const StepperState<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred,
                              Detected<Events>& found) const {
         const SurfaceHits<V>& hits = scene_->hits;
@@ -113,27 +120,31 @@ private:
         const Vec3<V> a = curve.at(hits.from), b = curve.at(hits.to);
         lanes &= ~to_bits(is_outside(task_, advance(a, hits.t, b - a)));
         if (!lanes) return 0;
-        const Level<V> levels = scene_->levels(lanes);
-        const V fraction = chord_fraction(levels, a, b, hits.t);
-        deferred.template defer<SurfaceHit>(lanes, levels, hits.from, hits.to,
+        const LevelSet<V> level_sets = scene_->level_sets(lanes);
+        const V fraction = chord_fraction(level_sets, a, b, hits.t);
+        deferred.template defer<SurfaceHit>(lanes, level_sets, hits.from, hits.to,
                                             fma(hits.to - hits.from, fraction, hits.from));
         for (const int i : lanes_in(lanes)) {
             KAGERO_ASSERT(hits.surface[i] < task_.job.geometry->surface_count);
-            deferred.surface[i] = hits.surface[i], deferred.primitive[i] = hits.primitive[i];
+            deferred.surface[i] = hits.surface[i];
+            deferred.primitive[i] = hits.primitive[i];
         }
-        found.lanes_of.template of<SurfaceHit>() |= lanes, found.within |= lanes;
+        found.lanes_of.template of<SurfaceHit>() |= lanes;
+        found.within |= lanes;
         return lanes;
     }
+    /// Defers the escapes of `lanes`, which leave the escape sphere and return within their step.
     void defer_excursions(const Excursion<V>& excursion, std::uint64_t lanes, DeferredEvents<V, Events>& deferred,
                           Detected<Events>& found) const {
-        deferred.template defer<EscapeSphere>(lanes, EscapeSphere::level(task_), V(S(0)), excursion.farthest,
+        deferred.template defer<EscapeSphere>(lanes, EscapeSphere::level_set(task_), V(S(0)), excursion.farthest,
                                               excursion.exit);
-        found.lanes_of.template of<EscapeSphere>() |= lanes, found.within |= lanes;
+        found.lanes_of.template of<EscapeSphere>() |= lanes;
+        found.within |= lanes;
     }
 
     const Task<V>& task_;
     std::optional<SceneIntersector<V>> scene_;
-    std::uint64_t outward_ = 0;  ///< lanes whose rays move away from the origin where their step starts
+    std::uint64_t outward_ = 0;  ///< Lanes whose ray moves away from the origin at the start of its step.
 };
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// The limits of a job: the parameter λ and the number of steps. Both lie at the end of a step.
+/// The limits of a job on the parameter λ and on the number of steps. Both events take place at the end of a step.
 #pragma once
 
 #include "kernels/events/event.h"
@@ -8,7 +8,7 @@
 
 namespace kagero {
 
-/// λ reaches Job::parameter_limit. Steps are shortened so that one of them ends there.
+/// The parameter λ has reached Job::parameter_limit. The last step of a ray is shortened so that it ends at the limit.
 struct ParameterLimit {
     static constexpr Effect effect = Effect::end;
     static constexpr Status status = Status::step_limit;
@@ -28,24 +28,24 @@ struct ParameterLimit {
     }
     template <class V>
     static MaskOf<V> starts_beyond(const Task<V>&, const RayState<V>&) {
-        return never<V>();
+        return no_lanes<V>();
     }
-    /// Removes the rounding of a step that ends at the limit.
+    /// Sets λ at the end of a step to the limit exactly.
     template <class V>
     static void finish(const Task<V>& task, Step<V>& step, std::uint64_t lanes) {
         step.end.parameter = select(from_bits<V>(lanes), V(ScalarOf<V>(task.job.parameter_limit)), step.end.parameter);
     }
-    /// The longest step from `start` is h, or what is left of λ; a last step that is very short becomes a part of the
-    /// one before it.
+    /// Returns the step length h, shortened to the remaining distance to the limit. A step that would leave a remainder
+    /// below 1e-6 h is extended to the limit.
     template <class V>
-    static V bounded(const Task<V>& task, const RayState<V>& start, const V& h) {
+    static V limited_length(const Task<V>& task, const RayState<V>& start, const V& h) {
         using S = ScalarOf<V>;
-        const V left = V(S(task.job.parameter_limit)) - start.parameter;
-        return select(left <= h * V(S(1 + 1e-6)), select(h > V(S(0)), left, h), h);
+        const V remaining = V(S(task.job.parameter_limit)) - start.parameter;
+        return select(remaining <= h * V(S(1 + 1e-6)), select(h > V(S(0)), remaining, h), h);
     }
 };
 
-/// A ray has taken Job::max_steps steps, or as many as its number type can count.
+/// A ray has taken Job::max_steps steps, or the greatest number of steps that its number type can count exactly.
 struct StepLimit {
     static constexpr Effect effect = Effect::end;
     static constexpr Status status = Status::step_limit;
@@ -57,16 +57,16 @@ struct StepLimit {
     template <class V>
     KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Step<V>&, const V& steps) {
         using S = ScalarOf<V>;
-        return steps >= V(std::min(S(task.job.max_steps), most_counted<S>));
+        return steps >= V(std::min(S(task.job.max_steps), max_exact_count<S>));
     }
     template <class V>
     static MaskOf<V> starts_beyond(const Task<V>&, const RayState<V>&) {
-        return never<V>();
+        return no_lanes<V>();
     }
 
-    /// Beyond this number S cannot represent every whole number.
+    /// Greatest count up to which S represents every whole number exactly.
     template <class S>
-    static constexpr S most_counted = S(2) / machine_epsilon<S>;
+    static constexpr S max_exact_count = S(2) / machine_epsilon<S>;
 };
 
 }  // namespace kagero

@@ -1,11 +1,12 @@
-/// The edge of the medium: a ray leaves the medium where the Hamiltonian's `domain` falls to zero. Beyond it H has no
-/// meaning.
+/// The edge of the medium: a ray escapes where the function `domain` of the Hamiltonian decreases to zero. H is
+/// undefined beyond the edge.
 #pragma once
 
 #include "kernels/events/event.h"
 
 namespace kagero {
 
+/// The ray leaves the medium.
 struct MediumEdge : ValueEvent<MediumEdge> {
     static constexpr Status status = Status::escaped;
 

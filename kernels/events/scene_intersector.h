@@ -1,8 +1,9 @@
-/// Intersects steps with the scene: which lanes hit which surface, and roughly where on the step.
+/// Intersects steps with the scene. Finds the lanes that hit a surface, the surface, and the approximate position of
+/// the hit on the step.
 ///
-/// Most steps need no query: a lane knows a box without a surface around its ray, from the clearance grid. Where a step
-/// leads out of such boxes, its dense output is cut into chords that stay within the tolerance, and Embree intersects
-/// them.
+/// Most steps need no query: each lane stores a clear box around its ray, taken from the clearance grid. The dense
+/// output of a step that leaves its clear boxes is divided into chords within `chord_tolerance` of it, and Embree
+/// intersects the chords.
 #pragma once
 
 #include "kernels/intersection/clearance.h"
@@ -16,148 +17,157 @@
 
 namespace kagero {
 
+/// Returns the vector of lane i.
 template <class V>
 Vec3<double> lane_of(const Vec3<V>& v, int i) {
     return {double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
 }
 
-/// What the lanes of a packet have hit.
+/// The surfaces that the lanes of a packet have hit.
 template <class V>
 struct SurfaceHits {
     std::uint32_t surface[lane_count<V>] = {}, primitive[lane_count<V>] = {};
-    V from{ScalarOf<V>(0)}, to{ScalarOf<V>(0)};  ///< the piece of the step that was hit, as fractions of the step
-    V t{ScalarOf<V>(0)};                         ///< where on the chord of that piece, from Embree
+    V from{ScalarOf<V>(0)}, to{ScalarOf<V>(0)};  ///< Ends of the hit piece, as fractions of the step.
+    V t{ScalarOf<V>(0)};                         ///< Position of the hit on the chord of that piece, from Embree.
 
-    /// Roughly where on the step, as a fraction.
+    /// Returns the approximate position of the hit, as a fraction of the step.
     V hit_fraction() const { return fma(t, to - from, from); }
 };
 
+/// Intersects the steps of one packet with the scene.
 template <class V>
 class SceneIntersector {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
 public:
-    SurfaceHits<V> hits;      ///< valid in lanes that the last query has hit
-    std::uint64_t ticks = 0;  ///< time of queries, where the job is timed
+    SurfaceHits<V> hits;      ///< Valid in the lanes that the last call of an `intersect` function has returned.
+    std::uint64_t ticks = 0;  ///< Processor ticks spent in queries; counted only if Job::timed is set.
 
     explicit SceneIntersector(const Task<V>& task)
         : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
-          chord_only_(task.job.hit == HitModel::chord), starts_in_the_open_(starts_in_the_open()) {}
+          chord_only_(task.job.hit == HitModel::chord), starts_clear_(starts_clear()) {}
 
-    /// New rays start in `lanes`: a surface on which a ray starts does not count as hit.
+    /// Initializes `lanes` for new rays. The surface on which a ray starts does not count as hit.
     void begin(std::uint64_t lanes) {
         queries_ = select(from_bits<V>(lanes), V(S(0)), queries_);
-        leaving_ &= ~lanes;
+        departing_ &= ~lanes;
         return_to_start(lanes);
     }
-    /// The rays of `lanes` are at their start again.
+    /// Prepares for a step from the start of the rays of `lanes`.
     void return_to_start(std::uint64_t lanes) {
-        if (!starts_in_the_open_) first_piece_ |= lanes;
+        if (!starts_clear_) first_piece_ |= lanes;
     }
 
-    /// Intersects the step of `lanes` and returns the lanes that hit a surface. Lanes whose step bends more than chords
-    /// can follow are not tested and are removed from `lanes`.
+    /// Intersects the step of `lanes` and returns the lanes that hit a surface. A step that is too curved for
+    /// `max_pieces` chords is not tested, and its lane is removed from `lanes`.
     std::uint64_t intersect(const StepperState<V>& step, std::uint64_t& lanes) {
-        const std::uint64_t leading_out =
-            geometry_.clearance ? lanes & ~to_bits(clear_.holds(task_.extent(step))) : lanes;
-        const std::uint64_t hit = leading_out ? intersect_outside(step, leading_out, lanes) : 0;
+        const std::uint64_t unconfirmed =
+            geometry_.clearance ? lanes & ~to_bits(clear_.contains(task_.extent(step))) : lanes;
+        const std::uint64_t hit = unconfirmed ? intersect_outside(step, unconfirmed, lanes) : 0;
         first_piece_ &= ~lanes;
         return hit;
     }
-    /// Intersects straight segments of any length with one query.
+    /// Intersects straight segments of any length with one query. Returns the lanes that hit a surface.
     std::uint64_t intersect_straight(const Vec3<V>& start, const Vec3<V>& end, std::uint64_t lanes) {
         const Stopwatch watch(task_.job.timed, ticks);
         return query_piece(start, end, V(S(0)), V(S(1)), lanes);
     }
 
-    /// The surfaces that `lanes` have hit.
-    Level<V> levels(std::uint64_t lanes) const {
-        return levels_of<V>(geometry_.surfaces, hits.surface, hits.primitive, lanes);
+    /// Returns the surfaces that `lanes` have hit.
+    LevelSet<V> level_sets(std::uint64_t lanes) const {
+        return level_sets_of<V>(geometry_.surfaces, hits.surface, hits.primitive, lanes);
     }
-    /// Queries of each ray.
+    /// Returns the number of queries of each ray.
     const V& queries() const { return queries_; }
 
 private:
-    /// The steps of `lanes` lead out of the box that is known to be clear. The box around the middle of the step may
-    /// contain all of it; if not, Embree is queried. A box is a part of space and stays clear, whatever happens to the
-    /// ray of its lane.
+    /// Intersects the steps of `lanes`, which leave the stored clear boxes. First the stored box is replaced by the box
+    /// around the middle of the step, which may contain the whole step. If it does not, Embree is queried. A stored box
+    /// never has to be invalidated, since it stays clear when its lane gets another ray.
     __attribute__((noinline)) std::uint64_t intersect_outside(const StepperState<V>& step, std::uint64_t lanes,
                                                               std::uint64_t& tested) {
         const Curve<V> curve = task_.curve(step);
-        if (geometry_.clearance && clear_.move(*geometry_.clearance, curve.middle(), lanes))
-            lanes &= ~to_bits(clear_.holds(curve.extent()));
+        if (geometry_.clearance && clear_.update(*geometry_.clearance, curve.middle(), lanes))
+            lanes &= ~to_bits(clear_.contains(curve.extent()));
         if (!lanes) return 0;
         const Stopwatch watch(task_.job.timed, ticks);
         const V sagitta = chord_only_ ? V(S(0)) : curve.sagitta();
-        const std::uint64_t too_bent = lanes & to_bits(sagitta > V(tolerance_ * S(most_pieces) * S(most_pieces)));
-        tested &= ~too_bent;
-        return query_pieces(curve, length_of_pieces(sagitta), lanes & ~too_bent);
+        const std::uint64_t too_curved = lanes & to_bits(sagitta > V(tolerance_ * S(max_pieces) * S(max_pieces)));
+        tested &= ~too_curved;
+        return query_pieces(curve, length_of_pieces(sagitta), lanes & ~too_curved);
     }
 
-    /// Cuts the step into pieces, each lane into its own number of them, and queries the pieces that no clear box
-    /// contains. Lanes meet at such pieces, so that one query serves many lanes.
+    /// Divides each step into pieces of length `piece` (a fraction of the step) and queries the pieces that are not
+    /// inside a clear box. Each lane skips its clear pieces first, so that one query contains many lanes.
     std::uint64_t query_pieces(const Curve<V>& curve, const V& piece, std::uint64_t lanes) {
         const V one(S(1)), half(S(0.5));
-        const std::uint64_t cut =
-            geometry_.clearance ? lanes & to_bits(piece < one) : 0;  // a whole step is not clear, as is known
-        const Extent<V> times = cut ? least_times(curve.speeds()) : Extent<V>{};
-        std::uint64_t hit = 0, now = lanes;
+        const std::uint64_t divided =
+            geometry_.clearance ? lanes & to_bits(piece < one) : 0;  // undivided steps have been tested already
+        const Extent<V> times = divided ? min_times_per_length(curve.slope_extent()) : Extent<V>{};
+        std::uint64_t hit = 0, open = lanes;
         V s0(S(0));
-        while (now) {
-            for (std::uint64_t going = now & cut; going;) {
-                const Vec3<V> here = curve.at(s0);
-                V clear = clear_.way_out(here, times);
-                if (const std::uint64_t at_the_edge = going & ~to_bits(clear >= piece)) {
-                    if (clear_.move(*geometry_.clearance, curve.at(fma(half, piece, s0)), at_the_edge))
-                        clear = clear_.way_out(here, times);
+        while (open) {
+            for (std::uint64_t skipping = open & divided; skipping;) {
+                const Vec3<V> position = curve.at(s0);
+                V clear = clear_.exit_parameter(position, times);
+                if (const std::uint64_t leaving = skipping & ~to_bits(clear >= piece)) {
+                    if (clear_.update(*geometry_.clearance, curve.at(fma(half, piece, s0)), leaving))
+                        clear = clear_.exit_parameter(position, times);
                 }
-                const MaskOf<V> passes = from_bits<V>(going) & (clear >= piece);
+                const MaskOf<V> passes = from_bits<V>(skipping) & (clear >= piece);
                 s0 = select(passes, min(s0 + whole_pieces(clear, piece), one), s0);
                 const std::uint64_t ended = to_bits(passes & (s0 >= one));
-                going = to_bits(passes) & ~ended, now &= ~ended;
+                skipping = to_bits(passes) & ~ended;
+                open &= ~ended;
             }
-            if (!now) break;
+            if (!open) break;
             const V s1 = min(s0 + piece, one);
-            hit |= query_piece(curve.at(s0), curve.at(s1), s0, s1, now);
-            now &= ~(hit | to_bits(s1 >= one));
+            hit |= query_piece(curve.at(s0), curve.at(s1), s0, s1, open);
+            open &= ~(hit | to_bits(s1 >= one));
             s0 = s1;
         }
         return hit;
     }
 
-    /// Queries the segments a → b, which are the pieces [s0, s1] of the steps of lanes `now`.
-    std::uint64_t query_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t now) {
-        const std::uint64_t first = now & first_piece_, near_start = first | (now & leaving_);
-        first_piece_ &= ~now, leaving_ &= ~now;
+    /// Queries the segments a → b, which are the chords of the pieces [s0, s1] of the steps in lanes `open`.
+    std::uint64_t query_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t open) {
+        const std::uint64_t first = open & first_piece_, near_start = first | (open & departing_);
+        first_piece_ &= ~open;
+        departing_ &= ~open;
         Segments<W> segments;
-        V begin(S(0)), length(S(1));  // the part of each piece that is queried, as fractions of the piece
+        V begin(S(0)), length(S(1));  // queried part of each piece, as fractions of the piece
         if (near_start) {
-            begin = select(from_bits<V>(near_start), -head_start(b - a), begin);
+            begin = select(from_bits<V>(near_start), -start_extension(b - a), begin);
             length = V(S(1)) - begin;
         }
         const Vec3<V> from = near_start ? advance(a, begin, b - a) : a;
         const V scale(S(geometry_.scale));
-        V size(S(0));  // the greatest coordinate of either end
+        V size(S(0));  // greatest coordinate of both ends, in Embree's coordinates
         const auto to_embree = [&](const V& start, const V& end, int k) {
             const V shift(S(geometry_.shift[k])), from_here = (start - shift) * scale, to_here = (end - shift) * scale;
             size = max(size, max(abs(from_here), abs(to_here)));
             to_floats(from_here, segments.org[k]);
             to_floats((end - start) * scale, segments.dir[k]);
         };
-        to_embree(from.x, b.x, 0), to_embree(from.y, b.y, 1), to_embree(from.z, b.z, 2);
-        std::fill_n(segments.near, W, 0.0f), std::fill_n(segments.t, W, 0.0f);
+        to_embree(from.x, b.x, 0);
+        to_embree(from.y, b.y, 1);
+        to_embree(from.z, b.z, 2);
+        std::fill_n(segments.near, W, 0.0f);
+        std::fill_n(segments.t, W, 0.0f);
         skip_outside(from, b, segments);
-        for (const int i : lanes_in(now & ~to_bits(size < V(S(far_away))))) {
-            if (!clip(a, b, i, segments, begin, length)) now &= ~(std::uint64_t(1) << i);
+        for (const int i : lanes_in(open & ~to_bits(size < V(S(clip_size))))) {
+            if (!clip(a, b, i, segments, begin, length)) open &= ~(std::uint64_t(1) << i);
         }
-        queries_ = select(from_bits<V>(now), queries_ + V(S(1)), queries_);
-        std::uint64_t hit = query(geometry_.embree_scene, segments, now);
-        if (hit & near_start) hit = without_left_surfaces(a, b, begin, length, segments, hit, hit & near_start, first);
+        queries_ = select(from_bits<V>(open), queries_ + V(S(1)), queries_);
+        std::uint64_t hit = query(geometry_.embree_scene, segments, open);
+        if (hit & near_start)
+            hit = remove_departed_surfaces(a, b, begin, length, segments, hit, hit & near_start, first);
         if (!hit) return 0;
-        const MaskOf<V> here = from_bits<V>(hit);
-        hits.t = select(here, fractions_of(segments, begin, length), hits.t);
-        hits.from = select(here, s0, hits.from), hits.to = select(here, s1, hits.to);
+        const MaskOf<V> mask = from_bits<V>(hit);
+        hits.t = select(mask, fractions_of(segments, begin, length), hits.t);
+        hits.from = select(mask, s0, hits.from);
+        hits.to = select(mask, s1, hits.to);
         for (int i = 0; i < W; ++i) {
             const bool is_hit = (hit >> i) & 1;
             hits.surface[i] = is_hit ? segments.surface[i] : hits.surface[i];
@@ -166,102 +176,113 @@ private:
         return hit;
     }
 
-    /// A piece is queried from a little before its start, this fraction of it, so that Embree's floats miss no surface
-    /// close to the start.
-    V head_start(const Vec3<V>& way) const {
+    /// Returns the length, as a fraction of the chord, by which a query begins before the start of a piece. Without it,
+    /// Embree could miss surfaces close to the start because of its rounding in float.
+    V start_extension(const Vec3<V>& chord) const {
         const V offset(S(double(start_offset) / geometry_.scale));
-        return offset / max(root(dot(way, way)), offset);
+        return offset / max(root(dot(chord, chord)), offset);
     }
+    /// Converts positions on the queried parts to fractions of the whole pieces.
     static V fractions_of(const Segments<W>& segments, const V& begin, const V& length) {
         alignas(64) double fraction[W];
         std::copy_n(segments.t, W, fraction);
         return fma(length, lanes_of<V>(fraction), begin);
     }
 
-    /// Removes hits of surfaces that rays leave: so close to a surface, Embree's floats do not show on which side of it
-    /// a ray is. `close` are the lanes that are close to their start, `first` those in the first piece of their ray.
-    /// They are queried again, surface by surface.
-    std::uint64_t without_left_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
-                                        Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
-                                        std::uint64_t first) {
-        const V least = head_start(b - a);
-        const Level<V> levels = levels_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
-        const V fraction = chord_fraction(levels, a, b, fractions_of(segments, begin, length));
-        const std::uint64_t left = close & to_bits(leaves(levels, a, b, fraction, least, from_bits<V>(first)));
-        if (!left) return hit;
-        leaving_ |= left;
-        const auto is_hit = [&](int i, std::uint32_t on, std::uint32_t part, float where) {
-            const double near = double(get_lane(length, i)) * double(where) + double(get_lane(begin, i));
-            const Level<double> level = level_of(geometry_.surfaces[on], part);
+    /// Removes from `hit` the hits of surfaces from which rays depart, since Embree's floats cannot show on which side
+    /// of a close surface a ray starts. The lanes `close` are close to their start; the lanes `first` are in the first
+    /// piece of their ray. These lanes are queried again, and each candidate hit is tested in the packet's precision.
+    std::uint64_t remove_departed_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
+                                           Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
+                                           std::uint64_t first) {
+        const V least = start_extension(b - a);
+        const LevelSet<V> level_sets =
+            level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
+        const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));
+        const std::uint64_t departed = close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(first)));
+        if (!departed) return hit;
+        departing_ |= departed;
+        const auto accepts = [&](int i, std::uint32_t surface, std::uint32_t primitive, float t) {
+            const double near = double(get_lane(length, i)) * double(t) + double(get_lane(begin, i));
+            const LevelSet<double> level_set = level_set_of(geometry_.surfaces[surface], primitive);
             const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
-            return !leaves(level, from, to, chord_fraction(level, from, to, near), double(get_lane(least, i)),
-                           ((first >> i) & 1) != 0);
+            return !departs(level_set, from, to, chord_fraction(level_set, from, to, near), double(get_lane(least, i)),
+                            ((first >> i) & 1) != 0);
         };
-        return (hit & ~left) | query_carefully(geometry_.embree_scene, segments, left, is_hit);
+        return (hit & ~departed) | query_filtered(geometry_.embree_scene, segments, departed, accepts);
     }
-    /// Whether all rays start so far from every surface that they leave none: farther than the errors of Embree's
-    /// floats and of the packet's own numbers.
-    bool starts_in_the_open() const {
+    /// Returns true if all rays start far from every surface, compared with the rounding of Embree's floats and of the
+    /// packet's number type. No ray then starts on a surface.
+    bool starts_clear() const {
         const CameraRays* camera = task_.job.camera;
         if (!camera) return false;
         const double* q = camera->position;
         const double size = std::max({std::abs(q[0]), std::abs(q[1]), std::abs(q[2])}) + 1 / geometry_.scale;
-        return camera->clear > 2 * double(start_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
+        return camera->clearance > 2 * double(start_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
     }
 
-    /// Whether a → b leaves a surface that it seems to hit at `fraction`: it starts on the surface or goes away from
-    /// it. A sphere is only left by a ray that does not hit it again beyond the fraction `least`. Where
-    /// `may_start_there`, a start within rounding is on the surface.
+    /// Returns the lanes in which a → b departs from the surface that the query has found at `fraction`, rather than
+    /// hitting it. Such a segment starts on the surface or moves away from it. A segment that starts on a sphere
+    /// departs from it only if it does not meet the sphere again beyond the fraction `least`. In lanes of
+    /// `may_start_on_surface`, a start within rounding of the surface counts as a start on the surface.
     template <class W2>
-    MaskOf<W2> leaves(const Level<W2>& g, const Vec3<W2>& a, const Vec3<W2>& b, const W2& fraction, const W2& least,
-                      const MaskOf<W2>& may_start_there) const {
+    MaskOf<W2> departs(const LevelSet<W2>& g, const Vec3<W2>& a, const Vec3<W2>& b, const W2& fraction, const W2& least,
+                       const MaskOf<W2>& may_start_on_surface) const {
         const W2 zero(0), height = g.value(a),
                           size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + W2(ScalarOf<W2>(1 / geometry_.scale));
-        const MaskOf<W2> on_it = may_start_there & (abs(height) <= W2(ScalarOf<W2>(4 * machine_epsilon<S>)) * size);
+        const W2 rounding = W2(ScalarOf<W2>(4 * machine_epsilon<S>)) * size;
+        const MaskOf<W2> on_surface = may_start_on_surface & (abs(height) <= rounding);
         const W2 away = height * g.slope(a, b - a);
-        const MaskOf<W2> from_plane = on_it | (away >= zero),
-                         from_sphere = (fraction <= zero) | (on_it & (fraction <= least));
+        const MaskOf<W2> from_plane = on_surface | (away >= zero),
+                         from_sphere = (fraction <= zero) | (on_surface & (fraction <= least));
         return ((abs(g.a) <= zero) & from_plane) | ((abs(g.a) > zero) & from_sphere);
     }
 
-    /// A segment that comes from outside hits nothing before it enters the escape sphere.
+    /// For segments that begin outside the escape sphere, moves the start of the queried part to their entry into it.
     void skip_outside(const Vec3<V>& a, const Vec3<V>& b, Segments<W>& segments) const {
         const S radius = S(task_.job.escape_radius);
         const MaskOf<V> beyond = dot(a, a) > V(radius * radius);
         if (!any(beyond)) return;
-        const V entry = chord_fraction(sphere_level(V(radius)), a, b, V(S(0)));
+        const V entry = chord_fraction(sphere_level_set(V(radius)), a, b, V(S(0)));
         float entries[W];
         to_floats(select(beyond & (entry > V(S(0))) & (entry < V(S(1))), entry, V(S(0))), entries);
         for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);
     }
 
-    /// Clips the queried part of a → b, in double, to the cube ±far_away/2 around the scene; false if it misses the
-    /// cube.
+    /// Clips the queried part of a → b in lane i to a cube of edge `clip_size` around the scene, in double precision.
+    /// Returns false if it misses the cube.
     bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, V& begin, V& length) const {
-        const double head[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
-        const double tail[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
+        const double start[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
+        const double end[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
         const double first = double(get_lane(begin, i)),
                      nearest = first + double(get_lane(length, i)) * double(segments.near[i]);
         double enter = first, leave = 1, org[3], dir[3];
         for (int k = 0; k < 3; ++k) {
-            org[k] = (head[k] - geometry_.shift[k]) * geometry_.scale, dir[k] = (tail[k] - head[k]) * geometry_.scale;
-            const double half = 0.5 * double(far_away), u = (-half - org[k]) / dir[k], v = (half - org[k]) / dir[k];
+            org[k] = (start[k] - geometry_.shift[k]) * geometry_.scale;
+            dir[k] = (end[k] - start[k]) * geometry_.scale;
+            const double half = 0.5 * double(clip_size), u = (-half - org[k]) / dir[k], v = (half - org[k]) / dir[k];
             if (dir[k] == 0 && std::abs(org[k]) > half) return false;
-            if (dir[k] != 0) enter = std::max(enter, std::min(u, v)), leave = std::min(leave, std::max(u, v));
+            if (dir[k] != 0) {
+                enter = std::max(enter, std::min(u, v));
+                leave = std::min(leave, std::max(u, v));
+            }
         }
         if (!(enter < leave)) return false;
         const double rest = leave - enter;
-        set_lane(begin, i, S(enter)), set_lane(length, i, S(rest));
+        set_lane(begin, i, S(enter));
+        set_lane(length, i, S(rest));
         segments.near[i] = float(std::clamp((nearest - enter) / rest, 0.0, 1.0));
-        for (int k = 0; k < 3; ++k)
-            segments.org[k][i] = float(org[k] + enter * dir[k]), segments.dir[k][i] = float(rest * dir[k]);
+        for (int k = 0; k < 3; ++k) {
+            segments.org[k][i] = float(org[k] + enter * dir[k]);
+            segments.dir[k][i] = float(rest * dir[k]);
+        }
         return true;
     }
 
-    /// The length of pieces as fractions of the step.
+    /// Returns the length of the pieces, as a fraction of the step. It is halved until chords are within the tolerance.
     V length_of_pieces(V sagitta) const {
         V length(S(1));
-        for (int pieces = 1; pieces < most_pieces; pieces *= 2) {
+        for (int pieces = 1; pieces < max_pieces; pieces *= 2) {
             const MaskOf<V> bent = sagitta > V(tolerance_);
             if (!any(bent)) break;
             length = select(bent, V(S(0.5)) * length, length);
@@ -269,26 +290,27 @@ private:
         }
         return length;
     }
-    /// The length of as many whole pieces as fit.
-    static V whole_pieces(const V& way, const V& piece) {
-        const V fit = min(way / piece, V(S(most_pieces))), nearest = nearest_whole(fit);
+    /// Returns `length` rounded down to a whole number of pieces.
+    static V whole_pieces(const V& length, const V& piece) {
+        const V fit = min(length / piece, V(S(max_pieces))), nearest = nearest_integer(fit);
         return select(nearest > fit, nearest - V(S(1)), nearest) * piece;
     }
-    static constexpr int most_pieces = 1024;
-    /// So close to a surface, floats do not distinguish its sides: some 30 roundings, in Embree's coordinates of order
-    /// one.
+    /// Greatest number of pieces into which a step is divided.
+    static constexpr int max_pieces = 1024;
+    /// Distance from a surface below which floats do not distinguish its sides, in Embree's coordinates of order one:
+    /// about 30 roundings.
     static constexpr float start_offset = 4e-6f;
-    /// Segments that reach farther are clipped to the scene first, in the same coordinates.
-    static constexpr float far_away = 32;
+    /// Edge of the cube to which longer segments are clipped before a query, in Embree's coordinates.
+    static constexpr float clip_size = 32;
 
     const Task<V>& task_;
     const Geometry& geometry_;
     S tolerance_;
-    bool chord_only_, starts_in_the_open_;
+    bool chord_only_, starts_clear_;
     ClearBox<V> clear_ = task_.first_box;
     V queries_ = S(0);
-    std::uint64_t first_piece_ = 0;  ///< lanes of which no piece has been queried
-    std::uint64_t leaving_ = 0;      ///< lanes that left a surface in the piece before, and were too close to it
+    std::uint64_t first_piece_ = 0;  ///< Lanes whose ray has no queried piece since its start.
+    std::uint64_t departing_ = 0;    ///< Lanes whose previous piece has departed from a close surface.
 };
 
 }  // namespace kagero

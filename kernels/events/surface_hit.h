@@ -1,10 +1,11 @@
-/// A ray meets a surface of the scene. Which one, and roughly where on the step, is found by the SceneIntersector.
+/// Hit of a surface of the scene. The SceneIntersector finds the surface and the approximate position on the step.
 #pragma once
 
 #include "kernels/events/event.h"
 
 namespace kagero {
 
+/// The ray hits a surface.
 struct SurfaceHit {
     static constexpr Effect effect = Effect::end;
     static constexpr Status status = Status::hit;

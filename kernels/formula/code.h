@@ -1,9 +1,10 @@
-/// Programs as data: what formulas of a scene become, since no compiler is there to unroll them.
+/// Programs as data for an interpreter. Formulas of a scene become such programs, because no compiler is available at
+/// run time.
 ///
-/// Instructions work on numbered slots: the inputs, the constants, then what is computed. They are ordered into runs of
-/// the same operation on operands that do not wait for each other, so that an operation is looked up once per run and
-/// fills the pipelines. Where there is no such run, an operation on the last result follows: it finds it in registers,
-/// and does not wait for memory.
+/// Instructions operate on numbered slots, which hold the inputs, the constants and then the results. They are grouped
+/// into runs of the same operation on independent operands. An operation is then dispatched once per run, and the CPU
+/// can overlap its instructions. If no such run exists, an operation on the accumulator follows. The accumulator is the
+/// result of the last instruction, which is still in a register.
 #pragma once
 
 #include "kernels/equations/system.h"
@@ -12,49 +13,51 @@
 
 namespace kagero::formula {
 
-/// Operands are places: slots times `unit`, so that a processor's addresses scale them to packets without further
-/// arithmetic.
+/// One instruction. Operands and the result are offsets: slot number times `offset_unit`. The addressing modes of the
+/// CPU scale them to the size of a packet without extra instructions.
 struct Instruction {
-    static constexpr std::size_t unit = 16;
+    static constexpr std::size_t offset_unit = 16;
     std::uint16_t result, a, b, c;
 };
-static_assert(256 * Instruction::unit <= 1 << 16);
+static_assert(256 * Instruction::offset_unit <= 1 << 16);
 
-/// What a run does: an `Op`, or one of these, where L is the result of the instruction before.
-enum class OnLast : std::uint8_t {
-    add = op_count,   // L + b
-    mul,              // L·b
-    rsqrt, recip,     // of L
-    fma,          // L·b + c
-    add_product,      // a·b + L
-    fnma,      // c − L·b
-    minus_product,    // L − a·b
+/// Operations on the accumulator L. The opcode of a run is an `Op` or one of these.
+enum class AccumulatorOp : std::uint8_t {
+    add = op_count,  ///< L + b
+    mul,             ///< L·b
+    rsqrt,           ///< 1/√L
+    recip,           ///< 1/L
+    fma,             ///< L·b + c
+    add_product,     ///< a·b + L
+    fnma,            ///< c − L·b
+    minus_product,   ///< L − a·b
 };
-constexpr std::uint8_t kind_of(Op op) { return static_cast<std::uint8_t>(op); }
-constexpr std::uint8_t kind_of(OnLast op) { return static_cast<std::uint8_t>(op); }
+constexpr std::uint8_t opcode_of(Op op) { return static_cast<std::uint8_t>(op); }
+constexpr std::uint8_t opcode_of(AccumulatorOp op) { return static_cast<std::uint8_t>(op); }
 
-/// Instructions [first, first + count) of one kind. Of a run on the last result only the final one reaches its slot,
-/// and of any run that one only where something else than the next instruction wants it.
+/// A run: instructions [first, first + count) with the same opcode. A run on the accumulator stores only the result of
+/// its last instruction. `stores_result` is false if only the next run uses the result, through the accumulator.
 struct Run {
-    std::uint8_t kind;
-    bool keep;
+    std::uint8_t opcode;
+    bool stores_result;
     std::uint16_t first, count;
 };
 
-/// Behind what a event_functions returns of any system, Ω.
+/// Output index of Ω, after the event functions of any system; and the number of these outputs.
 enum { index_time_rescaling = event_function_count, formula_function_count };
 
+/// A program as data.
 struct Code {
-    static constexpr int inputs = state_size, greatest_slots = 256, greatest_outputs = formula_function_count;
-    std::int32_t slots, constants, runs, outputs;
-    std::int32_t prepared;  ///< the first so many runs know nothing of the varying inputs
+    static constexpr int inputs = state_size, max_slots = 256, max_outputs = formula_function_count;
+    std::int32_t slots, constants, runs, outputs;  ///< numbers of used slots, constants, runs and outputs
+    std::int32_t prepared;                         ///< number of leading runs that do not depend on the varying inputs
     Run run[Tape::capacity];
     Instruction instruction[Tape::capacity];
-    double constant[greatest_slots];  ///< in slots from `inputs` on
-    std::uint16_t output[greatest_outputs];
+    double constant[max_slots];  ///< the constants; their slots begin at `inputs`
+    std::uint16_t output[max_outputs];  ///< slots of the outputs
 };
 
-/// Orders a program and gives its results slots. False when it needs more slots than there are.
+/// Converts a program to code: schedules its operations and assigns slots to its results.
 template <int Size, int Outputs>
 class CodeWriter {
 public:
@@ -64,31 +67,38 @@ public:
             if (n.op == Op::input) varies_[k] = n.a >= varying.first && n.a < varying.last;
             else if (!detail::is_leaf(n.op))
                 for (const int operand : {n.a, n.b, n.c})
-                    if (operand >= 0) varies_[k] = varies_[k] || varies_[operand], ++uses_[operand];
+                    if (operand >= 0) {
+                        varies_[k] = varies_[k] || varies_[operand];
+                        ++uses_[operand];
+                    }
         }
         for (const int o : p_.outputs) ++uses_[o];
     }
 
+    /// Writes the code. Returns false if the program needs more slots than exist.
     bool write() {
         code_.runs = code_.constants = code_.prepared = 0;
-        if (!p_.whole) return false;
-        order(false);
+        if (!p_.complete) return false;
+        schedule(false);
         code_.prepared = code_.runs;
         first_varying_ = length_;
-        order(true);
+        schedule(true);
         find_last_uses();
-        return place_leaves() && place_results();
+        return assign_leaf_slots() && assign_result_slots();
     }
 
 private:
+    /// Returns true if node k is a leaf or is already scheduled.
     bool done(int k) const { return k < 0 || detail::is_leaf(p_.nodes[k].op) || done_[k]; }
+    /// Returns true if node k can be scheduled: it belongs to the requested part, and its operands are scheduled.
     bool ready(int k, bool varying) const {
         const Node& n = p_.nodes[k];
         return !detail::is_leaf(n.op) && !done_[k] && varies_[k] == varying && done(n.a) && done(n.b) && done(n.c);
     }
-    /// Runs of whichever operation is ready most often; where that is hardly any, what continues from the last result.
-    void order(bool varying) {
-        last_ = -1;
+    /// Schedules the part that does, or does not, depend on the varying inputs. It repeatedly forms a run of the
+    /// operation with the most ready nodes. If these are fewer than three, an operation on the accumulator comes first.
+    void schedule(bool varying) {
+        accumulator_ = -1;
         for (;;) {
             int counts[op_count] = {}, best = 0;
             for (int k = 0; k < p_.size; ++k)
@@ -96,54 +106,58 @@ private:
             for (int i = 1; i < op_count; ++i)
                 if (counts[i] > counts[best]) best = i;
             if (counts[best] == 0) return;
-            if (counts[best] < 3 && continue_from_last(varying)) continue;
+            if (counts[best] < 3 && schedule_on_accumulator(varying)) continue;
             const int first = length_;
             for (int k = 0; k < p_.size; ++k)
                 if (ready(k, varying) && static_cast<int>(p_.nodes[k].op) == best) order_[length_++] = k;
             for (int i = first; i < length_; ++i) done_[order_[i]] = true;
-            last_ = order_[length_ - 1];
+            accumulator_ = order_[length_ - 1];
             code_.run[code_.runs++] = {static_cast<std::uint8_t>(best), true, static_cast<std::uint16_t>(first),
                                        static_cast<std::uint16_t>(length_ - first)};
         }
     }
-    bool continue_from_last(bool varying) {
-        for (int k = 0; last_ >= 0 && k < p_.size; ++k) {
+    /// Schedules one operation on the accumulator. Returns false if none is ready.
+    bool schedule_on_accumulator(bool varying) {
+        for (int k = 0; accumulator_ >= 0 && k < p_.size; ++k) {
             if (!ready(k, varying)) continue;
-            const std::uint8_t kind = kind_on_last(p_.nodes[k]);
-            if (kind == 0) continue;
-            swap_[length_] = p_.nodes[k].b == last_;
-            continue_run(kind, uses_[last_] == 1);
-            order_[length_++] = last_ = k;
+            const std::uint8_t opcode = accumulator_opcode(p_.nodes[k]);
+            if (opcode == 0) continue;
+            swap_[length_] = p_.nodes[k].b == accumulator_;
+            append_to_run(opcode, uses_[accumulator_] == 1);
+            order_[length_++] = accumulator_ = k;
             done_[k] = true;
             return true;
         }
         return false;
     }
-    /// One more instruction on the last result, which has `no_other_use`.
-    void continue_run(std::uint8_t kind, bool no_other_use) {
+    /// Appends an instruction on the accumulator to the last run, or to a new run. `no_other_use` is true if no other
+    /// instruction uses the accumulator's value.
+    void append_to_run(std::uint8_t opcode, bool no_other_use) {
         Run& before = code_.run[code_.runs - 1];
-        if (no_other_use && before.kind == kind) {
+        if (no_other_use && before.opcode == opcode) {
             ++before.count;
             return;
         }
-        if (no_other_use && (before.count == 1 || before.kind >= kind_of(OnLast::add))) before.keep = false;
-        code_.run[code_.runs++] = {kind, true, static_cast<std::uint16_t>(length_), 1};
+        if (no_other_use && (before.count == 1 || before.opcode >= opcode_of(AccumulatorOp::add)))
+            before.stores_result = false;
+        code_.run[code_.runs++] = {opcode, true, static_cast<std::uint16_t>(length_), 1};
     }
-    /// How a node uses the last result, once; 0 where it does not, or not in a way that has a kind.
-    std::uint8_t kind_on_last(const Node& n) const {
-        const bool a = n.a == last_, b = n.b == last_, c = n.c == last_;
+    /// Returns the opcode for a node that uses the accumulator exactly once; 0 if there is none.
+    std::uint8_t accumulator_opcode(const Node& n) const {
+        const bool a = n.a == accumulator_, b = n.b == accumulator_, c = n.c == accumulator_;
         if (a + b + c != 1) return 0;
         switch (n.op) {
-            case Op::add: return kind_of(OnLast::add);
-            case Op::mul: return kind_of(OnLast::mul);
-            case Op::rsqrt: return kind_of(OnLast::rsqrt);
-            case Op::recip: return kind_of(OnLast::recip);
-            case Op::fma: return kind_of(c ? OnLast::add_product : OnLast::fma);
-            case Op::fnma: return kind_of(c ? OnLast::minus_product : OnLast::fnma);
+            case Op::add: return opcode_of(AccumulatorOp::add);
+            case Op::mul: return opcode_of(AccumulatorOp::mul);
+            case Op::rsqrt: return opcode_of(AccumulatorOp::rsqrt);
+            case Op::recip: return opcode_of(AccumulatorOp::recip);
+            case Op::fma: return opcode_of(c ? AccumulatorOp::add_product : AccumulatorOp::fma);
+            case Op::fnma: return opcode_of(c ? AccumulatorOp::minus_product : AccumulatorOp::fnma);
             default: return 0;
         }
     }
-    /// What the prepared part leaves to the rest, and the outputs, are used to the end.
+    /// Finds the last instruction that uses each result. Outputs stay in use until the end of the code, and so do
+    /// results of the prepared part that the varying part uses.
     void find_last_uses() {
         for (int i = 0; i < length_; ++i) {
             const Node& n = p_.nodes[order_[i]];
@@ -152,47 +166,51 @@ private:
         }
         for (const int o : p_.outputs) last_use_[o] = length_;
     }
-    bool place_leaves() {
+    /// Assigns slots to inputs and constants. Returns false if there are too few slots.
+    bool assign_leaf_slots() {
         for (int k = 0; k < p_.size; ++k) {
             const Node& n = p_.nodes[k];
             if (n.op == Op::input) slot_[k] = n.a;
             if (n.op != Op::constant) continue;
-            if (Code::inputs + code_.constants == Code::greatest_slots) return false;
+            if (Code::inputs + code_.constants == Code::max_slots) return false;
             slot_[k] = Code::inputs + code_.constants;
             code_.constant[code_.constants++] = n.value;
         }
         code_.slots = Code::inputs + code_.constants;
         return true;
     }
-    bool place_results() {
-        int free[Code::greatest_slots], free_count = 0;
+    /// Assigns slots to results; a slot is free again after its last use. Returns false if there are too few slots.
+    bool assign_result_slots() {
+        int free[Code::max_slots], free_count = 0;
         for (int i = 0; i < length_; ++i) {
             const int k = order_[i];
             const Node& n = p_.nodes[k];
             Instruction& to = code_.instruction[i];
-            to = {0, place_of(swap_[i] ? n.b : n.a), place_of(swap_[i] ? n.a : n.b), place_of(n.c)};
+            to = {0, offset_of(swap_[i] ? n.b : n.a), offset_of(swap_[i] ? n.a : n.b), offset_of(n.c)};
             const int operands[3] = {n.a, n.b != n.a ? n.b : -1, n.c != n.a && n.c != n.b ? n.c : -1};
             for (const int operand : operands)
                 if (operand >= 0 && !detail::is_leaf(p_.nodes[operand].op) && last_use_[operand] == i)
                     free[free_count++] = slot_[operand];
-            if (free_count == 0 && code_.slots == Code::greatest_slots) return false;
+            if (free_count == 0 && code_.slots == Code::max_slots) return false;
             slot_[k] = free_count ? free[--free_count] : code_.slots++;
-            to.result = place_of(k);
+            to.result = offset_of(k);
         }
-        static_assert(Outputs <= Code::greatest_outputs);
+        static_assert(Outputs <= Code::max_outputs);
         code_.outputs = Outputs;
         for (int o = 0; o < Outputs; ++o) code_.output[o] = slot_of(p_.outputs[o]);
         return true;
     }
     std::uint16_t slot_of(int k) const { return k < 0 ? std::uint16_t(0) : static_cast<std::uint16_t>(slot_[k]); }
-    std::uint16_t place_of(int k) const { return static_cast<std::uint16_t>(slot_of(k) * Instruction::unit); }
+    std::uint16_t offset_of(int k) const { return static_cast<std::uint16_t>(slot_of(k) * Instruction::offset_unit); }
 
     const Program<Size, Outputs>& p_;
     Code& code_;
     bool varies_[Size] = {}, done_[Size] = {};
-    bool swap_[Size] = {};  ///< of each instruction: the last result, in b, belongs into a
-    int order_[Size] = {}, uses_[Size] = {}, last_use_[Size] = {}, slot_[Size] = {};
-    int length_ = 0, first_varying_ = 0, last_ = -1;
+    bool swap_[Size] = {};  ///< per instruction: operands a and b are exchanged, because the accumulator is b
+    int order_[Size] = {};  ///< the nodes in the order of the instructions
+    int uses_[Size] = {}, last_use_[Size] = {}, slot_[Size] = {};
+    int length_ = 0, first_varying_ = 0;
+    int accumulator_ = -1;  ///< the node whose result is in the accumulator; −1: none
 };
 
 }  // namespace kagero::formula

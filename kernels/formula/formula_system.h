@@ -1,4 +1,4 @@
-/// A formula of a scene in the place of a compiled Hamiltonian: what `System` promises, by interpreting code.
+/// The specialization of `System` for formulas. It interprets code instead of running compiled programs.
 #pragma once
 
 #include "kernels/formula/interpreter.h"
@@ -6,8 +6,8 @@
 
 namespace kagero::formula {
 
-/// Stands for the Hamiltonian. Separable ones have steps of their own; all may have parts, which `Programs::parted`
-/// knows.
+/// The Hamiltonian type of all formulas. Steppers are compiled once for separable formulas and once for all others. The
+/// type declares parts H_A and H_B for every formula; `Programs::parted` is true if a formula has them.
 template <bool separable>
 struct AnyFormula {
     template <class V>
@@ -16,20 +16,23 @@ struct AnyFormula {
     static V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>&, const V&);
 };
 
-/// Force or velocity as a function of what varies, the rest being evaluated already. Neither copied nor kept.
+/// ∂K/∂q as a function of p, or ∂K/∂p as a function of q. The constructor evaluates the part of the code that does not
+/// depend on this varying input.
 template <class V>
-class Prepared {
+class PreparedGradient {
 public:
-    Prepared(const Code& code, const State<V>& s, Varying varying) : code_(code), first_(varying.first) {
+    PreparedGradient(const Code& code, const State<V>& s, Varying varying) : code_(code), first_(varying.first) {
         slots_.fill_constants(code);
         slots_.fill_inputs(s.y);
         interpret<V, 1>(code_, 0, code_.prepared, slots_.data());
     }
-    Prepared(const Prepared&) = delete;
-    Prepared& operator=(const Prepared&) = delete;
+    PreparedGradient(const PreparedGradient&) = delete;
+    PreparedGradient& operator=(const PreparedGradient&) = delete;
     Vec3<V> operator()(const Vec3<V>& varying) {
         V* const in = slots_.data() + first_;
-        in[0] = varying.x, in[1] = varying.y, in[2] = varying.z;
+        in[0] = varying.x;
+        in[1] = varying.y;
+        in[2] = varying.z;
         interpret<V, 1>(code_, code_.prepared, code_.runs, slots_.data());
         V out[3] = {};
         slots_.read(code_, out);
@@ -42,78 +45,84 @@ private:
     Slots<V> slots_;
 };
 
-/// All derivatives at the stages of a step, several stages at a time, again and again: the constants are put in place
-/// once. Neither copied nor kept.
+/// Evaluates ∂K/∂(q, p) at the `count` stages of a step. Groups of 4, 3 or 1 stages are evaluated together, so that
+/// each instruction is decoded once per group. The constructor writes the constants once for many evaluations.
 template <class V>
-class Stages {
+class StageEvaluator {
 public:
-    Stages(const Code& code, int count)
+    StageEvaluator(const Code& code, int count)
         : code_(code), groups_(count % 4 == 0   ? count / 4
                                : count % 3 == 0 ? count / 3
                                                 : count),
-          together_(count / groups_) {
+          group_size_(count / groups_) {
         for (int g = 0; g < groups_; ++g)
             for (int i = 0; i < code.constants; ++i)
-                for (int n = 0; n < together_; ++n) place(g, Code::inputs + i)[n] = V(code.constant[i]);
+                for (int n = 0; n < group_size_; ++n) slot(g, Code::inputs + i)[n] = V(code.constant[i]);
     }
-    Stages(const Stages&) = delete;
-    Stages& operator=(const Stages&) = delete;
-    KAGERO_INLINE V& input(int stage, int k) { return place(stage / together_, k)[stage % together_]; }
+    StageEvaluator(const StageEvaluator&) = delete;
+    StageEvaluator& operator=(const StageEvaluator&) = delete;
+    /// Returns a reference to input k of a stage.
+    KAGERO_INLINE V& input(int stage, int k) { return slot(stage / group_size_, k)[stage % group_size_]; }
+    /// Writes the derivatives at a stage to `out`.
     KAGERO_INLINE void read(int stage, V (&out)[phase_size]) {
-        for (int k = 0; k < phase_size; ++k) out[k] = place(stage / together_, code_.output[k])[stage % together_];
+        for (int k = 0; k < phase_size; ++k) out[k] = slot(stage / group_size_, code_.output[k])[stage % group_size_];
     }
+    /// Evaluates the derivatives at all stages.
     void run() {
         for (int g = 0; g < groups_; ++g) {
-            if (together_ == 4) interpret<V, 4>(code_, 0, code_.runs, place(g, 0));
-            else if (together_ == 3) interpret<V, 3>(code_, 0, code_.runs, place(g, 0));
-            else interpret<V, 1>(code_, 0, code_.runs, place(g, 0));
+            if (group_size_ == 4) interpret<V, 4>(code_, 0, code_.runs, slot(g, 0));
+            else if (group_size_ == 3) interpret<V, 3>(code_, 0, code_.runs, slot(g, 0));
+            else interpret<V, 1>(code_, 0, code_.runs, slot(g, 0));
         }
     }
 
 private:
-    V* place(int group, int slot) { return reinterpret_cast<V*>(memory_) + (group * code_.slots + slot) * together_; }
+    /// Returns the address of slot k of a group: one value per stage of the group.
+    V* slot(int group, int k) { return reinterpret_cast<V*>(memory_) + (group * code_.slots + k) * group_size_; }
 
     const Code& code_;
-    int groups_, together_;
-    alignas(64) unsigned char memory_[sizeof(V) * max_stages * Code::greatest_slots];
+    int groups_, group_size_;
+    alignas(64) unsigned char memory_[sizeof(V) * max_stages * Code::max_slots];
 };
 
-/// A state as inputs of a program, `count` of its components from the given one on being variables.
+/// Writes a state as dual numbers, as inputs of a program. Their derivatives are those with respect to the components
+/// from … from + count − 1 of the state.
 template <int count, class V>
-void along(const State<V>& s, int from, Dual<V, count> (&in)[state_size]) {
+void make_dual_inputs(const State<V>& s, int from, Dual<V, count> (&in)[state_size]) {
     using Forward = Dual<V, count>;
     for (int k = 0; k < state_size; ++k)
         in[k] = k >= from && k < from + count ? Forward::variable(s.y[k], k - from) : Forward(s.y[k]);
 }
 
-/// One of the two parts H_A and H_B.
+/// One of the two parts H_A and H_B, as a system.
 class PartSystem {
 public:
     static constexpr bool force_needs_p = true, velocity_needs_q = true;
     PartSystem(const Programs& programs, int which)
         : force_(programs.part_force[which]), velocity_(programs.part_velocity[which]) {}
     template <class V>
-    Vec3<V> dq(const State<V>& s) const { return side(force_, s); }
+    Vec3<V> dq(const State<V>& s) const { return gradient_half(force_, s); }
     template <class V>
-    Vec3<V> dp(const State<V>& s) const { return side(velocity_, s); }
+    Vec3<V> dp(const State<V>& s) const { return gradient_half(velocity_, s); }
     template <class V>
     void mixed(const State<V>& s, V* out) const { mixed_of(force_, s, out); }
 
+    /// Returns the outputs of a code as a vector: ∂K/∂q or ∂K/∂p.
     template <class V>
-    static Vec3<V> side(const Code& code, const State<V>& s) {
+    static Vec3<V> gradient_half(const Code& code, const State<V>& s) {
         V out[3] = {};
         evaluate(code, s.y, out);
         return {out[0], out[1], out[2]};
     }
-    /// ∂²K/∂q_i∂p_j (9, row by row): forward duals over the reverse program.
+    /// Computes ∂²K/∂q_i∂p_j (9 numbers, row by row), by forward-mode differentiation of the code of ∂K/∂q.
     template <class V>
     static void mixed_of(const Code& force, const State<V>& s, V* out) {
         using Forward = Dual<V, space_size>;
-        Forward in[state_size], sides[space_size];
-        along<space_size>(s, kick_varies.first, in);
-        evaluate(force, in, sides);
+        Forward in[state_size], halves[space_size];
+        make_dual_inputs<space_size>(s, kick_varies.first, in);
+        evaluate(force, in, halves);
         for (int i = 0; i < space_size; ++i)
-            for (int k = 0; k < space_size; ++k) out[space_size * i + k] = sides[i].derivative[k];
+            for (int k = 0; k < space_size; ++k) out[space_size * i + k] = halves[i].derivative[k];
     }
 
 private:
@@ -124,14 +133,15 @@ private:
 
 namespace kagero {
 
-/// A formula, rescaled or not: what steps see, so that they are compiled for both at once.
+/// A formula as a system for steppers. Time rescaling is a run-time property here, so that steppers are compiled once
+/// for both cases.
 template <class S>
 class FormulaSystem {
     using Parts = formula::PartSystem;
 
 public:
     static constexpr bool separable = false, force_needs_p = true, velocity_needs_q = true;
-    static constexpr Axes cyclic{};  // known to its programs alone
+    static constexpr Axes cyclic{};  // cyclic coordinates are unknown at compile time
     bool rescaled;
 
     explicit FormulaSystem(const double* parameters)
@@ -143,46 +153,50 @@ public:
 
     template <class V>
     void derivatives(const State<V>& s, V* out) const { formula::evaluate(p_.derivatives, s.y, out); }
-    /// The same at the stages of a step.
+    /// Returns an object that computes ∂K/∂(q, p) at the stages of a step.
     template <class V>
-    formula::Stages<V> derivatives_at(int stages) const { return {p_.derivatives, stages}; }
+    formula::StageEvaluator<V> derivatives_at(int stages) const { return {p_.derivatives, stages}; }
     template <class V>
-    Vec3<V> dq(const State<V>& s) const { return Parts::side(p_.force, s); }
+    Vec3<V> dq(const State<V>& s) const { return Parts::gradient_half(p_.force, s); }
     template <class V>
-    Vec3<V> dp(const State<V>& s) const { return Parts::side(p_.velocity, s); }
-    /// ∂K/∂q at the position in s, as a function of p.
+    Vec3<V> dp(const State<V>& s) const { return Parts::gradient_half(p_.velocity, s); }
+    /// Returns ∂K/∂q at the position of s, as a function of p.
     template <class V>
-    formula::Prepared<V> prepared_force(const State<V>& s) const { return {p_.force, s, kick_varies}; }
-    /// ∂K/∂p with the momentum in s, as a function of q.
+    formula::PreparedGradient<V> prepared_force(const State<V>& s) const { return {p_.force, s, kick_varies}; }
+    /// Returns ∂K/∂p for the momentum of s, as a function of q.
     template <class V>
-    formula::Prepared<V> prepared_velocity(const State<V>& s) const { return {p_.velocity, s, drift_varies}; }
+    formula::PreparedGradient<V> prepared_velocity(const State<V>& s) const { return {p_.velocity, s, drift_varies}; }
     template <class V>
     void mixed(const State<V>& s, V* out) const { Parts::mixed_of(p_.force, s, out); }
 
-    /// ∂²K/∂(q, p)² row by row: forward duals over the reverse program, half of the variables at a time.
+    /// Computes ∂²K/∂(q, p)² row by row, by forward-mode differentiation of the code of ∂K/∂(q, p). Each of two
+    /// evaluations yields the derivatives with respect to half of the variables.
     template <class V>
     void hessian(const State<V>& s, V* out) const {
         using Forward = Dual<V, space_size>;
         for (int from = 0; from < phase_size; from += space_size) {
             Forward in[state_size], g[phase_size];
-            formula::along<space_size>(s, from, in);
+            formula::make_dual_inputs<space_size>(s, from, in);
             formula::evaluate(p_.derivatives, in, g);
             for (int i = 0; i < phase_size; ++i)
                 for (int k = 0; k < space_size; ++k) out[phase_size * i + from + k] = g[i].derivative[k];
         }
     }
 
-    Listed<S> listed() const {
+    /// Returns the program of ∂K/∂(q, p) as data.
+    ListingWithValues<S> derivatives_listing() const {
         const formula::Nodes& n = p_.derivative_nodes;
         return {{n.nodes, nullptr, n.outputs, n.size}, nullptr};
     }
 
+    /// Returns H − H0.
     template <class V>
     V energy(const State<V>& s) const {
         V out[1] = {};
         formula::evaluate(p_.value, s.y, out);
         return out[0];
     }
+    /// Returns Ω.
     template <class V>
     V time_rescaling_factor(const State<V>& s) const {
         V out[1] = {V(S(1))};
@@ -194,15 +208,15 @@ public:
         V out[formula::formula_function_count];
         formula::evaluate(p_.event_functions, s.y, out);
         if (!p_.bounds_steps) out[index_max_step_length] = V(std::numeric_limits<S>::max());
-        // There is no ray within the medium where formulas do not tell whether it ends or goes on, nor by steps of no
-        // length, nor where it is rescaled by Ω ≤ 0: backward, or nowhere.
+        // A ray that neither ends here nor can continue gets the velocity NaN, so that it fails. A ray cannot continue
+        // where `domain` or `capture` is NaN, or where the step bound or Ω is not positive.
         const V zero(S(0)), &domain = out[index_domain], &captured = out[index_captured];
         const MaskOf<V> ends = (domain <= zero) | (captured <= zero);
-        MaskOf<V> goes_on = (domain > zero) & (captured > zero) & (out[index_max_step_length] > zero);
-        if (rescaled) goes_on = goes_on & (out[formula::index_time_rescaling] > zero);
-        const MaskOf<V> stated = ends | goes_on;
-        for (int k = index_velocity; k < index_excess; ++k)
-            out[k] = select(stated, out[k], V(std::numeric_limits<S>::quiet_NaN()));
+        MaskOf<V> continues = (domain > zero) & (captured > zero) & (out[index_max_step_length] > zero);
+        if (rescaled) continues = continues & (out[formula::index_time_rescaling] > zero);
+        const MaskOf<V> defined = ends | continues;
+        for (int k = index_velocity; k < index_energy_residual; ++k)
+            out[k] = select(defined, out[k], V(std::numeric_limits<S>::quiet_NaN()));
         return event_functions_of(out);
     }
 
@@ -211,7 +225,7 @@ private:
     Parts a_, b_;
 };
 
-/// The same of a separable one, for steps that take one side of the equations at a time.
+/// A separable formula, for steppers that evaluate ∂K/∂q and ∂K/∂p separately.
 template <class S>
 struct SeparableFormula : FormulaSystem<S> {
     using FormulaSystem<S>::FormulaSystem;
@@ -221,13 +235,15 @@ struct SeparableFormula : FormulaSystem<S> {
 template <bool is_separable, bool Rescaled, class S>
 struct System<formula::AnyFormula<is_separable>, Rescaled, S>
     : std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>> {
-    using OneSided = std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>>;
-    using Whole = FormulaSystem<S>;
-    using OneSided::OneSided;
+    /// The base class for steppers that evaluate ∂K/∂q and ∂K/∂p separately.
+    using SplitGradientBase = std::conditional_t<is_separable, SeparableFormula<S>, FormulaSystem<S>>;
+    /// The base class for other steppers.
+    using CommonBase = FormulaSystem<S>;
+    using SplitGradientBase::SplitGradientBase;
     using Hamiltonian = formula::AnyFormula<is_separable>;
     static constexpr bool rescaled = Rescaled;
     static constexpr bool bounded = true, capturing = true, discontinuous = false, bounds_steps = true;
-    static constexpr ProgramOperations operations{};  // known to its programs alone
+    static constexpr ProgramOperations operations{};  // the operations are unknown at compile time
 };
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Evaluates code over any number type: packets of rays, single rays, and duals of both.
+/// Evaluates code for any number type: packets of rays, single rays, and dual numbers of both.
 #pragma once
 
 #include "kernels/formula/code.h"
@@ -6,74 +6,79 @@
 
 namespace kagero::formula {
 
-/// The slot at a place of an instruction.
+/// Returns the address of the slot at an offset of an instruction.
 template <class T, int N>
-KAGERO_INLINE T* at(T* s, std::size_t place) {
+KAGERO_INLINE T* slot_at(T* s, std::size_t offset) {
     constexpr std::size_t size = sizeof(T) * N;
-    if constexpr (size % Instruction::unit == 0) place *= size / Instruction::unit;
-    else place = place / Instruction::unit * size;
-    return reinterpret_cast<T*>(reinterpret_cast<unsigned char*>(s) + place);
+    if constexpr (size % Instruction::offset_unit == 0) offset *= size / Instruction::offset_unit;
+    else offset = offset / Instruction::offset_unit * size;
+    return reinterpret_cast<T*>(reinterpret_cast<unsigned char*>(s) + offset);
 }
 
-/// The same instruction on N sets of slots: slot i of set n is s[i·N + n]. `last` is left with the last results.
+/// Executes a run of one operation on N sets of slots: slot i of set n is s[i·N + n]. `accumulator` receives the
+/// results of the last instruction.
 template <Op op, class T, int N>
-KAGERO_INLINE void run_of(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
+KAGERO_INLINE void run_op(const Instruction* instruction, const Run& run, T* s, T (&accumulator)[N]) {
     for (int i = 0; i < run.count; ++i) {
         const Instruction now = instruction[i];
-        T* result = at<T, N>(s, now.result);
-        const T *a = at<T, N>(s, now.a), *b = at<T, N>(s, now.b), *c = at<T, N>(s, now.c);
-        for (int n = 0; n < N; ++n) last[n] = kagero::detail::apply_total<op, true, T>(a[n], b[n], c[n]);
-        if (run.keep)
-            for (int n = 0; n < N; ++n) result[n] = last[n];
+        T* result = slot_at<T, N>(s, now.result);
+        const T *a = slot_at<T, N>(s, now.a), *b = slot_at<T, N>(s, now.b), *c = slot_at<T, N>(s, now.c);
+        for (int n = 0; n < N; ++n) accumulator[n] = kagero::detail::apply_total<op, true, T>(a[n], b[n], c[n]);
+        if (run.stores_result)
+            for (int n = 0; n < N; ++n) result[n] = accumulator[n];
     }
 }
-template <OnLast op, class T, int N>
-KAGERO_INLINE void run_on_last(const Instruction* instruction, const Run& run, T* s, T (&last)[N]) {
+/// Executes a run of one operation on the accumulator.
+template <AccumulatorOp op, class T, int N>
+KAGERO_INLINE void run_accumulator_op(const Instruction* instruction, const Run& run, T* s, T (&accumulator)[N]) {
     for (int i = 0; i < run.count; ++i) {
         const Instruction now = instruction[i];
-        const T *a = at<T, N>(s, now.a), *b = at<T, N>(s, now.b), *c = at<T, N>(s, now.c);
+        const T *a = slot_at<T, N>(s, now.a), *b = slot_at<T, N>(s, now.b), *c = slot_at<T, N>(s, now.c);
         for (int n = 0; n < N; ++n) {
-            if constexpr (op == OnLast::add) last[n] = last[n] + b[n];
-            else if constexpr (op == OnLast::mul) last[n] = last[n] * b[n];
-            else if constexpr (op == OnLast::rsqrt) last[n] = total_rsqrt(last[n]);
-            else if constexpr (op == OnLast::recip) last[n] = total_recip(last[n]);
-            else if constexpr (op == OnLast::fma) last[n] = fma(last[n], b[n], c[n]);
-            else if constexpr (op == OnLast::add_product) last[n] = fma(a[n], b[n], last[n]);
-            else if constexpr (op == OnLast::fnma) last[n] = fnma(last[n], b[n], c[n]);
-            else last[n] = fnma(a[n], b[n], last[n]);
+            if constexpr (op == AccumulatorOp::add) accumulator[n] = accumulator[n] + b[n];
+            else if constexpr (op == AccumulatorOp::mul) accumulator[n] = accumulator[n] * b[n];
+            else if constexpr (op == AccumulatorOp::rsqrt) accumulator[n] = total_rsqrt(accumulator[n]);
+            else if constexpr (op == AccumulatorOp::recip) accumulator[n] = total_recip(accumulator[n]);
+            else if constexpr (op == AccumulatorOp::fma) accumulator[n] = fma(accumulator[n], b[n], c[n]);
+            else if constexpr (op == AccumulatorOp::add_product) accumulator[n] = fma(a[n], b[n], accumulator[n]);
+            else if constexpr (op == AccumulatorOp::fnma) accumulator[n] = fnma(accumulator[n], b[n], c[n]);
+            else accumulator[n] = fnma(a[n], b[n], accumulator[n]);
         }
     }
-    T* result = at<T, N>(s, instruction[run.count - 1].result);
-    if (run.keep)
-        for (int n = 0; n < N; ++n) result[n] = last[n];
+    T* result = slot_at<T, N>(s, instruction[run.count - 1].result);
+    if (run.stores_result)
+        for (int n = 0; n < N; ++n) result[n] = accumulator[n];
 }
 
-/// Runs [first, last) of a code.
+/// Executes runs [first, end) of a code on N sets of slots.
 template <class T, int N>
 __attribute__((noinline)) void interpret(const Code& code, int first, int end, T* s) {
-    T last[N];
-    for (int n = 0; n < N; ++n) last[n] = s[n];
+    T accumulator[N];
+    for (int n = 0; n < N; ++n) accumulator[n] = s[n];
     for (int r = first; r < end; ++r) {
         const Run run = code.run[r];
         const Instruction* instruction = code.instruction + run.first;
-        switch (run.kind) {
-#define KAGERO_RUN(OP, OPERATION)                                                                               \
-    case kind_of(Op::OP):                                                                                       \
-        if constexpr (!operations::OPERATION::is_abbreviation) run_of<Op::OP, T, N>(instruction, run, s, last); \
+        switch (run.opcode) {
+#define KAGERO_RUN(OP, OPERATION)                                           \
+    case opcode_of(Op::OP):                                                 \
+        if constexpr (!operations::OPERATION::is_abbreviation)              \
+            run_op<Op::OP, T, N>(instruction, run, s, accumulator);         \
         break;
             KAGERO_OPERATIONS(KAGERO_RUN)
 #undef KAGERO_RUN
-#define KAGERO_RUN(OP) \
-    case kind_of(OnLast::OP): run_on_last<OnLast::OP, T, N>(instruction, run, s, last); break;
+#define KAGERO_RUN(OP)                                                                    \
+    case opcode_of(AccumulatorOp::OP):                                                    \
+        run_accumulator_op<AccumulatorOp::OP, T, N>(instruction, run, s, accumulator);    \
+        break;
             KAGERO_RUN(add) KAGERO_RUN(mul) KAGERO_RUN(rsqrt) KAGERO_RUN(recip) KAGERO_RUN(fma) KAGERO_RUN(add_product)
             KAGERO_RUN(fnma) KAGERO_RUN(minus_product)
 #undef KAGERO_RUN
-            default: break;  // leaves are no instructions
+            default: break;  // leaves are not instructions
         }
     }
 }
 
-/// Slots for an evaluation. Memory alone: nothing is read that was not written.
+/// Memory for the slots of one evaluation. It is not initialised, because no slot is read before it is written.
 template <class T>
 class Slots {
 public:
@@ -90,10 +95,10 @@ public:
     }
 
 private:
-    alignas(64) unsigned char memory_[sizeof(T) * Code::greatest_slots];
+    alignas(64) unsigned char memory_[sizeof(T) * Code::max_slots];
 };
 
-/// inputs → outputs.
+/// Evaluates a code for the inputs `in` and writes its outputs to `out`.
 template <class T>
 __attribute__((noinline)) void evaluate(const Code& code, const T* in, T* out) {
     Slots<T> slots;

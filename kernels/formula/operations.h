@@ -1,5 +1,4 @@
-/// How many floating-point operations a formula's program costs: kernels/integrators/costs.h, for programs that are
-/// data.
+/// Number of floating-point operations of a formula's code, for the costs in kernels/integrators/costs.h.
 #pragma once
 
 #include "kernels/formula/code.h"
@@ -7,14 +6,16 @@
 
 namespace kagero::formula {
 
-inline double operations_of(std::uint8_t kind) {
-    if (kind >= kind_of(OnLast::fma)) return 2;
-    return kind >= kind_of(OnLast::add) ? 1 : kagero::operations_of(static_cast<Op>(kind));
+/// Returns the number of floating-point operations of one instruction.
+inline double operations_of(std::uint8_t opcode) {
+    if (opcode >= opcode_of(AccumulatorOp::fma)) return 2;
+    return opcode >= opcode_of(AccumulatorOp::add) ? 1 : kagero::operations_of(static_cast<Op>(opcode));
 }
 
+/// Returns the number of floating-point operations of one evaluation of a code.
 inline double operations_of(const Code& code) {
     double sum = 0;
-    for (int r = 0; r < code.runs; ++r) sum += code.run[r].count * operations_of(code.run[r].kind);
+    for (int r = 0; r < code.runs; ++r) sum += code.run[r].count * operations_of(code.run[r].opcode);
     return sum;
 }
 

@@ -1,4 +1,4 @@
-/// What a formula of a scene is compiled to; it travels as the parameters of the Hamiltonian `formula`.
+/// The programs of a formula. They are passed as the parameters of the Hamiltonian `formula`.
 #pragma once
 
 #include "kernels/formula/code.h"
@@ -7,54 +7,58 @@
 
 namespace kagero::formula {
 
-/// The gradient's program as it was before it became code.
+/// The nodes of the program of the gradient, before the conversion to code.
 struct Nodes {
     Node nodes[Tape::capacity];
     int outputs[phase_size];
     int size;
 };
 
+/// All programs of a formula. K is H − H0, or Ω·(H − H0) with time rescaling.
 struct Programs {
-    Code derivatives, force, velocity;  ///< of K: H, or Ω·(H − H0)
+    Code derivatives, force, velocity;  ///< ∂K/∂(q, p), ∂K/∂q and ∂K/∂p
     Nodes derivative_nodes;
     Code value;                         ///< H − H0
-    Code time_rescaling_factor, event_functions;
-    Code part_force[2], part_velocity[2];
+    Code time_rescaling_factor;         ///< Ω
+    Code event_functions;               ///< struct EventFunctions, and Ω
+    Code part_force[2], part_velocity[2];  ///< gradients of the parts H_A and H_B
     double level, pt;
     bool separable, parted, rescaled, bounds_steps;
 };
 
-/// As they lie behind Job::parameters.
+/// Returns the programs to which Job::parameters points.
 inline const Programs& programs_in(const double* parameters) { return *reinterpret_cast<const Programs*>(parameters); }
 
-/// A compiled Hamiltonian, to be written down again while the program runs, its parameters as numbers.
+/// Functions that record a compiled Hamiltonian on a tape again, at run time and with its parameters as constants.
 struct RerecordedHamiltonian {
-    int (*energy)(Tape&, const double* parameters);  ///< H − H0
-    void (*ends)(Tape&, const double* parameters, const std::array<int, phase_size>& gradient,
-                 std::array<int, event_function_count>& event_functions);
+    int (*energy)(Tape&, const double* parameters);  ///< records H − H0 and returns its node
+    /// Records the event functions.
+    void (*record_events)(Tape&, const double* parameters, const std::array<int, phase_size>& gradient,
+                          std::array<int, event_function_count>& event_functions);
     bool bounds_steps;
 };
+/// The functions that record the Hamiltonian H.
 template <class H>
 inline constexpr RerecordedHamiltonian rerecorded{
     [](Tape& t, const double* parameters) { return record_energy(t, Leaves<H>(t, parameters)); },
     [](Tape& t, const double* parameters, const std::array<int, phase_size>& gradient,
        std::array<int, event_function_count>& event_functions) {
-        record_ends(t, Leaves<H>(t, parameters), gradient, event_functions);
+        record_declared_event_functions(t, Leaves<H>(t, parameters), gradient, event_functions);
     },
     BoundsSteps<H>};
 
-/// Differentiates a formula; null, or why that cannot be done. `written` is the compiled Hamiltonian that it but
-/// rescales, or null.
-const char* compile(const Formula& formula, const RerecordedHamiltonian* written, Programs& programs);
+/// Differentiates a formula and writes its programs. Returns nullptr, or the reason why this is not possible.
+/// `compiled` is the compiled Hamiltonian if the formula only rescales one, else nullptr.
+const char* compile(const Formula& formula, const RerecordedHamiltonian* compiled, Programs& programs);
 
-/// p with ∂H/∂p along d in the same sense, and H = H0.
+/// Computes the start of a ray at q: the momentum p with ∂H/∂p = μ d, μ > 0, and H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out);
 
-/// ∂²H/∂p_a∂p_b, the inverse metric at q, where H is light in a spacetime: ½ G^{ab} p_a p_b with H0 = 0 and p_t > 0.
-/// False for any other H.
+/// Computes the inverse metric g^{ab} = ∂²H/∂p_a∂p_b at q. Returns false unless H is that of light in a spacetime:
+/// H = ½ g^{ab} p_a p_b with H0 = 0 and p_t > 0.
 bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>& inverse_metric);
 
-/// Every kind of step on these programs. Defined in one translation unit per strategy.
+/// Returns the kernel with all steppers for these programs. It is defined in one translation unit per strategy.
 template <class V>
 const SpaceKernel<V>& space_kernel(const Programs& programs);
 

@@ -1,4 +1,5 @@
-// The momentum a ray starts with, for any H: p with ∂H/∂p = μ d, μ > 0, and H = H0; and the metric, where H has one.
+// The momentum p at the start of a ray with the direction d, for any H: the solution of the two equations ∂H/∂p = μ d
+// with μ > 0, and H = H0. Also the inverse metric of a formula that describes a spacetime.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
 #include "kernels/numeric/linear_solve.h"
@@ -11,18 +12,20 @@ namespace {
 using Vector = std::array<double, 3>;
 
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double size(const Vector& a) { return std::sqrt(dot(a, a)); }
+double norm(const Vector& a) { return std::sqrt(dot(a, a)); }
+/// Returns a + by·along.
 Vector moved(const Vector& a, double by, const Vector& along) {
     return {a[0] + by * along[0], a[1] + by * along[1], a[2] + by * along[2]};
 }
-double distance(const Vector& a, const Vector& b) { return size(moved(a, -1, b)); }
+double distance(const Vector& a, const Vector& b) { return norm(moved(a, -1, b)); }
 
-/// H − H0 at (q, p), with its first and second derivatives by p: by three, or with p_t by four.
+/// H − H0 at (q, p) with its first and second derivatives with respect to p: 3 components, or 4 with p_t.
 template <std::size_t n>
 struct Expansion {
     double value;
     std::array<double, n> gradient;
     Matrix<n> hessian;
+    /// Returns true if all values are finite.
     bool finite() const {
         double sum = value;
         for (std::size_t i = 0; i < n; ++i) {
@@ -33,6 +36,7 @@ struct Expansion {
     }
 };
 
+/// Returns the second-order expansion of H − H0 at (q, p).
 template <std::size_t n>
 Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::array<double, n>& p) {
     using First = Dual<double, n>;
@@ -47,39 +51,45 @@ Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::a
     return e;
 }
 
-/// H − H0 and its first derivatives by p: far cheaper than the whole expansion.
-double slope(const Programs& programs, const double (&q)[3], const Vector& p, Vector& gradient) {
+/// Returns H − H0 and writes its gradient with respect to p. This is far cheaper than the second-order expansion.
+double value_and_gradient(const Programs& programs, const double (&q)[3], const Vector& p, Vector& gradient) {
     using First = Dual<double, 3>;
     First in[state_size], out[1];
-    for (int i = 0; i < space_size; ++i) in[i] = First(q[i]), in[momentum(i)] = First::variable(p[i], i);
+    for (int i = 0; i < space_size; ++i) {
+        in[i] = First(q[i]);
+        in[momentum(i)] = First::variable(p[i], i);
+    }
     in[component_pt] = First(programs.pt);
     evaluate(programs.value, in, out);
     gradient = out[0].derivative;
     return out[0].value;
 }
 
-/// H's expansion to second order taken for H itself: p + G⁻¹(μ d − g), where H = H0 gives μ. Exact, from anywhere, for
-/// H quadratic in p.
+/// Solves the equations for the second-order expansion of H, with gradient g and Hessian G. The new p is p + G⁻¹(μ d −
+/// g), and H = H0 determines μ. For H quadratic in p, the result is exact from every start. Returns false if there is
+/// no real solution.
 bool quadratic_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<Vector, 3> a = e.hessian, b = e.hessian;
-    Vector along = d, against = e.gradient;
-    solve_linear(3, a.data(), along.data()), solve_linear(3, b.data(), against.data());  // G⁻¹ d, G⁻¹ g
-    const double square = 2 * (0.5 * dot(e.gradient, against) - e.value) / dot(d, along);
+    Vector inverse_d = d, inverse_g = e.gradient;
+    solve_linear(3, a.data(), inverse_d.data());
+    solve_linear(3, b.data(), inverse_g.data());  // G⁻¹ d, G⁻¹ g
+    const double square = 2 * (0.5 * dot(e.gradient, inverse_g) - e.value) / dot(d, inverse_d);
     if (!(square > 0) || !std::isfinite(square)) return false;
     mu = std::sqrt(square);
-    for (int i = 0; i < 3; ++i) p[i] += mu * along[i] - against[i];
+    for (int i = 0; i < 3; ++i) p[i] += mu * inverse_d[i] - inverse_g[i];
     return std::isfinite(dot(p, p));
 }
 
-/// Newton's method for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0). What G says nothing of, and
-/// needs no change, stays.
+/// Performs one Newton step for the four unknowns p and μ: G δp − d δμ = μ d − g, g·δp = −(H − H0). The smallest normal
+/// number is added to the diagonal of G, so that components of p that G does not determine stay unchanged.
 void newton_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<std::array<double, 4>, 4> a{};
     std::array<double, 4> b{};
     for (int i = 0; i < 3; ++i) {
         for (int k = 0; k < 3; ++k) a[i][k] = e.hessian[i][k];
         a[i][i] += std::numeric_limits<double>::min();
-        a[i][3] = -d[i], a[3][i] = e.gradient[i];
+        a[i][3] = -d[i];
+        a[3][i] = e.gradient[i];
         b[i] = mu * d[i] - e.gradient[i];
     }
     b[3] = -e.value;
@@ -88,44 +98,51 @@ void newton_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) 
     mu += b[3];
 }
 
-/// How far p is from a solution: both equations relative to their terms.
+/// Returns the sum of the residuals of both equations at p, each relative to its terms. `value` is H − H0 and
+/// `gradient` is ∂H/∂p; d is a unit vector.
 double residual(double value, const Vector& gradient, const Vector& d, const Vector& p, double level) {
     const double mu = dot(gradient, d);
     if (!(mu > 0)) return std::numeric_limits<double>::infinity();
     Vector rest;
     for (int i = 0; i < 3; ++i) rest[i] = gradient[i] - mu * d[i];
-    return size(rest) / mu + std::abs(value) / (std::abs(dot(p, gradient)) + std::abs(level));
+    return norm(rest) / mu + std::abs(value) / (std::abs(dot(p, gradient)) + std::abs(level));
 }
 
-/// Polishes p until rounding stops it. False when it leads to no solution.
-bool converge(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double mu) {
-    constexpr int most = 60;
-    constexpr double enough = 1e-11, rounding = 1e-14;
+/// Refines p by Newton's method until rounding prevents further progress. Returns false if the iteration does not
+/// converge to a solution.
+bool refine(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double mu) {
+    constexpr int max_iterations = 60;
+    constexpr double tolerance = 1e-11, rounding = 1e-14;
     Vector gradient;
-    const double value = slope(programs, q, p, gradient);
-    if (residual(value, gradient, d, p, programs.level) < rounding) return true;  // as H quadratic in p has it at once
+    const double value = value_and_gradient(programs, q, p, gradient);
+    if (residual(value, gradient, d, p, programs.level) < rounding) return true;  // usual if H is quadratic in p
     double last = std::numeric_limits<double>::infinity();
     Vector best = p;
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < max_iterations; ++i) {
         const Expansion<3> e = expand<3>(programs, q, p);
         if (!e.finite()) break;
         const double now = residual(e.value, e.gradient, d, p, programs.level);
-        if (now >= last && last < enough) break;
-        if (now < last) best = p, last = now;
+        if (now >= last && last < tolerance) break;
+        if (now < last) {
+            best = p;
+            last = now;
+        }
         if (now == 0) break;
         newton_step(e, d, p, mu);
     }
     p = best;
-    return last < enough;
+    return last < tolerance;
 }
 
-/// Where on the line from `c` along d, ahead (side 1) or behind (−1), H − H0 changes its sign, upward along d: how far,
-/// on the innermost of such places; 0 where there are none.
-double crossing(const Programs& programs, const double (&q)[3], const Vector& c, const Vector& d, double side) {
+/// Finds the sign change of H − H0 that is nearest to the point c, on the half-line from c along d (side 1) or −d
+/// (side −1). Only a change from negative to positive in the direction of d counts. Returns its signed distance from c
+/// along d; 0 if there is none.
+double find_level_crossing(const Programs& programs, const double (&q)[3], const Vector& c, const Vector& d,
+                           double side) {
     constexpr double nearest = 1e-12, farthest = 1e12;
     const auto value = [&](double at) {
         Vector unused;
-        return side * slope(programs, q, moved(c, side * at, d), unused);
+        return side * value_and_gradient(programs, q, moved(c, side * at, d), unused);
     };
     double below = nearest, above = 2 * below;
     for (; above < farthest; below = above, above *= 2)
@@ -136,12 +153,13 @@ double crossing(const Programs& programs, const double (&q)[3], const Vector& c,
     return side * above;
 }
 
-/// A place within the level set of H0, from where it is crossed in every direction if it is convex: on the way from p =
-/// 0 to where H is least, or greatest (side −1), by Newton's method. p = 0 where there is none.
-Vector place_within(const Programs& programs, const double (&q)[3], double side) {
-    constexpr int most = 100;
+/// Finds a point p inside the level set H = H0, where side·(H − H0) < 0. If the set is convex, every line through the
+/// point crosses it. Newton's method starts from p = 0 and approaches a stationary point of H; it stops at the first
+/// point inside. Returns the zero vector if none is found.
+Vector find_inner_point(const Programs& programs, const double (&q)[3], double side) {
+    constexpr int max_iterations = 100;
     Vector p{};
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < max_iterations; ++i) {
         const Expansion<3> e = expand<3>(programs, q, p);
         if (!e.finite()) break;
         if (side * e.value < 0) return p;
@@ -154,63 +172,72 @@ Vector place_within(const Programs& programs, const double (&q)[3], double side)
     return {};
 }
 
-/// Newton's method until its steps get no shorter, which along flat directions of H is long after the equations hold.
-/// False when it does not come to rest nearby.
-bool settle(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double& mu) {
-    constexpr int most = 16;
-    constexpr double enough = 1e-8, rounding = 1e-13, farthest = 0.5, hardly_shorter = 0.5;
+/// Solves both equations for p and μ by Newton's method, from a guess close to the solution. It iterates until the
+/// steps no longer shrink, because in directions in which H is flat p converges later than the residual. Returns false
+/// if it does not converge, or if p moves by more than half of its initial length.
+bool solve_momentum(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double& mu) {
+    constexpr int max_iterations = 16;
+    constexpr double tolerance = 1e-8, rounding = 1e-13, max_distance = 0.5, least_shrinkage = 0.5;
     const Vector first = p;
     double last = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < max_iterations; ++i) {
         const Expansion<3> e = expand<3>(programs, q, p);
         if (!e.finite()) return false;
-        const bool holds = residual(e.value, e.gradient, d, p, programs.level) < enough;
+        const bool holds = residual(e.value, e.gradient, d, p, programs.level) < tolerance;
         Vector next = p;
         double next_mu = mu;
         newton_step(e, d, next, next_mu);
         const double step = distance(next, p);
-        if (holds && (step <= rounding * size(p) || step >= hardly_shorter * last)) return true;
-        p = next, mu = next_mu, last = step;
-        if (!(distance(p, first) <= farthest * size(first))) return false;
+        if (holds && (step <= rounding * norm(p) || step >= least_shrinkage * last)) return true;
+        p = next;
+        mu = next_mu;
+        last = step;
+        if (!(distance(p, first) <= max_distance * norm(first))) return false;
     }
     return false;
 }
 
-/// Turns p, for which ∂H/∂p points along `from`, until it points along d: by small turns, each settled from the one
-/// before. It comes where no guess along d is near, as with powers higher than squares. False where the turn comes to
-/// an end before.
-bool turn_to(const Programs& programs, const double (&q)[3], const Vector& from, const Vector& d, Vector& p,
-             double& mu) {
-    constexpr int most_turns = 100;  // each four times the one before, from the smallest that there is
-    double done = 0, turn = 1;
-    for (int n = 0; n < most_turns && done < 1 && done + turn > done; ++n) {
-        const double share = std::min(1.0, done + turn);
+/// Follows the solution by continuation. At first ∂H/∂p points along `from`; at the end it points along d. The
+/// direction turns in small steps, and each solution is the guess for the next one. This also works if no guess along d
+/// is close to the solution, for example with powers higher than two. Returns false if the continuation stops before d.
+bool continue_to(const Programs& programs, const double (&q)[3], const Vector& from, const Vector& d, Vector& p,
+                 double& mu) {
+    constexpr int max_steps = 100;  // each success multiplies the step by 4
+    double done = 0, step = 1;
+    for (int n = 0; n < max_steps && done < 1 && done + step > done; ++n) {
+        const double fraction = std::min(1.0, done + step);
         Vector target;
-        for (int i = 0; i < 3; ++i) target[i] = (1 - share) * from[i] + share * d[i];
-        const double length = size(target);
+        for (int i = 0; i < 3; ++i) target[i] = (1 - fraction) * from[i] + fraction * d[i];
+        const double length = norm(target);
         for (double& component : target) component /= length;
         Vector tried = p;
         double tried_mu = mu;
-        if (settle(programs, q, target, tried, tried_mu)) p = tried, mu = tried_mu, done = share, turn *= 4;
-        else turn *= 0.125;
+        if (solve_momentum(programs, q, target, tried, tried_mu)) {
+            p = tried;
+            mu = tried_mu;
+            done = fraction;
+            step *= 4;
+        } else step *= 0.125;
     }
     return done >= 1;
 }
 
-/// Whether e, at p, is what G says of a form without terms of lower degree.
+/// Returns true if the expansion e at p agrees with the homogeneous quadratic form with the matrix g.
 bool is_form(const Expansion<4>& e, const Matrix<4>& g, const std::array<double, 4>& p) {
     constexpr double rounding = 1e-12;
-    double value = 0, size = 0, off = 0;
+    double value = 0, greatest = 0, deviation = 0;
     for (int a = 0; a < 4; ++a) {
         double slope = 0, terms = 0;
         for (int b = 0; b < 4; ++b) {
-            slope += g[a][b] * p[b], terms += std::abs(g[a][b] * p[b]);
-            off = std::max(off, std::abs(e.hessian[a][b] - g[a][b])), size = std::max(size, std::abs(g[a][b]));
+            slope += g[a][b] * p[b];
+            terms += std::abs(g[a][b] * p[b]);
+            deviation = std::max(deviation, std::abs(e.hessian[a][b] - g[a][b]));
+            greatest = std::max(greatest, std::abs(g[a][b]));
         }
         value += 0.5 * p[a] * slope;
-        if (!(std::abs(e.gradient[a] - slope) <= rounding * (terms + size))) return false;
+        if (!(std::abs(e.gradient[a] - slope) <= rounding * (terms + greatest))) return false;
     }
-    return off <= rounding * size && std::abs(e.value - value) <= rounding * size;
+    return deviation <= rounding * greatest && std::abs(e.value - value) <= rounding * greatest;
 }
 
 }  // namespace
@@ -225,9 +252,10 @@ bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>
            is_form(expand<4>(programs, q, moving), inverse_metric, moving);
 }
 
-/// The quadratic step from p = 0 comes first, so that forms quadratic in p have the root that compiled Hamiltonians
-/// have; then both methods from guesses along d, from |p| = 1 outward to both sides; at last from where H = H0 on lines
-/// along d, by turning. The first solution is taken.
+/// Tries several methods and returns the first solution. The quadratic step from p = 0 comes first: for H quadratic in
+/// p, it yields the same root as for compiled Hamiltonians. Then quadratic steps and Newton's method start from guesses
+/// along d, in order of their distance from |p| = 1. Finally, continuation starts from points on lines along d where
+/// H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out) {
     out = {{q[0], q[1], q[2]}, {0, 0, 0}, programs.pt, Failure::none, false, false};
     const double length = std::hypot(d[0], d[1], d[2]);
@@ -236,7 +264,7 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
     if (!(length > 0)) return out.failure = Failure::zero_direction;
     const Vector unit{d[0] / length, d[1] / length, d[2] / length};
     const auto solves = [&](Vector p, double mu) {
-        if (!converge(programs, q, unit, p, mu)) return false;
+        if (!refine(programs, q, unit, p, mu)) return false;
         for (int i = 0; i < 3; ++i) out.p[i] = p[i];
         return true;
     };
@@ -255,16 +283,16 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
         }
     }
     for (const double side : {1.0, -1.0})
-        for (const bool from_within : {false, true}) {
-            const Vector c = from_within ? place_within(programs, q, side) : Vector{};
-            if (from_within && size(c) == 0) continue;
-            const double at = crossing(programs, q, c, unit, side);
-            if (at == 0) continue;
-            Vector p = moved(c, at, unit), from;
-            slope(programs, q, p, from);
-            double mu = size(from);
+        for (const bool from_inside : {false, true}) {
+            const Vector c = from_inside ? find_inner_point(programs, q, side) : Vector{};
+            if (from_inside && norm(c) == 0) continue;
+            const double offset = find_level_crossing(programs, q, c, unit, side);
+            if (offset == 0) continue;
+            Vector p = moved(c, offset, unit), from;
+            value_and_gradient(programs, q, p, from);
+            double mu = norm(from);
             for (double& component : from) component /= mu;
-            if (turn_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
+            if (continue_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
         }
     return out.failure = defined ? Failure::no_momentum : Failure::singular_start;
 }

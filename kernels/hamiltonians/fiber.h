@@ -4,12 +4,13 @@
 
 namespace kagero::hamiltonians {
 
-/// A graded-index fibre: rays swing about its axis like a pendulum.
+/// A graded-index fibre: rays oscillate about its axis.
 ///
 ///     H = ½ (|p|² − N²),  N² = n0² (1 − α² (x² + y²))     Snyder & Love (1983), §1-8
 ///
-/// Cartesian coordinates, axis z, H0 = 0. x and y are harmonic with angular frequency n0 α in τ. Conserved: p_z, x p_y
-/// − y p_x. Domain: N² > 0; beyond it no ray can go.
+/// Coordinates: Cartesian, axis z. Units: scene lengths; n0 is a number, α an inverse length. Level: H0 = 0. Conserved:
+/// p_z, x p_y − y p_x. Domain: N² > 0; no ray leaves it, because |p|² = N². x and y oscillate harmonically in τ with
+/// the angular frequency n0 α.
 struct Fiber : IndexMedium<Fiber> {
     static constexpr const char* name = "fiber";
     static constexpr const char* what = "graded-index fibre along z";
@@ -18,7 +19,7 @@ struct Fiber : IndexMedium<Fiber> {
     static constexpr const char* conserved = "pz, x py - y px";
     static constexpr std::array parameters{
         ParameterInfo{"n0", 1.5, 0, unlimited, true, Unit::number, "index on the axis"},
-        ParameterInfo{"alpha", 0.3, 0, unlimited, true, Unit::per_length, "fall of the index across the fibre"},
+        ParameterInfo{"alpha", 0.3, 0, unlimited, true, Unit::per_length, "inverse of the radius at which N = 0"},
     };
     static constexpr double step = 0.1;
     static constexpr const char* step_goes_with = "1/alpha";

@@ -4,12 +4,12 @@
 
 namespace kagero::hamiltonians {
 
-/// Maxwell's fisheye: a sphere of falling index in which every ray is a closed circle.
+/// Maxwell's fisheye: a medium whose index decreases with the radius, in which every ray is a circle.
 ///
 ///     H = ½ (|p|² − N²),  N = n0 / (1 + r²/R²)           Maxwell (1854); Born & Wolf, §4.2.2
 ///
-/// Cartesian coordinates from the centre, H0 = 0. Each ray is a circle that meets the sphere r = R at two opposite
-/// points. Conserved: x × p. Domain: all of space.
+/// Coordinates: Cartesian, relative to the centre. Units: scene lengths; n0 is a number. Level: H0 = 0. Conserved: x ×
+/// p. Domain: all of space. Each ray is a circle that intersects the sphere r = R at two opposite points.
 struct Fisheye : IndexMedium<Fisheye> {
     static constexpr const char* name = "fisheye";
     static constexpr const char* what = "Maxwell's fisheye: every ray is a circle";
@@ -35,7 +35,7 @@ struct Fisheye : IndexMedium<Fisheye> {
         return index * index;
     }
 
-    /// The plane of an orbit: u² + (du/dφ)² = N²/L².
+    /// V(u) follows from u² + (du/dφ)² = N²/L².
     template <class V>
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V& g) {
         const V s = k.radius * k.radius * u * u, index = k.n0 * s / (1.0 + s);

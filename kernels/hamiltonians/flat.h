@@ -8,7 +8,8 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − 1)                                   Satoh (2003), eqs. (1)–(4)
 ///
-/// Cartesian coordinates. H0 = 0, so |p| = |dq/dλ| = 1 and λ is length. Conserved: p, and x × p.
+/// Coordinates: Cartesian. Units: scene lengths. Level: H0 = 0, so that |p| = |dq/dλ| = 1 and λ is the arc length.
+/// Conserved: p, x × p. Domain: all of space.
 struct Flat {
     static constexpr const char* name = "flat";
     static constexpr const char* what = "empty space: straight rays";

@@ -4,20 +4,21 @@
 
 namespace kagero::hamiltonians {
 
-/// A rotating black hole: Kerr's spacetime in Cartesian Kerr–Schild coordinates, outgoing form.
+/// A rotating black hole: the Kerr spacetime in Cartesian Kerr–Schild coordinates, outgoing form.
 ///
 ///     H = ½ (|p|² − p_t²) − ½ f (p_t + l·p)²              Kerr & Schild (1965); Visser (2007), eq. (32)
 ///     f = 2 M r³ / (r⁴ + a² z²),  l = ((r x − a y)/(r² + a²), (r y + a x)/(r² + a²), z/r),  a = spin · M
 ///     r⁴ − (|x|² − a²) r² − a² z² = 0
 ///
-/// x in scene lengths from the hole's centre, spin along +z; M = GM/c², so the hole without spin is `schwarzschild`
-/// with r_g = 2M. r is Boyer and Lindquist's radius: on the equator x² + y² = r² + a². Light rays have H = 0.
-/// Conserved: H, p_t, x p_y − y p_x, and Carter's constant. Rays are followed backward from the eye, so with the spin
-/// up the left edge of the shadow is the near, prograde one.
+/// Coordinates: Cartesian Kerr–Schild x, y, z relative to the centre of the hole, spin along +z. r is the
+/// Boyer–Lindquist radius; on the equator x² + y² = r² + a². Units: scene lengths; M = GM/c², and spin = a/M is a
+/// number. Without spin, this is `schwarzschild` with r_g = 2M. Level: H0 = 0, null rays. Conserved: H, p_t, x p_y − y
+/// p_x, Carter's constant.
 ///
-/// Domain: outside the ring r = 0, which no ray meets: one with p_t > 0 ends `captured` at the outer horizon r₊ = M +
-/// √(M² − a²), or in pictures, where no surface lies further in, once it moves inward inside r = 3M from where nothing
-/// turns it back.
+/// Domain: outside the ring singularity r = 0, which no ray reaches. A ray with p_t > 0 is captured at the outer
+/// horizon r₊ = M + √(M² − a²). In pictures without surfaces farther inward, it is already captured inside r = 3M if it
+/// moves inward and cannot turn back. Rays are followed backward from the camera. In a picture with the spin axis
+/// upward, the left edge of the shadow is the prograde edge, which is closer to the centre of the hole.
 struct Kerr {
     static constexpr const char* name = "kerr";
     static constexpr const char* what = "rotating black hole, Kerr-Schild coordinates";
@@ -26,119 +27,132 @@ struct Kerr {
     static constexpr const char* conserved = "pt, x py - y px, Carter's constant";
     static constexpr std::array parameters{
         ParameterInfo{"mass", 1.0, 0, unlimited, true, Unit::length, "GM/c^2, half the Schwarzschild radius"},
-        ParameterInfo{"spin", 0.9, -1, 1, false, Unit::number, "a/M, along +z", true},
+        ParameterInfo{"spin", 0.9, -1, 1, false, Unit::number, "spin a/M, along +z", true},
     };
     static constexpr bool spacetime = true;
     static constexpr double level = 0;
     static constexpr const char* method = "rkf78";
     static constexpr double step = 0.25;
-    static constexpr double tiny = 1e-30;  ///< instead of zero below a fraction
+    static constexpr double tiny = 1e-30;  ///< Keeps denominators greater than 0.
 
     template <class V>
     struct Parameters {
         V mass, spin;
     };
 
+    /// The Boyer–Lindquist radius r.
     template <class V>
     static constexpr V radius(const Parameters<V>& k, const Vec3<V>& q) {
         const V a2 = k.mass * k.mass * (k.spin * k.spin), b = dot(q, q) - a2;
         return sqrt(0.5 * (b + sqrt(b * b + 4.0 * a2 * (q.z * q.z))));
     }
 
-    /// ½ f (p_t + l·p)², the part that bends; f = 2 (M/r)/(1 + (a z/r²)²), of numbers near 1 at any size of the scene.
+    /// ½ f (p_t + l·p)², written as M/r / (1 + (a z/r²)²) (p_t + l·p)², whose factors do not overflow in large scenes.
     template <class V>
-    static constexpr V pull(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        const V a = k.spin * k.mass, r = radius(k, q), inverse = 1.0 / r, tilt = q.z * inverse,
-                ring = a * inverse * tilt;
-        const V across = (r * (q.x * p.x + q.y * p.y) + a * (q.x * p.y - q.y * p.x)) / (r * r + a * a);
-        const V u = pt + across + tilt * p.z;
-        return k.mass * inverse / (1.0 + ring * ring) * (u * u);
+    static constexpr V bending_term(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+        const V a = k.spin * k.mass, r = radius(k, q), inverse = 1.0 / r, cos_theta = q.z * inverse,
+                a_cos_over_r = a * inverse * cos_theta;
+        const V horizontal = (r * (q.x * p.x + q.y * p.y) + a * (q.x * p.y - q.y * p.x)) / (r * r + a * a);
+        const V u = pt + horizontal + cos_theta * p.z;
+        return k.mass * inverse / (1.0 + a_cos_over_r * a_cos_over_r) * (u * u);
     }
 
     template <class V>
     static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        return 0.5 * (dot(p, p) - pt * pt) - pull(k, q, p, pt);
+        return 0.5 * (dot(p, p) - pt * pt) - bending_term(k, q, p, pt);
     }
-    /// The paper's two parts, eq. (10).
+    /// H_A and H_B (Satoh 2003, eq. 10).
     template <class V>
     static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V& pt) {
         return 0.5 * (dot(p, p) - pt * pt);
     }
     template <class V>
     static constexpr V part_b(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        return -pull(k, q, p, pt);
+        return -bending_term(k, q, p, pt);
     }
 
+    /// Ω = r, the length scale of H.
     template <class V>
     static constexpr V rescale(const Parameters<V>& k, const Vec3<V>& q) {
         return radius(k, q);
     }
 
-    /// As for `schwarzschild`; dr/dλ has the sign of r² x·v + a² z v_z. Without spin no ray turns back from within 3M.
+    /// Rays with p_t > 0 are captured at the horizon. Inside r = 3M an inward ray is captured if its radial potential
+    /// is positive down to the horizon; without spin this is true for every ray. dr/dλ has the sign of r² x·v + a² z
+    /// v_z.
     template <class V>
     static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const Vec3<V>& v,
                                 const V& pt) {
         const V r = radius(k, q), a = k.mass * k.spin;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0))));
         const V outward = r * r * dot(q, v) + a * a * (q.z * v.z),
-                within = max(r - 3.0 * k.mass, -least_potential(k, q, p, pt));
+                within = max(r - 3.0 * k.mass, -min_radial_potential(k, q, p, pt));
         return min(max(r - horizon, -pt), max(within, outward));
     }
-    /// No more than the radial potential of Carter (1968), R = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) = (Σ
-    /// dr/dλ)², is anywhere between the horizon and here, in r⁴: a ray turns back where it is zero. With ρ = (r
-    /// there)/(r here) it is
+    /// Returns a lower bound of the radial potential between the horizon and q, divided by r⁴ at q. An inward ray
+    /// cannot turn back if the bound is positive, because the potential is zero at a turning point (Carter 1968):
+    ///
+    ///     R = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) = (Σ dr/dλ)²
+    ///
+    /// Let ρ be the radius divided by r at q. Then R divided by r⁴ at q is
     ///
     ///     p_t² ρ⁴ − A ρ² + 2 B ρ − C,   A = (L² + Q − a² p_t²)/r², B = M ((L + a p_t)² + Q)/r³, C = a² Q/r⁴
     ///
-    /// and cannot fall below its ends where it curves down. Where it curves up, it lies above its tangents: those at ρ
-    /// = 1, and at where Newton's method, which comes from above, seeks its lowest place.
+    /// For ρ² ≤ A/(6 p_t²) this polynomial is concave, and not less than the smaller of its values at the ends of the
+    /// interval; at the horizon it is a square. For greater ρ it is convex and lies above its tangents. The tangents at
+    /// ρ = 1 and at the result of Newton's method for the minimum are used. Newton's method approaches the minimum from
+    /// above.
     template <class V>
-    static constexpr V least_potential(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+    static constexpr V min_radial_potential(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
         const V r = radius(k, q), inverse = 1.0 / r, spin = k.mass * k.spin * inverse, spin2 = spin * spin,
                 pt2 = pt * pt;
         const Vec3<V> n = inverse * q;
-        const V along = n.x * p.x + n.y * p.y, l = n.x * p.y - n.y * p.x, ring = 1.0 + spin2;
-        const V carter = n.z * n.z * (ring * (p.x * p.x + p.y * p.y) - spin2 * pt2) - 2.0 * n.z * p.z * along +
+        const V horizontal = n.x * p.x + n.y * p.y, l = n.x * p.y - n.y * p.x, ring = 1.0 + spin2;
+        const V carter = n.z * n.z * (ring * (p.x * p.x + p.y * p.y) - spin2 * pt2) - 2.0 * n.z * p.z * horizontal +
                          (n.x * n.x + n.y * n.y) * (p.z * p.z) / ring;
-        const V dragged = l + spin * pt;
-        const V A = l * l + carter - spin2 * pt2, B = k.mass * inverse * (dragged * dragged + carter),
+        const V l_plus_a_pt = l + spin * pt;
+        const V A = l * l + carter - spin2 * pt2, B = k.mass * inverse * (l_plus_a_pt * l_plus_a_pt + carter),
                 C = spin2 * carter;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0)))) * inverse;
-        const V lowest = min(max(horizon, sqrt(max(A, V(0.0)) / (6.0 * pt2 + tiny))), V(1.0));
+        const V convex_from = min(max(horizon, sqrt(max(A, V(0.0)) / (6.0 * pt2 + tiny))), V(1.0));
         const auto slope = [&](const V& rho) { return 4.0 * pt2 * (rho * rho * rho) - 2.0 * A * rho + 2.0 * B; };
-        const auto above = [&](const V& rho) {
+        // The value at convex_from of the tangent at rho: its minimum for ρ ≥ convex_from, as its slope is ≥ 0.
+        const auto tangent_minimum = [&](const V& rho) {
             const V rho2 = rho * rho;
-            return pt2 * (rho2 * rho2) - A * rho2 + 2.0 * B * rho - C - slope(rho) * (rho - lowest);
+            return pt2 * (rho2 * rho2) - A * rho2 + 2.0 * B * rho - C - slope(rho) * (rho - convex_from);
         };
         V rho(1.0);
         for (int i = 0; i < 4; ++i)
-            rho = min(max(rho - slope(rho) / max(12.0 * pt2 * (rho * rho) - 2.0 * A, V(tiny)), lowest), V(1.0));
-        return max(above(V(1.0)), above(rho));
+            rho = min(max(rho - slope(rho) / max(12.0 * pt2 * (rho * rho) - 2.0 * A, V(tiny)), convex_from), V(1.0));
+        return max(tangent_minimum(V(1.0)), tangent_minimum(rho));
     }
 
-    /// As for `schwarzschild`, light that leaves the horizon's neighbourhood has p ∝ 1/(r − r₊): steps are a fifth of
-    /// that distance there. From r = 2 r₊ on the bound is out of a sensible step's way. Inside the horizon it is half
-    /// of Σ/(r + |a|), Σ = r² + a² cos²θ: the distance from the ring, near it.
+    /// Near the horizon, light that moves outward has p ∝ 1/(r − r₊); the bound is a fifth of |r − r₊|. Farther out it
+    /// grows with the cube of this distance, so that it does not limit reasonable steps beyond r = 2 r₊. It is never
+    /// greater than ½ Σ/(r + |a|) with Σ = r² + a² cos²θ. This limit has an effect only inside the horizon; near the
+    /// ring singularity it is the distance from the ring.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = radius(k, q), s2 = k.spin * k.spin, a = k.mass * sqrt(s2), az = a * q.z;
-        const V horizon = k.mass * (1.0 + sqrt(max(1.0 - s2, V(0.0)))), away = r - horizon;
-        const V d = max(max(away, -away), 1e-7 * horizon), share = d / horizon;
+        const V horizon = k.mass * (1.0 + sqrt(max(1.0 - s2, V(0.0)))), distance = r - horizon;
+        const V d = max(max(distance, -distance), 1e-7 * horizon), ratio = d / horizon;
         const V from_ring = (r * r + az * az / (r * r)) / (r + a);
-        return min(d * (0.2 + share * share), 0.5 * from_ring);
+        return min(d * (0.2 + ratio * ratio), 0.5 * from_ring);
     }
 
-    /// For observers, as in `schwarzschild`: with Δ = r² − 2Mr + a², lag = 2Mr/Δ to Boyer and Lindquist's time, and
-    /// rain without angular momentum (Doran 2000) has u_r = −√(2Mr)/(√(2Mr) + √(r² + a²)).
+    /// For observers (see schwarzschild.h): dt_BL = dt + time_offset_gradient dr, where t_BL is the Boyer–Lindquist
+    /// time. The gradient is 2Mr/Δ with Δ = r² − 2Mr + a².
     template <class V>
     static constexpr V time_offset_gradient(const Parameters<V>& k, const V& r) {
-        const V a = k.spin * k.mass, pull = 2.0 * k.mass * r;
-        return pull / (r * r + a * a - pull);
+        const V a = k.spin * k.mass, two_mr = 2.0 * k.mass * r;
+        return two_mr / (r * r + a * a - two_mr);
     }
+    /// For observers: −u_r of matter that falls from rest at infinity without angular momentum (Doran 2000),
+    /// √(2Mr)/(√(2Mr) + √(r² + a²)).
     template <class V>
     static constexpr V infall(const Parameters<V>& k, const V& r) {
-        const V a = k.spin * k.mass, pull = sqrt(2.0 * k.mass * r);
-        return pull / (pull + sqrt(r * r + a * a));
+        const V a = k.spin * k.mass, root = sqrt(2.0 * k.mass * r);
+        return root / (root + sqrt(r * r + a * a));
     }
 
     static constexpr Hole hole(const Parameters<double>& k) { return {k.mass, k.mass * k.spin}; }

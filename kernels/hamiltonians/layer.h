@@ -4,12 +4,13 @@
 
 namespace kagero::hamiltonians {
 
-/// A smooth layer between two media: Snell's law of refraction, and total reflection, with a thickness.
+/// A smooth layer between two media: refraction and total reflection at a boundary of finite thickness.
 ///
 ///     H = ½ (|p|² − N²),  N² = (n_b² + n_a²)/2 + (n_a² − n_b²)/2 · tanh(z/thickness)     Epstein (1930)
 ///
-/// Cartesian coordinates, z up, H0 = 0. Conserved: p_x, p_y, hence Snell's law between z → −∞ and z → +∞. Domain: all
-/// of space. However thin the layer is, steps shrink on the way to it: their number grows with log(1/thickness) alone.
+/// Coordinates: Cartesian, z up. Units: scene lengths; n_a and n_b are numbers. Level: H0 = 0. Conserved: p_x, p_y,
+/// which is Snell's law between z → −∞ and z → +∞. Domain: all of space. Steps become shorter towards the layer, so
+/// that their number grows only with log(1/thickness).
 struct Layer : IndexMedium<Layer> {
     static constexpr const char* name = "layer";
     static constexpr const char* what = "smooth transition between two indices: refraction and total reflection";
@@ -18,11 +19,11 @@ struct Layer : IndexMedium<Layer> {
     static constexpr const char* source = "Epstein (1930), the transition layer";
     static constexpr const char* conserved = "px, py";
     static constexpr std::array parameters{
-        ParameterInfo{"n_below", 1.5, 0, unlimited, true, Unit::number, "index far below"},
-        ParameterInfo{"n_above", 1.0, 0, unlimited, true, Unit::number, "index far above"},
-        ParameterInfo{"thickness", 0.1, 0, unlimited, true, Unit::length, "of the transition"},
+        ParameterInfo{"n_below", 1.5, 0, unlimited, true, Unit::number, "n_b, the index for z -> -infinity"},
+        ParameterInfo{"n_above", 1.0, 0, unlimited, true, Unit::number, "n_a, the index for z -> +infinity"},
+        ParameterInfo{"thickness", 0.1, 0, unlimited, true, Unit::length, "thickness of the layer"},
     };
-    static constexpr double step = 50;  // max_step_length bounds it
+    static constexpr double step = 50;  // the actual steps are limited by max_step_length
     static constexpr const char* step_goes_with = "escape_radius";
 
     template <class V>
@@ -36,7 +37,8 @@ struct Layer : IndexMedium<Layer> {
         return 0.5 * (below + above) + 0.5 * (above - below) * tanh(q.z / k.thickness);
     }
 
-    /// A tenth of the thickness in the layer, of the distance from its middle outside: no step reaches across.
+    /// Returns a tenth of the thickness inside the layer, and a tenth of |z| outside, so that no step crosses the
+    /// layer.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         return 0.1 * max(k.thickness, max(q.z, -q.z));

@@ -4,23 +4,23 @@
 
 namespace kagero::hamiltonians {
 
-/// Luneburg's lens: a ball that brings parallel light to a point on its far surface.
+/// The Luneburg lens: a ball that focuses parallel light to a point on its surface.
 ///
 ///     H = ½ (|p|² − N²),  N² = 2 − r²/R² inside, 1 outside      Luneburg (1944); Born & Wolf, §4.2
 ///
-/// Cartesian coordinates from the centre, H0 = 0. Inside, rays are arcs of ellipses about the centre; outside they are
-/// straight. Conserved: x × p. N is continuous on the surface, its slope is not, so steps end there. Domain: all of
-/// space.
+/// Coordinates: Cartesian, relative to the centre. Units: scene lengths. Level: H0 = 0. Conserved: x × p. Domain: all
+/// of space. Rays are arcs of ellipses about the centre inside the ball, and straight outside. N is continuous at the
+/// surface of the ball but its gradient is not, so that steps end there.
 struct Luneburg : IndexMedium<Luneburg> {
     static constexpr const char* name = "luneburg";
-    static constexpr const char* what = "Luneburg lens: parallel light meets in a point of its surface";
+    static constexpr const char* what = "Luneburg lens: focuses parallel light to a point of its surface";
     static constexpr const char* formula = "H = (|p|^2 - N^2)/2, N^2 = 2 - r^2/R^2 inside R, 1 outside";
     static constexpr const char* source = "Luneburg (1944); Born & Wolf, Principles of Optics, sec. 4.2";
     static constexpr const char* conserved = "x cross p";
     static constexpr std::array parameters{
-        ParameterInfo{"radius", 1.0, 0, unlimited, true, Unit::length, "R, of the ball"},
+        ParameterInfo{"radius", 1.0, 0, unlimited, true, Unit::length, "R, radius of the ball"},
     };
-    static constexpr const char* method = "gauss8";  // its stages never leave the step, hence never cross the surface
+    static constexpr const char* method = "gauss8";  // its stages are inside the step and do not cross the surface
     static constexpr double step = 0.25;
     static constexpr const char* step_goes_with = "radius";
 
@@ -40,7 +40,7 @@ struct Luneburg : IndexMedium<Luneburg> {
     }
 
     template <class V>
-    static constexpr V bends_within(const Parameters<V>& k) {
+    static constexpr V bending_radius(const Parameters<V>& k) {
         return k.radius;
     }
 };

@@ -4,17 +4,16 @@
 
 namespace kagero::hamiltonians {
 
-/// Hot air above the ground: the paper's mirage.
+/// Hot air above the ground: a mirage.
 ///
 ///     H = ½ n |p|²                                       Satoh (2003), eq. (17)
 ///     n = n0 − n3 z³ + ripple · cos(wavenumber · x)      Satoh (2003), eq. (18)
 ///
-/// Cartesian coordinates, z up; H0 = ½. This n is not the refractive index: on a level set of H a ray is that of
-/// the index N ∝ n^(−1/2), so N falls towards the hot ground and rays bend up. Conserved: H and p_y; with
-/// ripple = 0 also p_x.
+/// Coordinates: Cartesian, z up. Units: scene lengths; n is a number. Level: H0 = ½. Conserved: H and p_y; also p_x if
+/// ripple = 0. Domain: n > n_min; rays escape at its edge. With Satoh's parameters, n decreases to zero near z = 1.4.
 ///
-/// Domain: n > n_min. n falls to zero some way up (near z = 1.4 with the paper's numbers); a ray that gets there is
-/// escaped.
+/// n is not the refractive index. On H = H0, the rays are those of a medium with the refractive index N ∝ n^(−1/2). N
+/// decreases towards the hot ground, so that rays bend upward.
 struct Mirage {
     static constexpr const char* name = "mirage";
     static constexpr const char* what = "hot air above the ground";
@@ -23,17 +22,18 @@ struct Mirage {
     static constexpr const char* conserved = "py";
     static constexpr std::array parameters{
         ParameterInfo{"n0", 0.85, 0, unlimited, true, Unit::number, "n at the camera's height, without the ripple"},
-        ParameterInfo{"n3", 0.3, -unlimited, unlimited, false, Unit::per_length_cubed, "how n changes with height"},
+        ParameterInfo{"n3", 0.3, -unlimited, unlimited, false, Unit::per_length_cubed, "coefficient of -z^3 in n"},
         ParameterInfo{"ripple", 0.03, -unlimited, unlimited, false, Unit::number, "amplitude of the ripple along x"},
         ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, Unit::per_length,
-                      "of the ripple; 3 pi in the paper"},
-        ParameterInfo{"n_min", 0.05, 0, unlimited, true, Unit::number, "where the medium ends"},
+                      "wavenumber of the ripple; 3 pi in Satoh (2003)"},
+        ParameterInfo{"n_min", 0.05, 0, unlimited, true, Unit::number, "n at the edge of the medium"},
     };
     static constexpr bool spacetime = false;
     static constexpr double level = 0.5;
     static constexpr const char* method = "srkn6";
     static constexpr double step = 0.1;
-    /// The ripple, or the height over which n changes, whichever is shorter; about alike with the numbers above.
+    /// The length scale of the ripple, or the height over which n changes, whichever is shorter. For the default
+    /// parameters they are nearly equal.
     static constexpr const char* step_goes_with = "min(1/wavenumber, 0.075*(n0/abs(n3))^(1/3))";
 
     template <class V>
@@ -51,7 +51,7 @@ struct Mirage {
         return 0.5 * n(k, q) * dot(p, p);
     }
 
-    /// With 1/n the rescaled Hamiltonian (H − ½)/n = ½ (|p|² − 1/n) has the same rays and is separable.
+    /// Ω = 1/n: the rescaled Hamiltonian (H − ½)/n = ½ (|p|² − 1/n) is separable.
     template <class V>
     static constexpr V rescale(const Parameters<V>& k, const Vec3<V>& q) {
         return 1.0 / n(k, q);
@@ -62,15 +62,15 @@ struct Mirage {
         return n(k, q) - k.n_min;
     }
 
-    /// Towards the edge light turns as quickly as n falls: n changes there by a part of itself in a step. Where n does
-    /// not change at all what is least keeps that finite.
+    /// Returns 0.2 n/|∇n|: near the edge of the medium the curvature of rays grows as n decreases, and n changes by
+    /// about a fifth of its value in a step. The constant 1e-30 keeps the bound finite where ∇n = 0.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V along = k.ripple * k.wavenumber, upward = 3.0 * k.n3 * (q.z * q.z);
         return 0.2 * max(n(k, q), k.n_min) / sqrt(along * along + upward * upward + 1e-30);
     }
 
-    /// Separated by components of the momentum: along the ground, and upward.
+    /// H_A contains the horizontal components of the momentum, H_B the vertical one.
     template <class V>
     static constexpr V part_a(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
         return 0.5 * n(k, q) * (p.x * p.x + p.y * p.y);

@@ -4,16 +4,16 @@
 
 namespace kagero::hamiltonians {
 
-/// A spherical black hole: Schwarzschild's spacetime in Cartesian Kerr–Schild coordinates, outgoing form.
+/// A spherical black hole: the Schwarzschild spacetime in Cartesian Kerr–Schild coordinates, outgoing form.
 ///
-///     H = ½ (|p|² − p_t²) − ½ (r_g/r) (p_t + x·p/r)²     Satoh (2003), eq. (16), as the perfect square it is
+///     H = ½ (|p|² − p_t²) − ½ (r_g/r) (p_t + x·p/r)²     Satoh (2003), eq. (16), as a perfect square
 ///
-/// x in scene lengths from the hole's centre, r = |x|; r_g = 2GM/c². Light rays have H = 0. Time does not occur, so p_t
-/// is constant along a ray. Conserved: H, p_t, x × p.
+/// Coordinates: Cartesian Kerr–Schild x, y, z relative to the centre of the hole, r = |x|. Units: scene lengths;
+/// r_g = 2GM/c². Level: H0 = 0, null rays. Conserved: H, p_t (H does not depend on time), x × p.
 ///
-/// Domain: r > 0. With p_t > 0 a ray followed from the eye falls through r = r_g smoothly; run on to r → 0 it would be
-/// thrown out again, so it ends `captured` at r ≤ r_g, or in pictures, where no surface lies further in, once it moves
-/// inward inside the photon sphere r = 3/2 r_g, from where no light ray returns (Chandrasekhar 1983, §20).
+/// Domain: r > 0. A ray with p_t > 0 crosses r = r_g smoothly, and would be ejected again near r = 0. It is therefore
+/// captured at r ≤ r_g. In pictures without surfaces farther inward, it is already captured when it moves inward inside
+/// the photon sphere r = 3/2 r_g, from which no inward ray returns (Chandrasekhar 1983, §20).
 struct Schwarzschild {
     static constexpr const char* name = "schwarzschild";
     static constexpr const char* what = "spherical black hole, Kerr-Schild coordinates";
@@ -40,7 +40,7 @@ struct Schwarzschild {
         return 0.5 * (dot(p, p) - pt * pt) - 0.5 * (k.rg / r) * u * u;
     }
 
-    /// The paper's two parts, eq. (10).
+    /// H_A and H_B (Satoh 2003, eq. 10).
     template <class V>
     static constexpr V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>& p, const V& pt) {
         return 0.5 * (dot(p, p) - pt * pt);
@@ -52,32 +52,36 @@ struct Schwarzschild {
         return -0.5 * (k.rg / r) * u * u;
     }
 
-    /// The exact flow of part_b for a time t. Along it n = x/r, the angular momentum and w = u/√r are constant, so
-    /// r^{3/2} falls linearly: c = r^{3/2} − (3/2) r_g w t, r' = c^{2/3}. The cube root is Halley's iteration from √r.
+    /// Advances q and p by the exact flow of part_b over the time t. With u = p_t + x·p/r, the flow conserves n = x/r,
+    /// the angular momentum and w = u/√r, so that r^{3/2} decreases linearly: r_end = c^{2/3} with c = r^{3/2} − (3/2)
+    /// r_g w t. The cube root is computed by Halley's iteration, which starts at √r.
     template <class V>
     static constexpr void remainder_flow(const Parameters<V>& k, Vec3<V>& q, Vec3<V>& p, const V& pt, const V& t) {
         const V r = norm(q), root = sqrt(r);
         const Vec3<V> n = (V(1) / r) * q;
         const V pr = dot(n, p), w = (pt + pr) / root;
-        const V c = max(r * root - V(1.5) * k.rg * w * t, V(1e-6) * r * root);  // c ≤ 0 is the centre itself: captured
+        // c ≤ 0 means that the ray reaches the centre. A small positive c puts it near the centre, where it is
+        // captured.
+        const V c = max(r * root - V(1.5) * k.rg * w * t, V(1e-6) * r * root);
         V s = root;
         for (int i = 0; i < 6; ++i) {
             const V cube = s * s * s;
             s = s * (cube + V(2) * c) / (V(2) * cube + c);
         }
-        const V now = s * s;
-        const V along = w * s - pt;
-        p = along * n + (r / now) * (p - pr * n);
-        q = now * n;
+        const V r_end = s * s;
+        const V pr_end = w * s - pt;
+        p = pr_end * n + (r / r_end) * (p - pr * n);
+        q = r_end * n;
     }
 
-    /// The only scale a ray meets is its distance from the centre.
+    /// Ω = r, the length scale of H.
     template <class V>
     static constexpr V rescale(const Parameters<V>&, const Vec3<V>& q) {
         return norm(q);
     }
 
-    /// The horizon counts for rays with p_t > 0 alone: with p_t < 0 (a falling observer's) they come out through it.
+    /// Only rays with p_t > 0 are captured at the horizon. Rays with p_t < 0, which a falling observer sees, cross it
+    /// outward.
     template <class V>
     static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const Vec3<V>& v,
                                 const V& pt) {
@@ -86,22 +90,23 @@ struct Schwarzschild {
         return min(max(r - k.rg, -pt), inside_photon_sphere_and_inward);
     }
 
-    /// Light that leaves the horizon's neighbourhood has p ∝ 1/(r − r_g): steps are a quarter of that distance there.
-    /// From r = 5/4 r_g on the bound is out of a sensible step's way, and keeps others from leaping over the hole; at
-    /// the horizon itself enough is left for rays with p_t < 0 to come through.
+    /// Near the horizon, light that moves outward has p ∝ 1/(r − r_g); the bound is a quarter of |r − r_g|. Farther out
+    /// it grows with the cube of this distance. Beyond r = 5/4 r_g it does not limit reasonable steps, but no step is
+    /// longer than 0.9 r, so that none jumps over the hole. At the horizon the bound is positive, so that rays with p_t
+    /// < 0 can cross it.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
-        const V r = norm(q), away = r - k.rg, d = max(max(away, -away), 1e-7 * k.rg), share = d / k.rg;
-        return min(d * (0.25 + 40.0 * share * share), 0.9 * r);
+        const V r = norm(q), distance = r - k.rg, d = max(max(distance, -distance), 1e-7 * k.rg), ratio = d / k.rg;
+        return min(d * (0.25 + 40.0 * ratio * ratio), 0.9 * r);
     }
 
-    /// The plane of an orbit: du/dφ = w with ½ w² + V = ½ p_t²/L² (Chandrasekhar 1983, §20, eq. 212).
+    /// V(u) follows from ½ (du/dφ)² + V = ½ p_t²/L² (Chandrasekhar 1983, §20, eq. 212).
     template <class V>
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V&) {
         return 0.5 * u * u - 0.5 * k.rg * u * u * u;
     }
-    /// With U = p_t + p·x/r, f = r_g u: (1 − f) U = p_t + v and (p_t − v) U = L² u². Either is 0/0 somewhere; weighed
-    /// like this they are not.
+    /// U = p_t + p·x/r satisfies (1 − r_g u) U = p_t + v and (p_t − v) U = L² u². Each equation is 0/0 for some rays.
+    /// Their sum with the weights a = max(p_t v, 0) and b = p_t is not.
     template <class V>
     static constexpr V radial_momentum(const Parameters<V>& k, const V& u, const V& v, const V& l, const V& pt) {
         const V a = max(pt * v, V(0)), b = pt, lu = l * u;
@@ -110,16 +115,18 @@ struct Schwarzschild {
     static constexpr const char* orbit_method = "orbit-srkn11";
     static constexpr double orbit_step = 0.3;
 
-    /// For observers: the areal radius; dt_S = dt + lag dr leads to Schwarzschild's time; and in the ingoing form (t →
-    /// −t) rain that falls from rest at infinity has u_t = −1, u_r = −infall (Martel & Poisson 2001).
+    /// For observers: the areal radius r.
     template <class V>
     static constexpr V radius(const Parameters<V>&, const Vec3<V>& q) {
         return norm(q);
     }
+    /// For observers: dt_S = dt + time_offset_gradient dr, where t_S is the Schwarzschild time.
     template <class V>
     static constexpr V time_offset_gradient(const Parameters<V>& k, const V& r) {
         return k.rg / (r - k.rg);
     }
+    /// For observers: −u_r of matter that falls from rest at infinity, in the ingoing form (t → −t), where u_t = −1
+    /// (Martel & Poisson 2001).
     template <class V>
     static constexpr V infall(const Parameters<V>& k, const V& r) {
         const V speed = sqrt(k.rg / r);

@@ -4,16 +4,17 @@
 
 namespace kagero::hamiltonians {
 
-/// Ellis's wormhole: two universes joined by a throat, in isotropic coordinates.
+/// The Ellis wormhole: two sheets that are joined by a throat, in isotropic coordinates.
 ///
 ///     H = ½ (|p|² / (1 + a²/4ρ²)² − p_t²),  ρ = |x|       Ellis (1973); Müller (2004)
 ///
-/// x in scene lengths, a the radius of the throat. The proper distance from the throat is l = ρ − a²/4ρ: ρ > a/2 is
-/// this universe, and the sphere ρ < a/2 is the other one, whole, turned inside out by ρ → a²/4ρ. The areal radius is
-/// √(l² + a²) = ρ + a²/4ρ. Light rays have H = 0. Conserved: H, p_t, x × p. A ray with the impact parameter b passes
-/// through where b < a, comes back where b > a.
+/// Coordinates: isotropic Cartesian x, y, z relative to the centre. Units: scene lengths; a is the radius of the
+/// throat. Level: H0 = 0, null rays. Conserved: H, p_t, x × p. Domain: ρ > 0; `escape_radius` is a bound on |l| on both
+/// sheets.
 ///
-/// Domain: ρ > 0. `escape_radius` is |l|, on both sides.
+/// The proper distance from the throat is l = ρ − a²/4ρ. The first sheet is ρ > a/2. The second sheet is ρ < a/2, the
+/// image of the first by the inversion ρ → a²/4ρ. The areal radius is √(l² + a²) = ρ + a²/4ρ. A ray with the impact
+/// parameter b passes through the throat if b < a, and returns if b > a.
 struct Wormhole {
     static constexpr const char* name = "wormhole";
     static constexpr const char* what = "Ellis wormhole between two universes";
@@ -48,21 +49,21 @@ struct Wormhole {
         return energy(k, q, p, V(0.0));
     }
 
-    /// The areal radius: as long a scale on this side as on the other.
+    /// Ω is the areal radius, a length scale that is symmetric in the two sheets.
     template <class V>
     static constexpr V rescale(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = norm(q);
         return r + 0.25 * k.throat * k.throat / r;
     }
 
-    /// Half of the areal radius in proper length: a longer step leaps through the throat.
+    /// Returns ρ/2, which is half of the areal radius in proper length. A longer step could jump through the throat.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>&, const Vec3<V>& q) {
         return 0.5 * norm(q);
     }
 
-    /// The plane of an orbit: with p along the ray, u² + (du/dφ)² = |p|²/L², and H = 0 tells |p|. L dλ = R² dφ, R the
-    /// areal radius.
+    /// V(u) follows from u² + (du/dφ)² = |p|²/L², because p is along the ray, and from H = 0, which gives |p|. The ray
+    /// parameter follows from L dλ = R² dφ, where R is the areal radius.
     template <class V>
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V& g) {
         const V s = 0.25 * k.throat * k.throat * u * u;
@@ -76,6 +77,7 @@ struct Wormhole {
     static constexpr const char* orbit_method = "orbit-srkn11";
     static constexpr double orbit_step = 0.3;
 
+    /// The throat in isotropic coordinates, ρ = a/2.
     template <class V>
     static constexpr V throat_radius(const Parameters<V>& k) {
         return 0.5 * k.throat;

@@ -1,12 +1,12 @@
-/// Coefficients of explicit Runge–Kutta methods: data only, each with its source.
+/// Coefficients of explicit Runge–Kutta methods. This file contains only data; each table names its source.
 #pragma once
 
 namespace kagero {
 
 inline constexpr int max_rk_stages = 15;
 
-/// Butcher's table; a is strictly lower triangular. With step control `error` is b − b̂ and `estimate_order` the order
-/// of b̂; else 0.
+/// A Butcher tableau; the matrix a is strictly lower triangular. For methods with step control, `error` is b − b̂ and
+/// `estimate_order` is the order of the embedded formula b̂. For other methods both are 0.
 struct ButcherTable {
     int stages;
     double a[max_rk_stages][max_rk_stages];
@@ -15,14 +15,14 @@ struct ButcherTable {
     int estimate_order = 0;
 };
 
-/// Kutta (1901).
+/// Classical fourth-order method, Kutta (1901).
 inline constexpr ButcherTable kutta4{
     4,
     {{}, {1. / 2}, {0, 1. / 2}, {0, 0, 1}},
     {1. / 6, 1. / 3, 1. / 3, 1. / 6},
 };
 
-/// Dormand & Prince (1980), the fifth-order formula of RK5(4)7M.
+/// The fifth-order formula of RK5(4)7M, Dormand & Prince (1980).
 inline constexpr ButcherTable dormand_prince5{
     6,
     {{},
@@ -34,7 +34,7 @@ inline constexpr ButcherTable dormand_prince5{
     {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84},
 };
 
-/// The same with its embedded fourth-order formula, which needs the derivative at the end.
+/// RK5(4)7M with its embedded fourth-order formula, which adds a stage at the end of the step.
 inline constexpr ButcherTable dormand_prince54 = [] {
     ButcherTable t = dormand_prince5;
     t.stages = 7;
@@ -45,7 +45,7 @@ inline constexpr ButcherTable dormand_prince54 = [] {
     return t;
 }();
 
-/// Fehlberg (1968), RK7(8)13 of NASA TR R-287, table X, continued with the eighth-order formula.
+/// RK7(8)13, Fehlberg (1968), NASA TR R-287, table X. The step advances with the eighth-order formula.
 inline constexpr ButcherTable fehlberg78{
     13,
     {{},
@@ -66,7 +66,7 @@ inline constexpr ButcherTable fehlberg78{
     7,
 };
 
-/// Dormand & Prince's eighth-order formula of DOP853 (Hairer, Nørsett & Wanner 1993, §II.5).
+/// The eighth-order formula of DOP853 by Dormand & Prince (Hairer, Nørsett & Wanner 1993, §II.5).
 inline constexpr ButcherTable dormand_prince8{
     12,
     {{},
@@ -94,18 +94,19 @@ inline constexpr ButcherTable dormand_prince8{
      2.01365400804030348374776537501e-1, 4.47106157277725905176885569043e-2},
 };
 
-/// The same with DOP853's embedded formula of order five; its third, of order three, is left out.
+/// DOP853 with its embedded fifth-order formula. The third-order formula of DOP853 is not used.
 inline constexpr ButcherTable dormand_prince85 = [] {
     ButcherTable t = dormand_prince8;
     constexpr double error[12] = {0.1312004499419488073250102996e-1, 0, 0, 0, 0, -0.1225156446376204440720569753e1,
-                                  -0.4957589496572501915214079952, 0.1664377182454986536961530415e1, -0.3503288487499736816886487290,
-                                  0.3341791187130174790297318841, 0.8192320648511571246570742613e-1, -0.2235530786388629525884427845e-1};
+                                  -0.4957589496572501915214079952, 0.1664377182454986536961530415e1,
+                                  -0.3503288487499736816886487290, 0.3341791187130174790297318841,
+                                  0.8192320648511571246570742613e-1, -0.2235530786388629525884427845e-1};
     for (int j = 0; j < 12; ++j) t.error[j] = error[j];
     t.estimate_order = 5;
     return t;
 }();
 
-/// Verner (2010), the ninth-order formula of his "most efficient" 9(8) pair.
+/// The ninth-order formula of the "most efficient" 9(8) pair, Verner (2010).
 inline constexpr ButcherTable verner9{
     15,
     {{},

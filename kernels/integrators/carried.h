@@ -1,54 +1,56 @@
-/// Integrates what a ray carries along beside its state: λ, and the further quantities whose rates a system states
-/// (`carried_in`). Each is the integral of its rate over τ, by the nodes and weights of the method that moves the
-/// state. Hence it has the order of the method. The rate of λ is dλ/dτ; where a system is not rescaled, λ is exactly
-/// start + h.
+/// Integrates the carried quantities of a ray: λ, and further quantities whose rates are defined by the system
+/// (`carried_in`). Each quantity is the integral of its rate over τ, computed with the nodes and weights of the method
+/// that advances the state. It therefore has the order of that method. The rate of λ is dλ/dτ. Without time rescaling,
+/// λ at the end of a step is exactly start + h.
 #pragma once
 
 #include "kernels/integrators/stepper_state.h"
 
 namespace kagero {
 
-/// Whether a step integrates rates at all.
+/// Returns true if a step has to integrate rates.
 template <class System, class V, int N>
-KAGERO_INLINE bool integrates_carried(const System& system, const StepperState<V, N>& f) {
-    static_assert(carried_in<System>() == N, "the packet carries another number of quantities than its system states");
-    return (N > 1 || system.rescaled) && f.options.want_carried;
+KAGERO_INLINE bool integrates_carried(const System& system, const StepperState<V, N>& step) {
+    static_assert(carried_in<System>() == N, "StepperState and System must have the same number of carried quantities");
+    return (N > 1 || system.rescaled) && step.options.compute_carried;
 }
 
-/// Advances λ by a step that integrates no rates; further quantities keep their values.
+/// Advances λ by h for a step that integrates no rates. Further carried quantities keep their values.
 template <class V, int N>
-KAGERO_INLINE void carry_evenly(StepperState<V, N>& f) {
-    f.end.parameter = f.start.parameter + f.h;
-    for (int k = 1; k < N; ++k) f.end.carried(k) = f.start.carried(k);
+KAGERO_INLINE void advance_parameter_only(StepperState<V, N>& step) {
+    step.end.parameter = step.start.parameter + step.h;
+    for (int k = 1; k < N; ++k) step.end.carried(k) = step.start.carried(k);
 }
 
-/// The sums of a step, one per quantity.
+/// Weighted sums of the rates over the nodes of one step, one sum per carried quantity.
 template <class V, int N>
 class CarriedSums {
     using S = ScalarOf<V>;
 
 public:
-    /// For methods of substeps: a node counts by the length of its substep, and the sums are the quantities themselves.
-    KAGERO_INLINE static CarriedSums of_lengths(const StepperState<V, N>& f) {
+    /// Returns sums for a method that consists of substeps. Each node is weighted with the length of its substep, and
+    /// the sums start from the quantities at the start of the step.
+    KAGERO_INLINE static CarriedSums for_substeps(const StepperState<V, N>& step) {
         CarriedSums sums;
-        for (int k = 0; k < N; ++k) sums.sum_[k] = f.start.carried(k);
+        for (int k = 0; k < N; ++k) sums.sum_[k] = step.start.carried(k);
         return sums;
     }
-    /// For methods of stages: a node counts by its weight in the step.
-    KAGERO_INLINE static CarriedSums of_weights() {
+    /// Returns sums for a method that has stages. Each node is weighted with its weight in the step, and the sums start
+    /// from zero.
+    KAGERO_INLINE static CarriedSums for_stages() {
         CarriedSums sums;
         for (V& sum : sums.sum_) sum = V(S(0));
         return sums;
     }
 
-    /// One node of the method; `share` is its weight, or the length of its substep.
+    /// Adds one node of the method. `weight` is the weight of the node, or the length of its substep.
     template <class System>
-    KAGERO_INLINE void add(const System& system, const V& share, const State<V>& node) {
+    KAGERO_INLINE void add(const System& system, const V& weight, const State<V>& node) {
         V rates[N];
         rates_at(system, node, rates);
-        for (int k = 0; k < N; ++k) sum_[k] = fma(share, rates[k], sum_[k]);
+        for (int k = 0; k < N; ++k) sum_[k] = fma(weight, rates[k], sum_[k]);
     }
-    /// All stages of one ray, which lie in the lanes of `nodes`.
+    /// Adds all stages of one ray. The stages are stored in the lanes of `nodes`.
     template <class System, class L>
     KAGERO_INLINE void add_lanes(const System& system, const V* weights, int stages, const State<L>& nodes) {
         L rates[N];
@@ -57,16 +59,18 @@ public:
             for (int i = 0; i < stages; ++i) sum_[k] = fma(weights[i], get_lane(rates[k], i), sum_[k]);
     }
 
-    /// Writes the quantities at the end of the step.
+    /// Writes the carried quantities at the end of the step, for sums that were created by `for_substeps`.
     template <class System>
-    KAGERO_INLINE void finish_lengths(const System& system, StepperState<V, N>& f) const {
-        f.end.parameter = system.rescaled ? sum_[0] : f.start.parameter + f.h;
-        for (int k = 1; k < N; ++k) f.end.carried(k) = sum_[k];
+    KAGERO_INLINE void finish_substeps(const System& system, StepperState<V, N>& step) const {
+        step.end.parameter = system.rescaled ? sum_[0] : step.start.parameter + step.h;
+        for (int k = 1; k < N; ++k) step.end.carried(k) = sum_[k];
     }
+    /// Writes the carried quantities at the end of the step, for sums that were created by `for_stages`.
     template <class System>
-    KAGERO_INLINE void finish_weights(const System& system, StepperState<V, N>& f) const {
-        f.end.parameter = system.rescaled ? fma(f.h, sum_[0], f.start.parameter) : f.start.parameter + f.h;
-        for (int k = 1; k < N; ++k) f.end.carried(k) = fma(f.h, sum_[k], f.start.carried(k));
+    KAGERO_INLINE void finish_stages(const System& system, StepperState<V, N>& step) const {
+        step.end.parameter =
+            system.rescaled ? fma(step.h, sum_[0], step.start.parameter) : step.start.parameter + step.h;
+        for (int k = 1; k < N; ++k) step.end.carried(k) = fma(step.h, sum_[k], step.start.carried(k));
     }
 
 private:

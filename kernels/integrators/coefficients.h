@@ -1,4 +1,4 @@
-/// What distinguishes methods of one kind: data.
+/// Coefficients that distinguish the methods of one stepper.
 #pragma once
 
 #include "kernels/integrators/butcher_tables.h"
@@ -7,11 +7,12 @@
 
 namespace kagero {
 
+/// Coefficients of one method. Each stepper reads only the members that it needs.
 struct Coefficients {
-    Fractions fractions{};              ///< of the step: compositions, splittings, the printed recipe
-    bool kick_first = false;            ///< Nyström
-    const ButcherTable* table = nullptr;  ///< Runge–Kutta
-    const GaussTableau* gauss = nullptr;  ///< collocation
+    Fractions fractions{};              ///< fractions of the step: compositions, splittings, printed recipe
+    bool kick_first = false;            ///< Nyström: the first substep is a kick, not a drift
+    const ButcherTable* table = nullptr;  ///< tableau of an explicit Runge–Kutta method
+    const GaussTableau* gauss = nullptr;  ///< tableau of a Gauss–Legendre collocation method
 };
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// What steps cost, in floating-point operations and in roundings: each kind of step tells it of itself.
+/// Costs of steps: floating-point operations and rounding errors. The steppers compute their costs with these helpers.
 #pragma once
 
 #include "kernels/abi.h"
@@ -8,28 +8,29 @@
 
 namespace kagero {
 
-/// How often a method rounds in a step.
+/// Numbers of rounding errors that a method makes in one step.
 struct RoundingCounts {
-    double state;   ///< the state
-    double sums;    ///< the sum of derivatives that moves it
-    double weight;  ///< Σ|b|: what share of the step such sums may be
+    double state;   ///< roundings of the state
+    double sums;    ///< roundings of the weighted sum of derivatives that is added to the state
+    double weight;  ///< Σ|b| over the weights b of that sum
 };
 
-/// Σ|fraction|.
+/// Returns Σ|fraction|.
 constexpr double weight_of(const Fractions& fractions) {
     double weight = 0;
     for (const double f : fractions) weight += f < 0 ? -f : f;
     return weight;
 }
 
-/// The same per step, whether or not rays meet anything.
-inline Operations operations_in_space(double per_gradient, double per_step) {
+/// Returns the operations of a stepper whose cost per step does not depend on whether the scene has surfaces.
+inline Operations make_operations(double per_gradient, double per_step) {
     return {per_gradient, per_step, per_step};
 }
 
-/// Steps move q and p in turn, each by its own side of the gradient, with a product and a sum per component.
-inline Operations operations_in_turn(const ProgramOperations& program) {
-    return operations_in_space(0.5 * (program.force + program.velocity) + 2 * space_size, program.event_functions);
+/// Returns the operations of a stepper that updates q and p alternately. Each update needs one half of the gradient,
+/// and a product and a sum per component.
+inline Operations alternating_operations(const ProgramOperations& program) {
+    return make_operations(0.5 * (program.force + program.velocity) + 2 * space_size, program.event_functions);
 }
 
 }  // namespace kagero

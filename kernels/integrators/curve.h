@@ -1,5 +1,5 @@
-/// Dense output of one step: a Bézier curve. The cubic Hermite curve through both ends with both velocities, or, where
-/// a method has one of higher order, its own.
+/// Dense output of one step as a Bézier curve. It is the cubic Hermite curve through both ends with both velocities, or
+/// the collocation polynomial of the method if it has a higher order.
 #pragma once
 
 #include "kernels/integrators/gauss_table.h"
@@ -7,7 +7,7 @@
 
 namespace kagero {
 
-/// √x to a few roundings, without the slow instruction where there is another; 0 at 0.
+/// Returns √x with an error of a few roundings; 0 at x = 0. On AVX-512 it avoids the slow square-root instruction.
 template <class V>
 KAGERO_INLINE V root(const V& x) {
 #if defined(__AVX512F__)
@@ -17,7 +17,7 @@ KAGERO_INLINE V root(const V& x) {
 #endif
 }
 
-/// The least and the greatest of each coordinate.
+/// An axis-aligned box: the least and the greatest value of each coordinate.
 template <class V>
 struct Extent {
     Vec3<V> lower, upper;
@@ -29,104 +29,118 @@ struct Extent {
     }
 };
 
+/// A Bézier curve of degree `degree` in position space; its parameter s is the fraction of the step, 0 ≤ s ≤ 1.
 template <class V>
 class Curve {
     using S = ScalarOf<V>;
 
 public:
-    static constexpr int most = max_stages;
+    static constexpr int max_degree = max_stages;
     int degree;
-    Vec3<V> point[most + 1];  ///< control points: the curve is within their convex hull
+    Vec3<V> point[max_degree + 1];  ///< control points; the curve lies within their convex hull
 
-    /// The error is O(h⁴).
+    /// Returns the cubic Hermite curve of a step; its error is O(h⁴).
     template <int N>
-    KAGERO_INLINE static Curve hermite(const Step<V, N>& f) {
-        const V third = f.h * V(S(1) / S(3));
+    KAGERO_INLINE static Curve hermite(const Step<V, N>& step) {
+        const V third = step.h * V(S(1) / S(3));
         Curve c;
         c.degree = 3;
-        c.point[0] = f.start.q(), c.point[1] = advance(f.start.q(), third, f.start.velocity);
-        c.point[2] = retreat(f.end.q(), third, f.end.velocity), c.point[3] = f.end.q();
+        c.point[0] = step.start.q();
+        c.point[1] = advance(step.start.q(), third, step.start.velocity);
+        c.point[2] = retreat(step.end.q(), third, step.end.velocity);
+        c.point[3] = step.end.q();
         return c;
     }
-    /// The polynomial of degree s that collocation with s stages is, with an error O(h^{s+1}) (Hairer, Lubich & Wanner
-    /// 2006, §II.1.2); `velocity(j)` is dq/dτ at stage j.
+    /// Returns the collocation polynomial of degree s of a method with s stages (Hairer, Lubich & Wanner 2006,
+    /// §II.1.2). Its error is O(h^{s+1}). `velocity(j)` returns dq/dτ at stage j.
     template <int N, class Velocity>
-    static Curve collocation(const Step<V, N>& f, const GaussNumbers<S>& w, int s, const Velocity& velocity) {
+    static Curve collocation(const Step<V, N>& step, const GaussNumbers<S>& w, int s, const Velocity& velocity) {
         Curve c;
         c.degree = s;
-        c.point[0] = f.start.q(), c.point[s] = f.end.q();
+        c.point[0] = step.start.q();
+        c.point[s] = step.end.q();
         for (int i = 1; i < s; ++i) {
-            Vec3<V> way = V(w.control[i - 1][0]) * velocity(0);
-            for (int j = 1; j < s; ++j) way = advance(way, V(w.control[i - 1][j]), velocity(j));
-            c.point[i] = advance(f.start.q(), f.h, way);
+            Vec3<V> sum = V(w.control[i - 1][0]) * velocity(0);
+            for (int j = 1; j < s; ++j) sum = advance(sum, V(w.control[i - 1][j]), velocity(j));
+            c.point[i] = advance(step.start.q(), step.h, sum);
         }
         return c;
     }
 
-    /// At the fraction s of the step; exact at 0 and 1.
+    /// Returns the position at the fraction s of the step; exact at 0 and 1.
     KAGERO_INLINE Vec3<V> at(const V& s) const {
         const auto points = [this](int i) __attribute__((always_inline)) { return point[i]; };
         return degree == 3 ? evaluate(3, s, points) : evaluate(degree, s, points);
     }
+    /// Returns the position at s = ½.
     KAGERO_INLINE Vec3<V> middle() const {
         if (degree != 3) return at(V(S(0.5)));
         return V(S(0.125)) * (point[0] + point[3]) + V(S(0.375)) * (point[1] + point[2]);
     }
-    /// d/ds.
+    /// Returns the derivative dq/ds at s.
     KAGERO_INLINE Vec3<V> slope(const V& s) const {
-        const auto ways = [this](int i) __attribute__((always_inline)) { return point[i + 1] - point[i]; };
-        return V(S(degree)) * (degree == 3 ? evaluate(2, s, ways) : evaluate(degree - 1, s, ways));
+        const auto differences = [this](int i) __attribute__((always_inline)) { return point[i + 1] - point[i]; };
+        return V(S(degree)) * (degree == 3 ? evaluate(2, s, differences) : evaluate(degree - 1, s, differences));
     }
-    /// An upper bound of the distance between the curve and its chord, of which halves have at most a quarter: max
-    /// |C″|/8 (Filip, Magedson & Markot 1986), by the second differences of the control points. It is one of the
-    /// distance between places at the same s, and so holds beyond the ends of the chord as well, where a ray turns
-    /// back. A curve that goes forward along its chord, however unevenly, is off by what it does across, and by its
-    /// slope there times what it does along.
+    /// Returns an upper bound of the distance between the curve and its chord. The bound of each half of the curve is
+    /// at most a quarter of it. The bound is max |C″|/8 (Filip, Magedson & Markot 1986), where C″ is bounded by the
+    /// second differences of the control points. It bounds the distance between curve and chord at equal s. It is
+    /// therefore also valid for a curve that turns back and extends beyond the ends of its chord. If the curve advances
+    /// monotonically along its chord, only the deviation across the chord counts. The bound then uses the second
+    /// differences across the chord, plus the slope relative to the chord times the second differences along it.
     V sagitta() const {
         constexpr S least = std::numeric_limits<float>::min();
         const Vec3<V> chord = point[degree] - point[0];
         const V square = dot(chord, chord), inverse = recip(max(square, V(least)));
-        V along_before, slope2(S(0)), along2(S(0)), across2(S(0)), whole2(S(0));
-        Vec3<V> way_before, across_before;
-        MaskOf<V> forward = always<V>();
+        V along_before, slope2(S(0));
+        V along2(S(0)), across2(S(0)), whole2(S(0));  // squares of the greatest second differences
+        Vec3<V> edge_before, across_before;
+        MaskOf<V> forward = all_lanes<V>();
         for (int i = 0; i < degree; ++i) {
-            const Vec3<V> way = point[i + 1] - point[i];
-            const V along = dot(way, chord) * inverse;
-            const Vec3<V> across = retreat(way, along, chord);
+            const Vec3<V> edge = point[i + 1] - point[i];
+            const V along = dot(edge, chord) * inverse;
+            const Vec3<V> across = retreat(edge, along, chord);
             forward = forward & (along > V(S(0)));
             slope2 = max(slope2, dot(across, across) / max(along * along * square, V(least)));
             if (i > 0) {
-                const Vec3<V> turn = way - way_before, turn_across = across - across_before;
-                const V turn_along = along - along_before;
-                whole2 = max(whole2, dot(turn, turn)), across2 = max(across2, dot(turn_across, turn_across));
-                along2 = max(along2, turn_along * turn_along * square);
+                const Vec3<V> second = edge - edge_before, second_across = across - across_before;
+                const V second_along = along - along_before;
+                whole2 = max(whole2, dot(second, second));
+                across2 = max(across2, dot(second_across, second_across));
+                along2 = max(along2, second_along * second_along * square);
             }
-            way_before = way, across_before = across, along_before = along;
+            edge_before = edge;
+            across_before = across;
+            along_before = along;
         }
         return V(S(degree * (degree - 1) / 8.0)) * select(forward, root(across2) + root(slope2 * along2), root(whole2));
     }
-    /// Square of the greatest distance of any point of the curve from the origin; bounded by its control points.
-    V reach2() const {
+    /// Returns an upper bound of the squared distance of the curve from the origin, computed from its control
+    /// points.
+    V max_radius2() const {
         V square(S(0));
         for (int i = 0; i <= degree; ++i) square = max(square, dot(point[i], point[i]));
         return square;
     }
-    /// A box that contains the curve: that of its control points.
+    /// Returns a box that contains the curve: the bounding box of its control points.
     KAGERO_INLINE Extent<V> extent() const {
         Extent<V> extent = Extent<V>::of(point[0]);
-        if (degree == 3) extent.include(point[1]), extent.include(point[2]), extent.include(point[3]);
-        else for (int i = 1; i <= degree; ++i) extent.include(point[i]);
+        if (degree == 3) {
+            extent.include(point[1]);
+            extent.include(point[2]);
+            extent.include(point[3]);
+        } else for (int i = 1; i <= degree; ++i) extent.include(point[i]);
         return extent;
     }
-    /// The same of d/ds; bounded by the ways between its control points.
-    Extent<V> speeds() const {
-        Extent<V> speeds = Extent<V>::of(point[1] - point[0]);
-        for (int i = 1; i < degree; ++i) speeds.include(point[i + 1] - point[i]);
-        return {V(S(degree)) * speeds.lower, V(S(degree)) * speeds.upper};
+    /// Returns a box that contains dq/ds for all s, from the differences of the control points.
+    Extent<V> slope_extent() const {
+        Extent<V> slope_extent = Extent<V>::of(point[1] - point[0]);
+        for (int i = 1; i < degree; ++i) slope_extent.include(point[i + 1] - point[i]);
+        return {V(S(degree)) * slope_extent.lower, V(S(degree)) * slope_extent.upper};
     }
 
 private:
-    /// Σ binomial(n, i) (1 − s)^{n−i} s^i point(i), as Horner would.
+    /// Returns Σ binomial(n, i) (1 − s)^{n−i} s^i point(i), evaluated by a Horner scheme.
     template <class Point>
     KAGERO_INLINE static Vec3<V> evaluate(int n, const V& s, const Point& points) {
         const V t = V(S(1)) - s;

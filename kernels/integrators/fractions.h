@@ -1,4 +1,4 @@
-/// Coefficients of compositions and splittings: data only, each with its source.
+/// Coefficients of compositions and splittings. This file contains only data; each list names its source.
 #pragma once
 
 #include <array>
@@ -7,47 +7,59 @@
 
 namespace kagero {
 
-/// Fractions of the step for the maps a method takes in turn.
+/// Fractions of the step for the maps that a method applies alternately.
 using Fractions = std::span<const double>;
 
 namespace fractions {
 
-/// A palindrome of n entries from its first half; the middle entries make the sum 1 (and share it where n is even).
+/// Returns the palindrome of n entries with the given first half. The middle entry makes the sum 1; if n is even, the
+/// two middle entries share this value.
 template <std::size_t n, std::size_t half>
 constexpr std::array<double, n> palindrome(const std::array<double, half>& first) {
     static_assert(half == (n - 1) / 2);
     std::array<double, n> all{};
     double rest = 1;
-    for (std::size_t i = 0; i < half; ++i) all[i] = all[n - 1 - i] = first[i], rest -= 2 * first[i];
+    for (std::size_t i = 0; i < half; ++i) {
+        all[i] = all[n - 1 - i] = first[i];
+        rest -= 2 * first[i];
+    }
     for (std::size_t i = half; i < n - half; ++i) all[i] = rest / static_cast<double>(n - 2 * half);
     return all;
 }
-/// Weights of the self-adjoint S2 = χ*_{w/2} χ_{w/2} to fractions for χ and χ* in turn.
+/// Converts weights w of the self-adjoint S2 = χ*_{w/2} χ_{w/2} to fractions for χ and χ* alternately.
 template <std::size_t n>
-constexpr std::array<double, 2 * n> halves(const std::array<double, n>& weights) {
+constexpr std::array<double, 2 * n> halve(const std::array<double, n>& weights) {
     std::array<double, 2 * n> all{};
     for (std::size_t i = 0; i < n; ++i) all[2 * i] = all[2 * i + 1] = weights[i] / 2;
     return all;
 }
-/// Weights of the Strang step A_{w/2} B_w A_{w/2} to fractions for A and B in turn; neighbouring halves of A meet.
+/// Converts weights w of the Strang step A_{w/2} B_w A_{w/2} to fractions for A and B alternately. Adjacent half steps
+/// of A are merged.
 template <std::size_t n>
 constexpr std::array<double, 2 * n + 1> strang(const std::array<double, n>& weights) {
     std::array<double, 2 * n + 1> all{};
-    for (std::size_t i = 0; i < n; ++i)
-        all[2 * i] += weights[i] / 2, all[2 * i + 1] = weights[i], all[2 * i + 2] = weights[i] / 2;
+    for (std::size_t i = 0; i < n; ++i) {
+        all[2 * i] += weights[i] / 2;
+        all[2 * i + 1] = weights[i];
+        all[2 * i + 2] = weights[i] / 2;
+    }
     return all;
 }
-/// Two lists taken in turn, the longer one first.
+/// Interleaves two lists; the longer list provides the first and the last entry.
 template <std::size_t n>
-constexpr std::array<double, 2 * n + 1> in_turn(const std::array<double, n + 1>& a, const std::array<double, n>& b) {
+constexpr std::array<double, 2 * n + 1> interleave(const std::array<double, n + 1>& a, const std::array<double, n>& b) {
     std::array<double, 2 * n + 1> all{};
-    for (std::size_t i = 0; i < n; ++i) all[2 * i] = a[i], all[2 * i + 1] = b[i];
+    for (std::size_t i = 0; i < n; ++i) {
+        all[2 * i] = a[i];
+        all[2 * i + 1] = b[i];
+    }
     all[2 * n] = a[n];
     return all;
 }
-/// A splitting a₁ b₁ a₂ … to fractions for χ and χ* in turn: α₁ = a₁, α₂ = b₁ − α₁, α₃ = a₂ − α₂ … (McLachlan 1995).
+/// Converts a splitting a₁ b₁ a₂ … to fractions for χ and χ* alternately: α₁ = a₁, α₂ = b₁ − α₁, α₃ = a₂ − α₂ …
+/// (McLachlan 1995).
 template <std::size_t n>
-constexpr std::array<double, 2 * n> of_splitting(const std::array<double, n + 1>& a, const std::array<double, n>& b) {
+constexpr std::array<double, 2 * n> from_splitting(const std::array<double, n + 1>& a, const std::array<double, n>& b) {
     std::array<double, 2 * n> all{};
     double last = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -57,64 +69,65 @@ constexpr std::array<double, 2 * n> of_splitting(const std::array<double, n + 1>
     return all;
 }
 
-// ---- weights of S2 -----------------------------------------------------------------------------------------------------------
-inline constexpr std::array<double, 1> once{1.0};
-/// Satoh (2003) eqs. (12), (13); Yoshida (1990).
+// ---- weights of S2 --------------------------------------------------------------------------------------------------
+/// One S2 of the whole step.
+inline constexpr std::array<double, 1> single_step{1.0};
+/// Three weights, Satoh (2003) eqs. (12), (13); Yoshida (1990). Order 4.
 inline constexpr auto yoshida4_weights = palindrome<3>(std::array{1.351207191959657634});
-/// Satoh (2003) eqs. (14), (15).
+/// Nine weights, Satoh (2003) eqs. (14), (15). Order 4.
 inline constexpr auto nine_weights = palindrome<9>(std::array{1. / 6, 1. / 6, 1. / 6, 1. / 6});
-/// Suzuki (1990): 1/(4 − 4^{1/3}).
+/// Five weights, Suzuki (1990): 1/(4 − 4^{1/3}). Order 4.
 inline constexpr auto suzuki4_weights = palindrome<5>(std::array{0.41449077179437573714, 0.41449077179437573714});
-/// Kahan & Li (1997), order 6.
+/// Nine weights, Kahan & Li (1997). Order 6.
 inline constexpr auto kahan_li6_weights = palindrome<9>(
     std::array{.39216144400731413928, .33259913678935943860, -.70624617255763935981, .082213596293550800230});
-/// Kahan & Li (1997), order 8.
+/// Seventeen weights, Kahan & Li (1997). Order 8.
 inline constexpr auto kahan_li8_weights = palindrome<17>(
     std::array{.13020248308889008088, .56116298177510838456, -.38947496264484728641, .15884190655515560090,
                -.39590389413323757734, .18453964097831570709, .25837438768632204729, .29501172360931029887});
 
-// ---- splittings: Blanes & Moan (2002) ----------------------------------------------------------------------------------------
+// ---- splittings: Blanes & Moan (2002) -------------------------------------------------------------------------------
 inline constexpr auto s6_a = palindrome<7>(std::array{.0792036964311957, .353172906049774, -.0420650803577195});
 inline constexpr auto s6_b = palindrome<6>(std::array{.209515106613362, -.143851773179818});
 inline constexpr auto s10_a = palindrome<11>(
     std::array{.0502627644003922, .413514300428344, .0450798897943977, -.188054853819569, .541960678450780});
 inline constexpr auto s10_b =
     palindrome<10>(std::array{.148816447901042, -.132385865767784, .067307604692185, .432666402578175});
-/// Nyström, order 4, kick first.
+/// Nyström splitting of order 4; the first substep is a kick.
 inline constexpr auto srkn6_b = palindrome<7>(std::array{.0829844064174052, .396309801498368, -.0390563049223486});
 inline constexpr auto srkn6_a = palindrome<6>(std::array{.245298957184271, .604872665711080});
-/// Nyström, order 6, kick first.
+/// Nyström splitting of order 6; the first substep is a kick.
 inline constexpr auto srkn11_b = palindrome<12>(
     std::array{.0414649985182624, .198128671918067, -.0400061921041533, .0752539843015807, -.0115113874206879});
 inline constexpr auto srkn11_a = palindrome<11>(
     std::array{.123229775946271, .290553797799558, -.127049212625417, -.246331761062075, .357208872795928});
-/// Nyström, order 6, drift first.
+/// Nyström splitting of order 6; the first substep is a drift.
 inline constexpr auto srkn14_a =
     palindrome<15>(std::array{.0378593198406116, .102635633102435, -.0258678882665587, .314241403071447,
                               -.130144459517415, .106417700369543, -.00879424312851058});
 inline constexpr auto srkn14_b = palindrome<14>(std::array{.09171915262446165, .183983170005006, -.05653436583288827,
                                                            .004914688774712854, .143761127168358, .328567693746804});
 
-// ---- for χ and χ* in turn ----------------------------------------------------------------------------------------------------
-inline constexpr auto verlet = halves(once);
-inline constexpr auto yoshida4 = halves(yoshida4_weights);
-inline constexpr auto suzuki4_nine = halves(nine_weights);
-inline constexpr auto suzuki4 = halves(suzuki4_weights);
-inline constexpr auto s6 = of_splitting(s6_a, s6_b);
-inline constexpr auto s10 = of_splitting(s10_a, s10_b);
-inline constexpr auto kahan_li6 = halves(kahan_li6_weights);
-inline constexpr auto kahan_li8 = halves(kahan_li8_weights);
+// ---- fractions for χ and χ* alternately -----------------------------------------------------------------------------
+inline constexpr auto verlet = halve(single_step);
+inline constexpr auto yoshida4 = halve(yoshida4_weights);
+inline constexpr auto suzuki4_nine = halve(nine_weights);
+inline constexpr auto suzuki4 = halve(suzuki4_weights);
+inline constexpr auto s6 = from_splitting(s6_a, s6_b);
+inline constexpr auto s10 = from_splitting(s10_a, s10_b);
+inline constexpr auto kahan_li6 = halve(kahan_li6_weights);
+inline constexpr auto kahan_li8 = halve(kahan_li8_weights);
 
-// ---- for two exact flows in turn ---------------------------------------------------------------------------------------------
-inline constexpr auto srkn6 = in_turn(srkn6_b, srkn6_a);
-inline constexpr auto srkn11 = in_turn(srkn11_b, srkn11_a);
-inline constexpr auto srkn14 = in_turn(srkn14_a, srkn14_b);
-inline constexpr auto split_verlet = strang(once);
+// ---- fractions for two exact flows alternately ----------------------------------------------------------------------
+inline constexpr auto srkn6 = interleave(srkn6_b, srkn6_a);
+inline constexpr auto srkn11 = interleave(srkn11_b, srkn11_a);
+inline constexpr auto srkn14 = interleave(srkn14_a, srkn14_b);
+inline constexpr auto split_verlet = strang(single_step);
 inline constexpr auto split_yoshida4 = strang(yoshida4_weights);
 inline constexpr auto split_suzuki4_nine = strang(nine_weights);
 inline constexpr auto split_suzuki4 = strang(suzuki4_weights);
-inline constexpr auto split_s6 = in_turn(s6_a, s6_b);
-inline constexpr auto split_s10 = in_turn(s10_a, s10_b);
+inline constexpr auto split_s6 = interleave(s6_a, s6_b);
+inline constexpr auto split_s10 = interleave(s10_a, s10_b);
 inline constexpr auto split_kahan_li6 = strang(kahan_li6_weights);
 inline constexpr auto split_kahan_li8 = strang(kahan_li8_weights);
 

@@ -1,6 +1,6 @@
-/// Gauss–Legendre collocation: implicit, symplectic, symmetric, order 2s. Fixed-point iteration from the last step's
-/// extrapolated stages; the stages are independent of each other, which keeps several operations in flight. Newton's
-/// method takes what that leaves.
+/// Gauss–Legendre collocation: implicit, symplectic, symmetric, order 2s. The stages are solved by fixed-point
+/// iteration, which starts from the extrapolated stages of the last step. The stages of an iteration are independent of
+/// each other, so the CPU can overlap their operations. Rays that do not converge are solved by Newton's method.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -12,177 +12,183 @@
 
 namespace kagero {
 
-/// `fixed` stages, known to the compiler, or with 0 as many as the coefficients say.
+/// Stepper for collocation with `fixed` stages, a compile-time constant. If `fixed` is 0, the number of stages is read
+/// from the coefficients.
 template <int fixed>
 struct Gauss {
-    static constexpr Family family = Family::gauss;
-    /// No stage lies on an end of the step.
+    static constexpr MethodFamily family = MethodFamily::gauss;
+    /// No stage lies at an end of the step.
     static constexpr bool stages_inside = true;
-    static constexpr bool carries = true;
+    static constexpr bool keeps_memory = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
     static constexpr bool shareable() { return true; }
-    /// Sums of s stages: 2 s − 1 operations in each component of a gradient; where the stage lies; how far it moved.
+    /// Counts the operations. A sum over s stages takes 2 s − 1 operations per component of the gradient. Each
+    /// iteration also computes the state of every stage and the change of its derivatives.
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
         const double s = c.gauss->stages, sum = phase_size * (2 * s - 1);
-        const double placed = 2 * phase_size, compared = 2 * phase_size;
-        return operations_in_space(program.derivatives + sum + placed + compared,
-                                   program.event_functions + (s + 1) * sum + 30);
+        const double stage_state = 2 * phase_size, change = 2 * phase_size;
+        return make_operations(program.derivatives + sum + stage_state + change,
+                               program.event_functions + (s + 1) * sum + 30);
     }
-    /// What the state cuts off is carried on.
+    /// The rounding error of the state is compensated in the next step; therefore it counts as 0.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
 
-    /// Before the first step: every stage has the derivative at the start.
+    /// Sets the derivative at every stage to the derivative at the start: the initial guess of the first step.
     template <class System, class V, int N>
-    static void begin(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
-        system.derivatives(f.start, f.stage[0]);
+    static void begin(const System& system, StepperState<V, N>& step, const Coefficients& coefficients) {
+        system.derivatives(step.start, step.stage[0]);
         for (int i = 1; i < stages(coefficients); ++i)
-            for (int k = 0; k < phase_size; ++k) f.stage[i][k] = f.stage[0][k];
+            for (int k = 0; k < phase_size; ++k) step.stage[i][k] = step.stage[0][k];
     }
 
     template <class System, class V, int N>
-    static void step(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V, N>& step, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         const int s = stages(coefficients);
         const GaussNumbers<S>& w = coefficients.gauss->template numbers<S>();
-        PhaseGradient<V> g[room];  // ∂K/∂q, ∂K/∂p at the stages
-        for (int i = 0; i < s; ++i) sum(f.stage, w.ahead[i], s, g[i]);
-        auto&& prepared = prepare<V>(system, s);
-        Convergence<V> convergence(f);
+        PhaseGradient<V> g[stage_capacity];  // ∂K/∂q, ∂K/∂p at the stages
+        for (int i = 0; i < s; ++i) sum(step.stage, w.extrapolation[i], s, g[i]);
+        auto&& evaluator = stage_evaluator<V>(system, s);
+        Convergence<V> convergence(step);
         V iterations(S(0));
-        for (int iteration = 0; iteration < Convergence<V>::max_iterations && any(convergence.open()); ++iteration) {
-            iterations += select(convergence.open(), V(S(1)), V(S(0)));
-            ++f.issued_iterations;
-            convergence.update(iterate(prepared, f, w, s, convergence, g));
+        for (int iteration = 0; iteration < Convergence<V>::max_iterations && any(convergence.unconverged());
+             ++iteration) {
+            iterations += select(convergence.unconverged(), V(S(1)), V(S(0)));
+            ++step.issued_iterations;
+            convergence.update(iterate(evaluator, step, w, s, convergence, g));
         }
-        f.solved = !convergence.open();
-        f.gradients = fma(iterations, V(S(s)), f.gradients);
-        f.open_iterations += iterations;
-        if (any(convergence.open())) solve_rest(system, f, w, s, g);
-        finish(system, f, w, s, g);
+        step.solved = !convergence.unconverged();
+        step.gradients = fma(iterations, V(S(s)), step.gradients);
+        step.lane_iterations += iterations;
+        if (any(convergence.unconverged())) solve_unconverged(system, step, w, s, g);
+        finish(system, step, w, s, g);
     }
 
-    /// Dense output of the step in `f`.
+    /// Returns the dense output of a step.
     template <class V, int N = default_carried>
-    static Curve<V> curve(const StepperState<V, N>& f, const Coefficients& coefficients) {
-        return Shared<V, N>::collocation_curve(f, coefficients);
+    static Curve<V> curve(const StepperState<V, N>& step, const Coefficients& coefficients) {
+        return SharedSolvers<V, N>::collocation_curve(step, coefficients);
     }
 
 private:
-    static constexpr int room = fixed ? fixed : max_stages;
+    static constexpr int stage_capacity = fixed ? fixed : max_stages;
     static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
 
-    /// Σ_j weight_j g_j.
+    /// Writes Σ_j weight_j g_j to `total`.
     template <class V, class S>
     KAGERO_INLINE static void sum(const PhaseGradient<V>* g, const S* weight, int s, PhaseGradient<V>& total) {
         for (int k = 0; k < phase_size; ++k) total[k] = V(weight[0]) * g[0][k];
         for (int j = 1; j < s; ++j)
             for (int k = 0; k < phase_size; ++k) total[k] = fma(V(weight[j]), g[j][k], total[k]);
     }
-    /// y = start + h Σ_j weight_j f_j: q moves along +∂K/∂p, p along −∂K/∂q; `y(k)` is where component k belongs.
-    template <class V, int N, class S, class Place>
-    KAGERO_INLINE static void move(const StepperState<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
-                                   const Place& y) {
+    /// Writes start + h Σ_j weight_j (∂K/∂p, −∂K/∂q)_j to y. `y(k)` returns a reference to component k.
+    template <class V, int N, class S, class Target>
+    KAGERO_INLINE static void write_state(const StepperState<V, N>& step, const PhaseGradient<V>* g, const S* weight,
+                                          int s, const Target& y) {
         PhaseGradient<V> total;
         sum(g, weight, s, total);
         for (int k = 0; k < space_size; ++k) {
-            y(k) = fma(f.h, total[momentum(k)], f.start.y[k]);
-            y(momentum(k)) = fnma(f.h, total[k], f.start.y[momentum(k)]);
+            y(k) = fma(step.h, total[momentum(k)], step.start.y[k]);
+            y(momentum(k)) = fnma(step.h, total[k], step.start.y[momentum(k)]);
         }
-        y(component_pt) = f.start.pt();
+        y(component_pt) = step.start.pt();
     }
     template <class V, int N, class S>
-    KAGERO_INLINE static void move(const StepperState<V, N>& f, const PhaseGradient<V>* g, const S* weight, int s,
-                                   State<V>& y) {
-        move(f, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
+    KAGERO_INLINE static void write_state(const StepperState<V, N>& step, const PhaseGradient<V>* g, const S* weight,
+                                          int s, State<V>& y) {
+        write_state(step, g, weight, s, [&y](int k) __attribute__((always_inline)) -> V& { return y.y[k]; });
     }
 
-    /// A system that is interpreted has a way of its own to take all stages at once, which it prepares once for all
-    /// iterations.
+    /// True for an interpreted system (kernels/formula), which evaluates the derivatives at all stages in one call.
     template <class System>
-    static constexpr bool at_once = requires(const System& system) { system.template derivatives_at<double>(1); };
+    static constexpr bool has_stage_evaluator =
+        requires(const System& system) { system.template derivatives_at<double>(1); };
+    /// Returns an object that evaluates the derivatives in all iterations of a step.
     template <class V, class System>
-    KAGERO_INLINE static decltype(auto) prepare(const System& system, int s) {
-        if constexpr (at_once<System>) return system.template derivatives_at<V>(s);
+    KAGERO_INLINE static decltype(auto) stage_evaluator(const System& system, int s) {
+        if constexpr (has_stage_evaluator<System>) return system.template derivatives_at<V>(s);
         else return system;
     }
 
-    /// New stage derivatives from the old ones in every open lane; returns the relative change of the stages this
-    /// makes.
-    template <class Prepared, class V, int N, class S>
-    KAGERO_INLINE static V iterate(Prepared& prepared, const StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
-                                   const Convergence<V>& convergence, PhaseGradient<V> (&g)[room]) {
+    /// Performs one fixed-point iteration: computes new stage derivatives from the old ones in every lane that has not
+    /// converged. Returns the relative change of the stages.
+    template <class Evaluator, class V, int N, class S>
+    KAGERO_INLINE static V iterate(Evaluator& evaluator, const StepperState<V, N>& step, const GaussNumbers<S>& w,
+                                   int s, const Convergence<V>& convergence, PhaseGradient<V> (&g)[stage_capacity]) {
         V change_q(S(0)), change_p(S(0));
-        const auto take = [&](int i, const PhaseGradient<V>& fresh) __attribute__((always_inline)) {
+        const auto update = [&](int i, const PhaseGradient<V>& fresh) __attribute__((always_inline)) {
             for (int k = 0; k < space_size; ++k) change_p = max(change_p, abs(fresh[k] - g[i][k]));
             for (int k = space_size; k < phase_size; ++k) change_q = max(change_q, abs(fresh[k] - g[i][k]));
-            for (int k = 0; k < phase_size; ++k) g[i][k] = select(convergence.open(), fresh[k], g[i][k]);
+            for (int k = 0; k < phase_size; ++k) g[i][k] = select(convergence.unconverged(), fresh[k], g[i][k]);
         };
-        if constexpr (requires { prepared.run(); }) {
+        if constexpr (requires { evaluator.run(); }) {
             for (int i = 0; i < s; ++i)
-                move(
-                    f, g, w.a[i], s, [&](int k) __attribute__((always_inline))->V & { return prepared.input(i, k); });
-            prepared.run();
+                write_state(step, g, w.a[i], s,
+                            [&](int k) __attribute__((always_inline)) -> V& { return evaluator.input(i, k); });
+            evaluator.run();
             for (int i = 0; i < s; ++i) {
                 PhaseGradient<V> fresh;
-                prepared.read(i, fresh);
-                take(i, fresh);
+                evaluator.read(i, fresh);
+                update(i, fresh);
             }
         } else {
-            State<V> y[room];
-            for (int i = 0; i < s; ++i) move(f, g, w.a[i], s, y[i]);
+            State<V> y[stage_capacity];
+            for (int i = 0; i < s; ++i) write_state(step, g, w.a[i], s, y[i]);
             for (int i = 0; i < s; ++i) {
                 PhaseGradient<V> fresh;
-                prepared.derivatives(y[i], fresh);
-                take(i, fresh);
+                evaluator.derivatives(y[i], fresh);
+                update(i, fresh);
             }
         }
-        return convergence.relative(abs(f.h) * change_q, abs(f.h) * change_p);
+        return convergence.relative(abs(step.h) * change_q, abs(step.h) * change_p);
     }
 
-    /// Rays that are not solved. Works on a copy, so that the stages of the others need not have an address.
+    /// Solves the stages of the rays that have not converged. It works on a copy, so that the compiler can keep the
+    /// original stages in registers.
     template <class System, class V, int N, class S>
-    static void solve_rest(const System& system, StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
-                           PhaseGradient<V> (&g)[room]) {
-        PhaseGradient<V> now[room];
-        std::copy(&g[0][0], &g[0][0] + phase_size * s, &now[0][0]);
-        Shared<V, N>::newton_stages(as_called<V>(system), f, w, s, &now[0][0], phase_size, 1);
-        std::copy(&now[0][0], &now[0][0] + phase_size * s, &g[0][0]);
+    static void solve_unconverged(const System& system, StepperState<V, N>& step, const GaussNumbers<S>& w, int s,
+                           PhaseGradient<V> (&g)[stage_capacity]) {
+        PhaseGradient<V> copy[stage_capacity];
+        std::copy(&g[0][0], &g[0][0] + phase_size * s, &copy[0][0]);
+        SharedSolvers<V, N>::newton_stages(as_called<V>(system), step, w, s, &copy[0][0], phase_size, 1);
+        std::copy(&copy[0][0], &copy[0][0] + phase_size * s, &g[0][0]);
     }
 
-    /// The end of the step, with what rounding cut off before (Kahan 1965): many small steps lose no more than few long
-    /// ones.
+    /// Computes the state at the end of the step with compensated summation (Kahan 1965): the rounding error of the
+    /// last step is added. Many small steps then lose no more accuracy than few long ones.
     template <class V, int N, class S>
-    KAGERO_INLINE static void finish_state(StepperState<V, N>& f, const PhaseGradient<V> (&g)[room],
+    KAGERO_INLINE static void finish_state(StepperState<V, N>& step, const PhaseGradient<V> (&g)[stage_capacity],
                                            const GaussNumbers<S>& w, int s) {
         PhaseGradient<V> total;
         sum(g, w.b, s, total);
-        f.end.pt() = f.start.pt();
+        step.end.pt() = step.start.pt();
         for (int k = 0; k < phase_size; ++k) {
-            const V &slope = total[conjugate(k)], &cut_off = f.start.carry[k];
-            const V change = k < space_size ? fma(f.h, slope, cut_off) : fnma(f.h, slope, cut_off);
-            f.end.y[k] = f.start.y[k] + change;
-            f.end.carry[k] = change - (f.end.y[k] - f.start.y[k]);
+            const V &slope = total[conjugate(k)], &rounding_error = step.start.stepper_memory[k];
+            const V change = k < space_size ? fma(step.h, slope, rounding_error) : fnma(step.h, slope, rounding_error);
+            step.end.y[k] = step.start.y[k] + change;
+            step.end.stepper_memory[k] = change - (step.end.y[k] - step.start.y[k]);
         }
     }
 
+    /// Computes the state and the carried quantities at the end of the step, and stores the stage derivatives.
     template <class System, class V, int N, class S>
-    KAGERO_INLINE static void finish(const System& system, StepperState<V, N>& f, const GaussNumbers<S>& w, int s,
-                                     const PhaseGradient<V> (&g)[room]) {
-        finish_state(f, g, w, s);
-        carry_evenly(f);
-        if (integrates_carried(system, f)) {
-            auto carried = CarriedSums<V, N>::of_weights();
+    KAGERO_INLINE static void finish(const System& system, StepperState<V, N>& step, const GaussNumbers<S>& w, int s,
+                                     const PhaseGradient<V> (&g)[stage_capacity]) {
+        finish_state(step, g, w, s);
+        advance_parameter_only(step);
+        if (integrates_carried(system, step)) {
+            auto carried = CarriedSums<V, N>::for_stages();
             for (int i = 0; i < s; ++i) {
                 State<V> y;
-                move(f, g, w.a[i], s, y);
+                write_state(step, g, w.a[i], s, y);
                 carried.add(system, V(w.b[i]), y);
             }
-            carried.finish_weights(system, f);
+            carried.finish_stages(system, step);
         }
         for (int i = 0; i < s; ++i)
-            for (int k = 0; k < phase_size; ++k) f.stage[i][k] = g[i][k];
+            for (int k = 0; k < phase_size; ++k) step.stage[i][k] = g[i][k];
     }
 };
 

@@ -1,5 +1,5 @@
-/// Coefficients of Gauss–Legendre collocation with s stages, order 2s (Hairer, Lubich & Wanner 2006, §II.1.3), computed
-/// by the compiler in quadruple precision.
+/// Coefficients of Gauss–Legendre collocation with s stages and order 2s (Hairer, Lubich & Wanner 2006, §II.1.3). The
+/// compiler computes them in quadruple precision.
 #pragma once
 
 #include <type_traits>
@@ -7,31 +7,34 @@
 
 namespace kagero {
 
+/// The coefficients for s stages in quadruple precision.
 template <int s>
 struct GaussTable {
     __float128 a[s][s];       ///< Y_i = y + h Σ a_ij f(Y_j)
     __float128 b[s];          ///< y' = y + h Σ b_j f(Y_j)
-    __float128 c[s];
-    __float128 ahead[s][s];   ///< extrapolation of the last step's f to the stages of an equal next one
-    __float128 control[s][s]; ///< Bézier control point i + 1 of the polynomial: y + h Σ control_ij f(Y_j)
+    __float128 c[s];          ///< positions of the stages, as fractions of the step
+    /// Extrapolates f from the stages of a step to the stages of the next step, which has the same length.
+    __float128 extrapolation[s][s];
+    __float128 control[s][s];  ///< Bézier control point i + 1 of the polynomial: y + h Σ control_ij f(Y_j)
 };
 
 namespace detail {
 
+/// Value and derivative of a Legendre polynomial.
 struct Legendre {
     __float128 value, slope;
 };
-/// P_n and its derivative at x, by the three-term recurrence.
+/// Returns P_n and its derivative at x, by the three-term recurrence.
 constexpr Legendre legendre(int n, __float128 x) {
-    __float128 before = 1, now = x;
+    __float128 previous = 1, current = x;
     for (int k = 2; k <= n; ++k) {
-        const __float128 next = ((2 * k - 1) * x * now - (k - 1) * before) / k;
-        before = now;
-        now = next;
+        const __float128 next = ((2 * k - 1) * x * current - (k - 1) * previous) / k;
+        previous = current;
+        current = next;
     }
-    return {now, n * (x * now - before) / (x * x - 1)};
+    return {current, n * (x * current - previous) / (x * x - 1)};
 }
-/// The zeros of P_n, ascending: Newton with the zeros already found divided out.
+/// Computes the zeros of P_n in ascending order by Newton's method, with deflation of the zeros that are already found.
 template <int s>
 constexpr void zeros(__float128 (&x)[s]) {
     for (int i = 0; i < s; ++i) {
@@ -49,7 +52,7 @@ constexpr void zeros(__float128 (&x)[s]) {
     for (int i = 1; i < s; ++i)
         for (int k = i; k > 0 && x[k] < x[k - 1]; --k) std::swap(x[k], x[k - 1]);
 }
-/// Lagrange's polynomial j on the nodes c, at x.
+/// Returns the value at x of Lagrange polynomial j on the nodes c.
 template <int s>
 constexpr __float128 lagrange(const __float128 (&c)[s], int j, __float128 x) {
     __float128 product = 1;
@@ -58,7 +61,8 @@ constexpr __float128 lagrange(const __float128 (&c)[s], int j, __float128 x) {
     return product;
 }
 
-/// The same polynomial's coefficients in Bernstein's basis of degree s − 1, factor by factor.
+/// Computes the coefficients of Lagrange polynomial j in the Bernstein basis of degree s − 1, by multiplying its linear
+/// factors.
 template <int s>
 constexpr void bernstein_of_lagrange(const __float128 (&c)[s], int j, __float128 (&coefficient)[s]) {
     coefficient[0] = 1;
@@ -74,6 +78,7 @@ constexpr void bernstein_of_lagrange(const __float128 (&c)[s], int j, __float128
     }
 }
 
+/// Computes all coefficients for s stages.
 template <int s>
 constexpr GaussTable<s> make_gauss_table() {
     GaussTable<s> t{};
@@ -86,11 +91,11 @@ constexpr GaussTable<s> make_gauss_table() {
     }
     for (int i = 0; i < s; ++i) {
         for (int j = 0; j < s; ++j) {
-            // The integral of a polynomial of degree s − 1 over [0, c_i], exactly, by the same quadrature.
+            // The quadrature with s nodes integrates this polynomial of degree s − 1 over [0, c_i] exactly.
             __float128 integral = 0;
             for (int k = 0; k < s; ++k) integral += t.b[k] * lagrange<s>(t.c, j, t.c[i] * t.c[k]);
             t.a[i][j] = t.c[i] * integral;
-            t.ahead[i][j] = lagrange<s>(t.c, j, 1 + t.c[i]);
+            t.extrapolation[i][j] = lagrange<s>(t.c, j, 1 + t.c[i]);
         }
     }
     for (int j = 0; j < s; ++j) {
@@ -106,20 +111,23 @@ constexpr GaussTable<s> make_gauss_table() {
 template <int s>
 inline constexpr GaussTable<s> gauss_table = detail::make_gauss_table<s>();
 
+/// Greatest number of stages of a Gauss–Legendre method.
 inline constexpr int max_stages = 8;
 
-/// The same as run-time data; stages without use are zero.
+/// The coefficients of GaussTable as run-time data; entries of unused stages are zero.
 template <class S>
 struct GaussNumbers {
-    S a[max_stages][max_stages], b[max_stages], ahead[max_stages][max_stages], control[max_stages][max_stages];
+    S a[max_stages][max_stages], b[max_stages], extrapolation[max_stages][max_stages], control[max_stages][max_stages];
 };
-/// In every precision, rounded by the compiler: at run time each conversion from quadruple precision is a library call.
+/// The coefficients in all precisions. The compiler rounds them, because each conversion from quadruple precision at
+/// run time is a library call.
 struct GaussTableau {
     int stages;
     GaussNumbers<__float128> exact;
     GaussNumbers<double> in_double;
     GaussNumbers<float> in_float;
 
+    /// Returns the coefficients in precision S.
     template <class S>
     constexpr const GaussNumbers<S>& numbers() const {
         if constexpr (std::is_same_v<S, double>) return in_double;
@@ -130,13 +138,17 @@ struct GaussTableau {
 
 namespace detail {
 
+/// Returns the coefficients rounded to precision S.
 template <class S, int s>
 constexpr GaussNumbers<S> rounded_gauss_numbers(const GaussTable<s>& t) {
     GaussNumbers<S> n{};
     for (int i = 0; i < s; ++i) {
         n.b[i] = S(t.b[i]);
-        for (int j = 0; j < s; ++j)
-            n.a[i][j] = S(t.a[i][j]), n.ahead[i][j] = S(t.ahead[i][j]), n.control[i][j] = S(t.control[i][j]);
+        for (int j = 0; j < s; ++j) {
+            n.a[i][j] = S(t.a[i][j]);
+            n.extrapolation[i][j] = S(t.extrapolation[i][j]);
+            n.control[i][j] = S(t.control[i][j]);
+        }
     }
     return n;
 }

@@ -1,5 +1,6 @@
-/// Newton's method for the stages of a collocation step, for rays that fixed-point iteration leaves unsolved. Few do,
-/// and each is solved by itself, in scalar numbers, so that a ray needs the same iterations in every packet.
+/// Newton's method for the stages of a collocation step. It solves the few rays for which fixed-point iteration does
+/// not converge. Each ray is solved separately in scalar arithmetic, so that the iterations of a ray do not depend on
+/// its packet.
 #pragma once
 
 #include "kernels/numeric/linear_solve.h"
@@ -10,9 +11,10 @@
 
 namespace kagero {
 
-/// The stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j, from the derivative at the start. The
-/// Jacobian is the identity where h = 0; along the solution that grows out of the start its determinant stays positive.
-/// That, and corrections that at least halve each time (Deuflhard 2004, §2.1), keep a second root away.
+/// Solver for the stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j. The initial guess is the
+/// derivative at the start. The Jacobian is the identity at h = 0, and its determinant stays positive along the
+/// solution that continues from there. The sign of the determinant is tested, and each correction must be at most half
+/// of the one before (Deuflhard 2004, §2.1). Both tests prevent convergence to a second root.
 template <class V, int N, class S = ScalarOf<V>>
 class StageNewton {
 public:
@@ -22,26 +24,29 @@ public:
         system.ray_derivatives(start, g_[0]);
         for (int i = 1; i < s; ++i) std::copy(g_[0], g_[0] + phase_size, g_[i]);
     }
+    /// Iterates to convergence. Returns false if there is no convergence.
     bool solve() {
         constexpr int max_iterations = 12;
         S last(0);
-        while (iterations_ < max_iterations && convergence_.open()) {
+        while (iterations_ < max_iterations && convergence_.unconverged()) {
             linearise();
-            if (!solve_linear(phase_size * s_, matrix_, rest_)) return false;
+            if (!solve_linear(phase_size * s_, matrix_, residual_)) return false;
             const S change = correct();
             if (iterations_++ > 0 && !(change <= S(0.5) * last)) return convergence_.is_rounding(change);
             last = change;
             convergence_.update_quadratic(change);
         }
-        return !convergence_.open();
+        return !convergence_.unconverged();
     }
     int iterations() const { return iterations_; }
+    /// Component k of the derivative at stage i.
     S stage(int i, int k) const { return g_[i][k]; }
 
 private:
-    /// The row of the linear system for component k at stage i.
+    /// Returns the row of the linear system for component k at stage i.
     static constexpr int row(int i, int k) { return phase_size * i + k; }
-    State<S> place(int i) const {
+    /// Returns the state at stage i.
+    State<S> stage_state(int i) const {
         State<S> y = start_;
         for (int j = 0; j < s_; ++j)
             for (int k = 0; k < space_size; ++k) {
@@ -50,16 +55,16 @@ private:
             }
         return y;
     }
-    /// (I − h a_ij K'' M) Δ = ∂K − g, where M takes a gradient to (∂K/∂p, −∂K/∂q).
+    /// Sets up the linear system (I − h a_ij K'' M) Δ = ∂K − g. M maps a gradient to (∂K/∂p, −∂K/∂q).
     void linearise() {
         for (int i = 0; i < s_; ++i) {
-            const State<S> y = place(i);
+            const State<S> y = stage_state(i);
             PhaseGradient<S> fresh;
             Hessian<S> second;
             system_.ray_derivatives(y, fresh);
             system_.ray_hessian(y, second);
             for (int k = 0; k < phase_size; ++k) {
-                rest_[row(i, k)] = fresh[k] - g_[i][k];
+                residual_[row(i, k)] = fresh[k] - g_[i][k];
                 for (int j = 0; j < s_; ++j)
                     for (int l = 0; l < phase_size; ++l) {
                         const S paired = second[hessian_index(k, conjugate(l))];
@@ -69,11 +74,13 @@ private:
             }
         }
     }
+    /// Adds the correction to the stages and returns its relative size. The linear solve has replaced the residual by
+    /// the correction.
     S correct() {
         S q(0), p(0);
         for (int i = 0; i < s_; ++i)
             for (int k = 0; k < phase_size; ++k) {
-                const S correction = rest_[row(i, k)];
+                const S correction = residual_[row(i, k)];
                 g_[i][k] += correction;
                 S& greatest = k < space_size ? p : q;
                 greatest = max(greatest, abs(correction));
@@ -89,24 +96,26 @@ private:
     Convergence<S> convergence_;
     int iterations_ = 0;
     PhaseGradient<S> g_[max_stages];
-    S rest_[phase_size * max_stages], matrix_[phase_size * max_stages][phase_size * max_stages];
+    S residual_[phase_size * max_stages], matrix_[phase_size * max_stages][phase_size * max_stages];
 };
 
-/// Solves the stages of all rays that are not `f.solved`.
+/// Solves the stages of all rays that are not yet solved according to `step.solved`.
 template <class V, int N>
-void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& f, const GaussNumbers<S>& w,
-                                 int s, V* stages, int per_stage, int per_component) {
+void SharedSolvers<V, N>::newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& step,
+                                        const GaussNumbers<S>& w, int s, V* stages, int per_stage, int per_component) {
     std::uint64_t solved = 0;
     int most = 0;
-    for (const int lane : lanes_in(to_bits(!f.solved))) {
-        const auto of = [lane](const V& v) { return get_lane(v, lane); };
+    for (const int lane : lanes_in(to_bits(!step.solved))) {
+        const auto in_lane = [lane](const V& value) { return get_lane(value, lane); };
         State<S> start;
-        for (int k = 0; k < state_size; ++k) start.y[k] = of(f.start.y[k]);
-        const Vec3<S> velocity{of(f.start.velocity.x), of(f.start.velocity.y), of(f.start.velocity.z)};
-        StageNewton<V, N> newton(system, start, of(f.h), w, s, {start, of(f.h), velocity, f.options.solver_tolerance});
+        for (int k = 0; k < state_size; ++k) start.y[k] = in_lane(step.start.y[k]);
+        const Vec3<V>& v = step.start.velocity;
+        const Vec3<S> velocity{in_lane(v.x), in_lane(v.y), in_lane(v.z)};
+        const S h = in_lane(step.h);
+        StageNewton<V, N> newton(system, start, h, w, s, {start, h, velocity, step.options.solver_tolerance});
         const bool done = newton.solve();
-        set_lane(f.gradients, lane, of(f.gradients) + S(2 * s * newton.iterations()));
-        set_lane(f.open_iterations, lane, of(f.open_iterations) + S(newton.iterations()));
+        set_lane(step.gradients, lane, in_lane(step.gradients) + S(2 * s * newton.iterations()));
+        set_lane(step.lane_iterations, lane, in_lane(step.lane_iterations) + S(newton.iterations()));
         most = std::max(most, newton.iterations());
         if (!done) continue;
         solved |= std::uint64_t(1) << lane;
@@ -114,8 +123,8 @@ void Shared<V, N>::newton_stages(const CalledSystem<V, N>& system, StepperState<
             for (int k = 0; k < phase_size; ++k)
                 set_lane(stages[i * per_stage + k * per_component], lane, newton.stage(i, k));
     }
-    f.solved = f.solved | from_bits<V>(solved);
-    f.issued_iterations += std::uint64_t(most);
+    step.solved = step.solved | from_bits<V>(solved);
+    step.issued_iterations += std::uint64_t(most);
 }
 
 }  // namespace kagero

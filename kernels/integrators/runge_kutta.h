@@ -1,5 +1,5 @@
-/// Explicit Runge–Kutta methods, with fixed step or with step control lane by lane: not symplectic, for comparison and
-/// where a ray passes only once.
+/// Explicit Runge–Kutta methods with a fixed step, or with step control in each lane. They are not symplectic. They are
+/// used for comparison, and for rays that pass the curved region only once.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -9,9 +9,9 @@
 
 namespace kagero {
 
-/// Any table: coefficients are data, so that one copy of the derivative program serves them all.
+/// Stepper for any Butcher tableau. The tableau is data, so all methods share one copy of the derivative program.
 struct RungeKutta {
-    static constexpr Family family = Family::runge_kutta;
+    static constexpr MethodFamily family = MethodFamily::runge_kutta;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
@@ -22,7 +22,7 @@ struct RungeKutta {
             products += (c.table->b[i] != 0) + (c.table->error[i] != 0);
             for (int j = 0; j < i; ++j) products += c.table->a[i][j] != 0;
         }
-        return operations_in_space(program.derivatives, program.event_functions + 2 * phase_size * products);
+        return make_operations(program.derivatives, program.event_functions + 2 * phase_size * products);
     }
     static constexpr RoundingCounts roundings(const Coefficients& c) {
         double weight = 0;
@@ -34,27 +34,27 @@ struct RungeKutta {
     static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
 
     template <class System, class V, int N>
-    static void step(const System& system, StepperState<V, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<V, N>& step, const Coefficients& coefficients) {
         const ButcherTable& table = *coefficients.table;
         using S = ScalarOf<V>;
         PhaseGradient<V> g[max_rk_stages];
-        auto carried = CarriedSums<V, N>::of_weights();
+        auto carried = CarriedSums<V, N>::for_stages();
         for (int i = 0; i < table.stages; ++i) {
             State<V> y;
-            if (i == 0) y = f.start;
-            else move(f, g, table.a[i], i, y);
+            if (i == 0) y = step.start;
+            else write_state(step, g, table.a[i], i, y);
             system.derivatives(y, g[i]);
-            if (integrates_carried(system, f)) carried.add(system, V(S(table.b[i])), y);
+            if (integrates_carried(system, step)) carried.add(system, V(S(table.b[i])), y);
         }
-        move(f, g, table.b, table.stages, f.end);
-        carried.finish_weights(system, f);
-        f.gradients += V(S(table.stages));
-        f.solved = always<V>();
-        if (table.estimate_order) control(f, g, table);
+        write_state(step, g, table.b, table.stages, step.end);
+        carried.finish_stages(system, step);
+        step.gradients += V(S(table.stages));
+        step.solved = all_lanes<V>();
+        if (table.estimate_order) control(step, g, table);
     }
 
 private:
-    /// Σ_j weight_j g_j over the stages with a weight; g as it comes, ∂K/∂q then ∂K/∂p.
+    /// Writes Σ_j weight_j g_j to `total`; stages with weight 0 are skipped. The order of components is ∂K/∂q, ∂K/∂p.
     template <class V>
     KAGERO_INLINE static void sum(const PhaseGradient<V> (&g)[max_rk_stages], const double* weight, int stages,
                                   PhaseGradient<V>& total) {
@@ -66,43 +66,43 @@ private:
             for (int k = 0; k < phase_size; ++k) total[k] = fma(w, g[j][k], total[k]);
         }
     }
-    /// y = start + h Σ weight_j f_j.
+    /// Writes start + h Σ_j weight_j (∂K/∂p, −∂K/∂q)_j to y.
     template <class V, int N>
-    KAGERO_INLINE static void move(const StepperState<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
-                                   const double* weight, int stages, State<V>& y) {
+    KAGERO_INLINE static void write_state(const StepperState<V, N>& step, const PhaseGradient<V> (&g)[max_rk_stages],
+                                          const double* weight, int stages, State<V>& y) {
         PhaseGradient<V> total;
         sum(g, weight, stages, total);
         for (int k = 0; k < space_size; ++k) {
-            y.y[k] = fma(f.h, total[momentum(k)], f.start.y[k]);
-            y.y[momentum(k)] = fnma(f.h, total[k], f.start.y[momentum(k)]);
+            y.y[k] = fma(step.h, total[momentum(k)], step.start.y[k]);
+            y.y[momentum(k)] = fnma(step.h, total[k], step.start.y[momentum(k)]);
         }
-        y.pt() = f.start.pt();
+        y.pt() = step.start.pt();
     }
 
-    /// x^(−1/n); of the eighth, which the costliest method asks for, in fewer operations.
+    /// Returns x^(−1/n). For n = 8, as in rkf78, it uses square roots, which take fewer operations.
     template <class V>
     KAGERO_INLINE static V inverse_root(const V& x, int n) {
         return n == 8 ? recip(sqrt(sqrt(sqrt(x)))) : exp(log(x) * V(ScalarOf<V>(-1.0 / n)));
     }
 
-    /// Elementary step control (Hairer, Nørsett & Wanner 1993, §II.4), each lane for itself: a step whose estimated
-    /// local error exceeds the tolerance, relative to 1 + |value|, is rejected, and the next length aims at it with a
-    /// safety factor.
+    /// Applies elementary step control in each lane (Hairer, Nørsett & Wanner 1993, §II.4). A step whose estimated
+    /// local error exceeds the tolerance, relative to 1 + |value|, is rejected. The suggested length of the next step
+    /// aims at the tolerance with a safety factor.
     template <class V, int N>
-    KAGERO_INLINE static void control(StepperState<V, N>& f, const PhaseGradient<V> (&g)[max_rk_stages],
+    KAGERO_INLINE static void control(StepperState<V, N>& step, const PhaseGradient<V> (&g)[max_rk_stages],
                                       const ButcherTable& table) {
         using S = ScalarOf<V>;
         PhaseGradient<V> total;
         V error(S(0));
         sum(g, table.error, table.stages, total);
         for (int k = 0; k < space_size; ++k) {
-            error = max(error, abs(f.h * total[momentum(k)]) / (V(S(1)) + abs(f.end.y[k])));
-            error = max(error, abs(f.h * total[k]) / (V(S(1)) + abs(f.end.y[momentum(k)])));
+            error = max(error, abs(step.h * total[momentum(k)]) / (V(S(1)) + abs(step.end.y[k])));
+            error = max(error, abs(step.h * total[k]) / (V(S(1)) + abs(step.end.y[momentum(k)])));
         }
-        const V relative = max(error * V(S(1) / f.options.tolerance), V(S(1e-6)));
+        const V relative = max(error * V(S(1) / step.options.tolerance), V(S(1e-6)));
         const V factor = inverse_root(relative, table.estimate_order + 1);
-        f.accepted = relative <= V(S(1));
-        f.suggested = f.h * max(min(V(S(0.9)) * factor, V(S(4))), V(S(0.2)));
+        step.accepted = relative <= V(S(1));
+        step.suggested_length = step.h * max(min(V(S(0.9)) * factor, V(S(4))), V(S(0.2)));
     }
 };
 

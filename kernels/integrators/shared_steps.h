@@ -1,4 +1,4 @@
-/// The definitions of what all Hamiltonians share; each value type is instantiated in one translation unit.
+/// Definitions of the code that all Hamiltonians share. Each value type is instantiated in one translation unit.
 #pragma once
 
 #include "kernels/integrators/composition.h"
@@ -7,7 +7,7 @@
 #include "kernels/integrators/newton_stages.h"
 #include "kernels/integrators/runge_kutta.h"
 
-/// The kinds of step that are shareable, on a value type.
+/// Instantiates the shareable steppers for one value type.
 #define KAGERO_SHARED_STEPPERS(...)                         \
     template struct SharedStepper<Composition, __VA_ARGS__>; \
     template struct SharedStepper<RungeKutta, __VA_ARGS__>;  \
@@ -17,20 +17,20 @@
 namespace kagero {
 
 template <class Stepper, class V, int N>
-void SharedStepper<Stepper, V, N>::begin(const CalledSystem<V, N>& system, StepperState<V, N>& f,
+void SharedStepper<Stepper, V, N>::begin(const CalledSystem<V, N>& system, StepperState<V, N>& step,
                                          const Coefficients& coefficients) {
-    Stepper::begin(system, f, coefficients);
+    Stepper::begin(system, step, coefficients);
 }
 template <class Stepper, class V, int N>
-void SharedStepper<Stepper, V, N>::step(const CalledSystem<V, N>& system, StepperState<V, N>& f,
+void SharedStepper<Stepper, V, N>::step(const CalledSystem<V, N>& system, StepperState<V, N>& step,
                                         const Coefficients& coefficients) {
-    Stepper::step(system, f, coefficients);
+    Stepper::step(system, step, coefficients);
 }
 
 template <class V, int N>
-Curve<V> Shared<V, N>::collocation_curve(const StepperState<V, N>& f, const Coefficients& coefficients) {
-    const auto velocity = [&f](int j) { return velocity_in(f.stage[j]); };
-    return Curve<V>::collocation(f, coefficients.gauss->template numbers<S>(), coefficients.gauss->stages, velocity);
+Curve<V> SharedSolvers<V, N>::collocation_curve(const StepperState<V, N>& step, const Coefficients& coefficients) {
+    const auto velocity = [&step](int j) { return velocity_in(step.stage[j]); };
+    return Curve<V>::collocation(step, coefficients.gauss->template numbers<S>(), coefficients.gauss->stages, velocity);
 }
 
 }  // namespace kagero

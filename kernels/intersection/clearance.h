@@ -1,4 +1,4 @@
-/// Parts of space without a surface.
+/// Boxes that contain no surface, taken from the clearance grid.
 #pragma once
 
 #include "kernels/abi.h"
@@ -7,75 +7,82 @@
 
 namespace kagero {
 
-/// A box without a surface, its axes those of space; at first one that holds nothing.
+/// One axis-aligned box without a surface for each lane. Initially the boxes are empty.
 template <class V>
 struct ClearBox {
-    V number = V(ScalarOf<V>(-1));  ///< of the grid's
-    Vec3<V> lower = far(), upper = V(ScalarOf<V>(-1)) * far();
+    V box_index = V(ScalarOf<V>(-1));  ///< Index of the box in ClearanceGrid::boxes; −1 before the first `update`.
+    Vec3<V> lower = largest(), upper = V(ScalarOf<V>(-1)) * largest();
 
-    KAGERO_INLINE MaskOf<V> holds(const Extent<V>& curve) const {
+    /// Returns the lanes whose box contains the whole extent of a curve.
+    KAGERO_INLINE MaskOf<V> contains(const Extent<V>& curve) const {
         return (curve.lower.x >= lower.x) & (curve.lower.y >= lower.y) & (curve.lower.z >= lower.z) &
                (curve.upper.x <= upper.x) & (curve.upper.y <= upper.y) & (curve.upper.z <= upper.z);
     }
-    /// How far at least a curve goes on from q, in its parameter, before it leaves the box; below 0 where q is outside.
-    KAGERO_INLINE V way_out(const Vec3<V>& q, const Extent<V>& times) const {
+    /// Returns a lower bound on the parameter length that a curve needs from q to the boundary of the box; negative if
+    /// q is outside the box. `times` is the result of `min_times_per_length` for the curve.
+    KAGERO_INLINE V exit_parameter(const Vec3<V>& q, const Extent<V>& times) const {
         const Vec3<V> down = q - lower, up = upper - q;
         return min(min(min(down.x * times.lower.x, up.x * times.upper.x),
                        min(down.y * times.lower.y, up.y * times.upper.y)),
                    min(down.z * times.lower.z, up.z * times.upper.z));
     }
-    /// The grid's boxes around q become those of `lanes`; returns the lanes where they are others than before.
-    std::uint64_t move(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes);
+    /// Replaces the boxes of `lanes` by the clear boxes of the grid around q. Returns the lanes whose box has changed.
+    std::uint64_t update(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes);
 
 private:
-    static Vec3<V> far() {
+    static Vec3<V> largest() {
         const V most(std::numeric_limits<ScalarOf<V>>::max());
         return {most, most, most};
     }
 };
 
-/// How long at least a curve takes for a unit of length down and up each axis, where d/ds is within `speeds`.
+/// Returns the least parameter length that a curve needs to move by one unit of length along each axis: downward in
+/// `lower`, upward in `upper`. `speeds` are bounds on the derivative of the curve with respect to its parameter.
 template <class V>
-Extent<V> least_times(const Extent<V>& speeds) {
+Extent<V> min_times_per_length(const Extent<V>& speeds) {
     const V least(std::numeric_limits<ScalarOf<V>>::min() * 4);
     const auto time = [&least](const V& speed) { return V(ScalarOf<V>(1)) / max(speed, least); };
     const Vec3<V>&down = speeds.lower, &up = speeds.upper;
     return {{time(-down.x), time(-down.y), time(-down.z)}, {time(up.x), time(up.y), time(up.z)}};
 }
 
-/// Which of the grid's boxes is around q; outside of the grid it is the half of space that q is farthest in.
+/// Returns the index of the grid's clear box around q. Outside the grid, the box is one of the six half spaces beyond
+/// the faces of the grid: the one in which q is farthest from its face.
 template <class V>
 V clear_box_at(const ClearanceGrid& grid, const Vec3<V>& q) {
     using S = ScalarOf<V>;
     const V zero(S(0)), half(S(0.5));
     const V at[3] = {q.x, q.y, q.z};
-    V cell[3], farthest = zero, beyond = zero;
+    V cell[3], max_excess = zero, side_index = zero;
     for (int k = 0; k < 3; ++k) {
-        const V last(S(grid.cells[k] - 1)), into = fms(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);
-        cell[k] = nearest_whole(min(select(into > zero, into, zero), last));  // 0 where it is not a number
-        const V below = -half - into, above = into - last - half;
-        beyond = select(below > farthest, V(S(2 * k)), beyond), farthest = max(farthest, below);
-        beyond = select(above > farthest, V(S(2 * k + 1)), beyond), farthest = max(farthest, above);
+        const V last(S(grid.cells[k] - 1));
+        const V coordinate = fms(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);  // cell centres are whole
+        cell[k] = nearest_integer(min(select(coordinate > zero, coordinate, zero), last));  // 0 for NaN
+        const V below = -half - coordinate, above = coordinate - last - half;
+        side_index = select(below > max_excess, V(S(2 * k)), side_index);
+        max_excess = max(max_excess, below);
+        side_index = select(above > max_excess, V(S(2 * k + 1)), side_index);
+        max_excess = max(max_excess, above);
     }
-    const V inside = look_up(grid.box, cell[0], cell[1], cell[2], int(grid.cells[0]), int(grid.cells[1]));
-    return select(farthest > zero, beyond, inside);
+    const V inside = look_up(grid.box_index, cell[0], cell[1], cell[2], int(grid.cells[0]), int(grid.cells[1]));
+    return select(max_excess > zero, side_index, inside);
 }
 
 template <class V>
-std::uint64_t ClearBox<V>::move(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes) {
+std::uint64_t ClearBox<V>::update(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes) {
     using S = ScalarOf<V>;
-    const V there = clear_box_at(grid, q);
-    const std::uint64_t moving = lanes & to_bits(abs(there - number) > V(S(0.5)));
-    if (!moving) return 0;
-    const MaskOf<V> moves = from_bits<V>(moving);
-    const auto bound = [&](int side, int k, const V& before) {
-        const V cells = look_up(grid.boxes, V(S(3 * side + k)), there, V(S(0)), 6, 1);
-        return select(moves, fma(V(S(grid.cell[k])), cells, V(S(grid.origin[k]))), before);
+    const V box_here = clear_box_at(grid, q);
+    const std::uint64_t changing = lanes & to_bits(abs(box_here - box_index) > V(S(0.5)));
+    if (!changing) return 0;
+    const MaskOf<V> changes = from_bits<V>(changing);
+    const auto bound = [&](int bound_index, int k, const V& before) {
+        const V cells = look_up(grid.boxes, V(S(3 * bound_index + k)), box_here, V(S(0)), 6, 1);
+        return select(changes, fma(V(S(grid.cell[k])), cells, V(S(grid.origin[k]))), before);
     };
-    number = select(moves, there, number);
+    box_index = select(changes, box_here, box_index);
     lower = {bound(0, 0, lower.x), bound(0, 1, lower.y), bound(0, 2, lower.z)};
     upper = {bound(1, 0, upper.x), bound(1, 1, upper.y), bound(1, 2, upper.z)};
-    return moving;
+    return changing;
 }
 
 }  // namespace kagero

@@ -1,5 +1,5 @@
-/// Straight segments against the scene: the only file that names Embree's packets, and with cmake/dependencies.cmake
-/// the only one that knows whether it is Embree 3 or 4.
+/// Intersects straight segments with the scene by Embree. This is the only file that uses Embree's packets. The
+/// differences between Embree 3 and 4 are confined to this file and cmake/dependencies.cmake.
 #pragma once
 
 #include "kernels/assertion.h"
@@ -14,7 +14,7 @@
 
 namespace kagero {
 
-/// Rays per Embree packet: its native width for the instruction set.
+/// Number of rays per Embree packet: the native width of the instruction set.
 #if defined(__AVX512F__)
 inline constexpr int embree_width = 16;
 using EmbreePacket = RTCRayHit16;
@@ -26,39 +26,43 @@ inline constexpr int embree_width = 4;
 using EmbreePacket = RTCRayHit4;
 #endif
 
-/// A bit for each ray of a packet.
+/// Mask with one bit for each ray of an Embree packet.
 inline constexpr std::uint64_t all_in_packet = (std::uint64_t(1) << embree_width) - 1;
 
-/// W segments org + t·dir, t in [near, 1], in Embree's coordinates, and what they hit first.
+/// W segments org + t·dir with t in [near, 1], in Embree's coordinates, and their first intersections.
 template <int W>
 struct Segments {
     float org[3][W], dir[3][W], near[W];
-    float t[W];  ///< results, valid where `hits` says so
+    // Results, valid in the lanes that the query returns: parameter t, Embree's geometry and primitive.
+    float t[W];
     std::uint32_t surface[W] = {}, primitive[W] = {};
 };
 
 namespace detail {
 
-/// What a query takes along to a filter.
+/// Context of a query with a pointer that the intersection filter reads.
 #if RTC_VERSION_MAJOR >= 4
-struct Companion : RTCRayQueryContext {
+struct QueryContext : RTCRayQueryContext {
 #else
-struct Companion : RTCIntersectContext {
+struct QueryContext : RTCIntersectContext {
 #endif
     const void* user;
 };
 
-/// `filter`, unless null, may refuse hits.
+/// Intersects one ray. A non-null `filter` may reject intersections; it reads `user` from the query context.
 inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter = nullptr,
                        const void* user = nullptr) {
-    Companion context;
+    QueryContext context;
     context.user = user;
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(&context);
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-    if (filter) arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER, arguments.filter = filter;
+    if (filter) {
+        arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
+        arguments.filter = filter;
+    }
     arguments.context = &context;
     rtcIntersect1(scene, ray, &arguments);
 #else
@@ -69,6 +73,7 @@ inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter
 #endif
 }
 
+/// Intersects one packet; rays with valid[i] = 0 are ignored.
 inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays) {
 #if RTC_VERSION_MAJOR >= 4
     RTCIntersectArguments arguments;
@@ -91,51 +96,65 @@ inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays) {
 #endif
 }
 
-/// One ray of a packet, or the single ray, written as Embree wants it.
+/// Writes segment i of `s` into an Embree ray. `at(field)` returns a reference to the ray's element of the field:
+/// `field` itself for a single ray, or one element of its array for a packet.
 inline void set_ray(auto& ray, auto&& at, const auto& s, int i) {
-    at(ray.org_x) = s.org[0][i], at(ray.org_y) = s.org[1][i], at(ray.org_z) = s.org[2][i];
-    at(ray.dir_x) = s.dir[0][i], at(ray.dir_y) = s.dir[1][i], at(ray.dir_z) = s.dir[2][i];
-    at(ray.tnear) = s.near[i], at(ray.tfar) = 1.0f;
-    at(ray.time) = 0, at(ray.mask) = 0xffffffffu, at(ray.id) = 0, at(ray.flags) = 0;
+    at(ray.org_x) = s.org[0][i];
+    at(ray.org_y) = s.org[1][i];
+    at(ray.org_z) = s.org[2][i];
+    at(ray.dir_x) = s.dir[0][i];
+    at(ray.dir_y) = s.dir[1][i];
+    at(ray.dir_z) = s.dir[2][i];
+    at(ray.tnear) = s.near[i];
+    at(ray.tfar) = 1.0f;
+    at(ray.time) = 0;
+    at(ray.mask) = 0xffffffffu;
+    at(ray.id) = 0;
+    at(ray.flags) = 0;
 }
 
-/// `ask(i, ray)` intersects the ray of lane i.
-template <int W, class Ask>
-std::uint64_t query_singly(Segments<W>& s, std::uint64_t active, const Ask& ask) {
+/// Queries the active segments one by one. `intersect_lane(i, ray)` intersects the ray of lane i. Returns the lanes
+/// that hit.
+template <int W, class IntersectLane>
+std::uint64_t query_singly(Segments<W>& s, std::uint64_t active, const IntersectLane& intersect_lane) {
     std::uint64_t hits = 0;
     for (const int i : lanes_in(active)) {
         RTCRayHit r;
         set_ray(r.ray, [](auto& field) -> auto& { return field; }, s, i);
         r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        ask(i, &r);
+        intersect_lane(i, &r);
         if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
         hits |= std::uint64_t(1) << i;
-        s.t[i] = r.ray.tfar, s.surface[i] = r.hit.geomID, s.primitive[i] = r.hit.primID;
+        s.t[i] = r.ray.tfar;
+        s.surface[i] = r.hit.geomID;
+        s.primitive[i] = r.hit.primID;
     }
     return hits;
 }
 
-/// Lanes [first, first + embree_width) as one packet. Inactive lanes get an empty, finite ray, because Embree ignores
-/// the mask on widths that are not native.
+/// Queries lanes [first, first + embree_width) as one packet. Returns the lanes that hit. Inactive lanes get an empty,
+/// finite ray, because Embree ignores `valid` for packet widths that are not native.
 template <int W>
 std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first) {
     alignas(64) EmbreePacket r;
     alignas(64) int valid[embree_width];
     for (int k = 0; k < embree_width; ++k) set_ray(r.ray, [k](auto& field) -> auto& { return field[k]; }, s, first + k);
-    std::fill_n(r.hit.geomID, embree_width, RTC_INVALID_GEOMETRY_ID),
-        std::fill_n(r.hit.instID[0], embree_width, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(r.hit.geomID, embree_width, RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(r.hit.instID[0], embree_width, RTC_INVALID_GEOMETRY_ID);
     std::fill_n(valid, embree_width, -1);
     for (const int k : lanes_in(~(active >> first) & all_in_packet)) {
         valid[k] = 0;
         r.ray.org_x[k] = r.ray.org_y[k] = r.ray.org_z[k] = 0;
-        r.ray.dir_x[k] = 1, r.ray.dir_y[k] = r.ray.dir_z[k] = 0;
-        r.ray.tnear[k] = 1, r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
+        r.ray.dir_x[k] = 1;
+        r.ray.dir_y[k] = r.ray.dir_z[k] = 0;
+        r.ray.tnear[k] = 1;
+        r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
     }
     intersect(valid, scene, &r);
     std::copy_n(r.ray.tfar, embree_width, s.t + first);
-    std::copy_n(r.hit.geomID, embree_width, s.surface + first),
-        std::copy_n(r.hit.primID, embree_width, s.primitive + first);
+    std::copy_n(r.hit.geomID, embree_width, s.surface + first);
+    std::copy_n(r.hit.primID, embree_width, s.primitive + first);
     std::uint64_t hits = 0;
     for (int k = 0; k < embree_width; ++k)
         hits |= std::uint64_t(r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) << (first + k);
@@ -145,10 +164,12 @@ std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active,
 
 }  // namespace detail
 
-/// So many active rays, or fewer, are queried one by one: about where a packet query costs as much.
+/// Greatest number of active segments in an Embree packet that are queried one by one. One packet query costs about as
+/// much as this number of single queries.
 inline constexpr int single_query_limit = 3;
 
-/// Embree ends the process at numbers that are not finite, or too large to be squared twice, and at a negative `near`.
+/// Returns true if Embree accepts the segment. Embree terminates the process if a coordinate is not finite, if its
+/// square may overflow in float, or if `near` is negative.
 template <int W>
 bool is_legal_segment(const Segments<W>& s, int lane) {
     constexpr float largest = 1.8e18f;
@@ -158,41 +179,45 @@ bool is_legal_segment(const Segments<W>& s, int lane) {
     return legal;
 }
 
-/// Queries the active segments; returns which of them hit. End points must be finite.
+/// Queries the active segments and returns the lanes that hit. The end points must be finite.
 template <int W>
 std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
     for ([[maybe_unused]] const int i : lanes_in(active))
         KAGERO_ASSERT(is_legal_segment(s, i));
     const auto scene = static_cast<RTCScene>(embree_scene);
-    const auto singly = [scene](int, RTCRayHit* ray) { detail::intersect1(scene, ray); };
+    const auto intersect_lane = [scene](int, RTCRayHit* ray) { detail::intersect1(scene, ray); };
     if constexpr (W % embree_width == 0) {
         std::uint64_t hits = 0;
         for (int first = 0; first < W; first += embree_width) {
-            const std::uint64_t here = active & (all_in_packet << first);
-            if (__builtin_popcountll(here) <= single_query_limit) hits |= detail::query_singly(s, here, singly);
-            else hits |= detail::query_packet(scene, s, here, first);
+            const std::uint64_t in_packet = active & (all_in_packet << first);
+            if (__builtin_popcountll(in_packet) <= single_query_limit)
+                hits |= detail::query_singly(s, in_packet, intersect_lane);
+            else
+                hits |= detail::query_packet(scene, s, in_packet, first);
         }
         return hits;
     } else {
-        return detail::query_singly(s, active, singly);
+        return detail::query_singly(s, active, intersect_lane);
     }
 }
 
-/// The same one by one, where only hits count that `meets(lane, surface, primitive, t)`.
-template <int W, class Meets>
-std::uint64_t query_carefully(void* embree_scene, Segments<W>& s, std::uint64_t active, const Meets& meets) {
+/// Queries the active segments one by one. Only intersections for which `accepts(lane, surface, primitive, t)` returns
+/// true count as hits. Returns the lanes that hit.
+template <int W, class Accepts>
+std::uint64_t query_filtered(void* embree_scene, Segments<W>& s, std::uint64_t active, const Accepts& accepts) {
     struct Candidate {
-        const Meets& meets;
+        const Accepts& accepts;
         int lane;
     };
     const RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments* a) {
-        const auto& candidate = *static_cast<const Candidate*>(static_cast<const detail::Companion*>(a->context)->user);
-        if (a->valid[0] != 0 && !candidate.meets(candidate.lane, RTCHitN_geomID(a->hit, 1, 0),
-                                                 RTCHitN_primID(a->hit, 1, 0), RTCRayN_tfar(a->ray, 1, 0)))
+        const auto* context = static_cast<const detail::QueryContext*>(a->context);
+        const auto& candidate = *static_cast<const Candidate*>(context->user);
+        if (a->valid[0] != 0 && !candidate.accepts(candidate.lane, RTCHitN_geomID(a->hit, 1, 0),
+                                                   RTCHitN_primID(a->hit, 1, 0), RTCRayN_tfar(a->ray, 1, 0)))
             a->valid[0] = 0;
     };
     return detail::query_singly(s, active, [&](int i, RTCRayHit* ray) {
-        const Candidate candidate{meets, i};
+        const Candidate candidate{accepts, i};
         detail::intersect1(static_cast<RTCScene>(embree_scene), ray, filter, &candidate);
     });
 }

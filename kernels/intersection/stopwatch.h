@@ -1,15 +1,16 @@
-/// Where a kernel's time goes, asked for by `Job::timed`.
+/// Measures the time that parts of a kernel take, if `Job::timed` is set.
 #pragma once
 
 #include <cstdint>
 
 namespace kagero {
 
-/// Adds the ticks of the processor's clock that pass while it lives to `sum`. Not wanted, it is one branch.
+/// Adds the ticks of the processor's time-stamp counter during its lifetime to `sum`. A disabled stopwatch costs one
+/// branch.
 class Stopwatch {
 public:
-    Stopwatch(bool wanted, std::uint64_t& sum)
-        : sum_(wanted ? &sum : nullptr), begin_(wanted ? __builtin_ia32_rdtsc() : 0) {}
+    Stopwatch(bool enabled, std::uint64_t& sum)
+        : sum_(enabled ? &sum : nullptr), begin_(enabled ? __builtin_ia32_rdtsc() : 0) {}
     ~Stopwatch() {
         if (sum_) *sum_ += __builtin_ia32_rdtsc() - begin_;
     }

@@ -1,78 +1,87 @@
-/// Surfaces as the zeros of one function, for refining where a curve meets them.
+/// Planes and spheres as level sets, for the refinement of hits.
 #pragma once
 
 #include "kernels/abi.h"
 #include "kernels/integrators/implicit.h"
 
-
 namespace kagero {
 
-/// g(q) = a (|q − c|² − R²) + n·q − d: a plane (a = 0, |n| = 1) or a sphere (a = 1/2R, n = 0), so that |∇g| = 1 on the
-/// surface.
+/// One surface for each lane, as the zero set of g(q) = a (|q − c|² − R²) + n·q − d. A plane has a = 0 and |n| = 1; a
+/// sphere has a = 1/(2R) and n = 0. On the surface, |∇g| = 1.
 template <class V>
-struct Level {
+struct LevelSet {
     V a, radius2;
     Vec3<V> center, normal;
     V d;
-    bool curved;  ///< not all lanes have planes
+    bool curved;  ///< False if all lanes have planes; sphere terms are then skipped.
 
-    /// No surface at all.
-    static Level none() {
+    /// Returns a level set with g = 0 everywhere, for lanes without a surface.
+    static LevelSet none() {
         const V zero(ScalarOf<V>(0));
         return {zero, zero, {zero, zero, zero}, {zero, zero, zero}, zero, false};
     }
+    /// Returns g(q).
     KAGERO_INLINE V value(const Vec3<V>& q) const {
         const V above = dot(normal, q) - d;
         if (!curved) return above;
         const Vec3<V> e = q - center;
         return a * (dot(e, e) - radius2) + above;
     }
-    /// dg along v.
+    /// Returns the derivative of g at q along v, v·∇g.
     KAGERO_INLINE V slope(const Vec3<V>& q, const Vec3<V>& v) const {
         const V along = dot(normal, v);
         return curved ? (a + a) * dot(q - center, v) + along : along;
     }
 
-    /// The distance along v, in lengths of v, from q to the zero of g. On a sphere `falling` chooses the side: where g
-    /// falls or where it rises. If the line misses the sphere, `misses` is set, and `length` leads to the point of the
-    /// line that is nearest to it.
-    struct Way {
-        V length;
-        MaskOf<V> misses;
+    /// Intersection of the line q + s·v with a level set.
+    struct LineIntersection {
+        V length;          ///< The parameter s of the intersection.
+        MaskOf<V> misses;  ///< Lanes whose line misses the sphere; s is then that of the nearest point of the line.
     };
-    KAGERO_INLINE Way way(const Vec3<V>& q, const Vec3<V>& v, const MaskOf<V>& falling) const {
-        const V zero(ScalarOf<V>(0)), plane = (d - dot(normal, q)) / dot(normal, v);
-        if (!curved) return {plane, never<V>()};
-        const MaskOf<V> round = abs(a) > zero;
+    /// Returns the intersection of the line q + s·v with the surface. For a sphere, lanes of `decreasing` get the
+    /// intersection at which g decreases along v (entry), the other lanes the one at which g increases (exit).
+    KAGERO_INLINE LineIntersection intersect_line(const Vec3<V>& q, const Vec3<V>& v,
+                                                  const MaskOf<V>& decreasing) const {
+        const V zero(ScalarOf<V>(0)), plane_length = (d - dot(normal, q)) / dot(normal, v);
+        if (!curved) return {plane_length, no_lanes<V>()};
+        const MaskOf<V> is_sphere = abs(a) > zero;
         const Vec3<V> e = q - center;
         const V inverse = recip(dot(v, v)), middle = -dot(e, v) * inverse;
         const Vec3<V> nearest = advance(e, middle, v);
         const V half2 = (radius2 - dot(nearest, nearest)) * inverse, half = sqrt(max(half2, zero));
-        return {select(round, middle + select(falling, -half, half), plane), MaskOf<V>(round & (half2 < zero))};
+        return {select(is_sphere, middle + select(decreasing, -half, half), plane_length),
+                MaskOf<V>(is_sphere & (half2 < zero))};
     }
 
-    /// `set(number, other)` for each number of two levels.
+    /// Calls `set(number, other_number)` for each coefficient of two level sets.
     template <class Other, class F>
-    static void each(Level& level, const Level<Other>& other, const F& set) {
-        set(level.a, other.a), set(level.radius2, other.radius2), set(level.d, other.d);
-        set(level.center.x, other.center.x), set(level.center.y, other.center.y), set(level.center.z, other.center.z);
-        set(level.normal.x, other.normal.x), set(level.normal.y, other.normal.y), set(level.normal.z, other.normal.z);
+    static void for_each_member(LevelSet& one, const LevelSet<Other>& other, const F& set) {
+        set(one.a, other.a);
+        set(one.radius2, other.radius2);
+        set(one.d, other.d);
+        set(one.center.x, other.center.x);
+        set(one.center.y, other.center.y);
+        set(one.center.z, other.center.z);
+        set(one.normal.x, other.normal.x);
+        set(one.normal.y, other.normal.y);
+        set(one.normal.z, other.normal.z);
     }
-    void take(const MaskOf<V>& lanes, const Level& from) {
-        each(*this, from, [&lanes](V& number, const V& other) { number = select(lanes, other, number); });
+    /// Copies the surfaces of `lanes` from another level set.
+    void assign_lanes(const MaskOf<V>& lanes, const LevelSet& from) {
+        for_each_member(*this, from, [&lanes](V& number, const V& other) { number = select(lanes, other, number); });
         curved |= from.curved;
     }
 };
 
-/// The sphere around the origin.
+/// Returns the sphere of this radius around the origin.
 template <class V>
-Level<V> sphere_level(const V& radius) {
+LevelSet<V> sphere_level_set(const V& radius) {
     const V zero(ScalarOf<V>(0));
     return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero, true};
 }
 
-/// The plane of one triangle, or a sphere.
-inline Level<double> level_of(const Surface& surface, std::uint32_t primitive) {
+/// Returns the plane of triangle `primitive` of a mesh, or the sphere.
+inline LevelSet<double> level_set_of(const Surface& surface, std::uint32_t primitive) {
     if (surface.kind == Surface::Kind::sphere) {
         const double* c = surface.center;
         return {0.5 / surface.radius, surface.radius * surface.radius, {c[0], c[1], c[2]}, {0, 0, 0}, 0, true};
@@ -81,36 +90,38 @@ inline Level<double> level_of(const Surface& surface, std::uint32_t primitive) {
     return {0, 0, {0, 0, 0}, {plane[0], plane[1], plane[2]}, plane[3], false};
 }
 
-/// What the lanes of `lanes` met, each its own surface, where they are not all on the same. Other lanes have any.
+/// Returns the surfaces that `lanes` have hit, one for each lane. Other lanes get the surface of the lowest of `lanes`.
 template <class V, int W = lane_count<V>>
-Level<V> levels_of(const Surface* surfaces, const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W],
-                   std::uint64_t lanes) {
+LevelSet<V> level_sets_of(const Surface* surfaces, const std::uint32_t (&surface)[W],
+                          const std::uint32_t (&primitive)[W], std::uint64_t lanes) {
     using S = ScalarOf<V>;
     const int first = __builtin_ctzll(lanes);
-    std::uint32_t others = 0;
-    for (int i = 0; i < W; ++i) others |= (surface[i] ^ surface[first]) | (primitive[i] ^ primitive[first]);
-    const Level<double> g = level_of(surfaces[surface[first]], primitive[first]);
-    Level<V> levels;
-    Level<V>::each(levels, g, [](V& number, double on_all) { number = V(S(on_all)); });
-    levels.curved = g.curved;
-    for (const int i : lanes_in(others ? lanes : 0)) {
+    std::uint32_t differences = 0;
+    for (int i = 0; i < W; ++i) differences |= (surface[i] ^ surface[first]) | (primitive[i] ^ primitive[first]);
+    const LevelSet<double> g = level_set_of(surfaces[surface[first]], primitive[first]);
+    LevelSet<V> level_sets;
+    LevelSet<V>::for_each_member(level_sets, g, [](V& number, double first_number) { number = V(S(first_number)); });
+    level_sets.curved = g.curved;
+    for (const int i : lanes_in(differences ? lanes : 0)) {
         if (surface[i] == surface[first] && primitive[i] == primitive[first]) continue;
-        const Level<double> other = level_of(surfaces[surface[i]], primitive[i]);
-        Level<V>::each(levels, other, [i](V& number, double here) { set_lane(number, i, S(here)); });
-        levels.curved |= other.curved;
+        const LevelSet<double> other = level_set_of(surfaces[surface[i]], primitive[i]);
+        LevelSet<V>::for_each_member(level_sets, other,
+                                     [i](V& number, double own_number) { set_lane(number, i, S(own_number)); });
+        level_sets.curved |= other.curved;
     }
-    return levels;
+    return level_sets;
 }
 
-/// Where the straight segment a → b meets the surface, as a fraction; the root nearest to `near`, which Embree found in
-/// float. Refinement starts here, so that no result depends on how Embree was asked.
+/// Returns the fraction of the segment a → b at which it meets the surface. `near` is the fraction that Embree found in
+/// float; of two intersections with a sphere, the one nearest to it is returned. Refinement starts at this fraction, so
+/// that no result depends on the rounding of Embree's query.
 template <class V>
-V chord_fraction(const Level<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V& near) {
+V chord_fraction(const LevelSet<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V& near) {
     const V zero(ScalarOf<V>(0));
     const Vec3<V> d = b - a;
     const V linear = dot(g.normal, d), on_plane = select(abs(linear) > zero, -g.value(a) / linear, near);
     if (!g.curved) return on_plane;
-    // From the point nearest to the centre, so that nothing cancels for a segment that comes from far away.
+    // Starting at the point nearest to the centre avoids cancellation for a segment that comes from far away.
     const Vec3<V> e = a - g.center;
     const V length2 = dot(d, d), middle = -dot(e, d) / length2;
     const Vec3<V> nearest = advance(e, middle, d);

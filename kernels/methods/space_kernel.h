@@ -1,5 +1,5 @@
-/// Everything the tracing loop asks of a Hamiltonian, behind function pointers: the loop is compiled once per value
-/// type, each Hamiltonian once per value type, and neither knows the other.
+/// Table of function pointers between the tracing loop and a Hamiltonian. The loop and each Hamiltonian are compiled
+/// separately, once per value type.
 #pragma once
 
 #include "kernels/autodiff/listing.h"
@@ -8,13 +8,14 @@
 
 namespace kagero {
 
-/// Room for any System<H, …>.
+/// Storage that is large enough for any System<H, …>.
 struct alignas(64) SystemStorage {
     unsigned char bytes[1 << 14];
 };
 
 namespace detail {
 
+/// Returns the system that was constructed in the storage.
 template <class System>
 const System& system_in(const SystemStorage& storage) {
     static_assert(sizeof(System) <= sizeof(SystemStorage) && alignof(System) <= alignof(SystemStorage));
@@ -23,43 +24,46 @@ const System& system_in(const SystemStorage& storage) {
 
 }  // namespace detail
 
-/// One Hamiltonian, rescaled or not, on one value type.
+/// The functions and properties of one Hamiltonian, with or without time rescaling, for one value type.
 template <class V>
 struct SpaceKernel {
-    /// Puts the system with these parameters into storage.
+    /// Constructs the system with the given parameters in the storage.
     void (*construct)(SystemStorage&, const double* parameters);
-    /// H is not smooth where RayState::switching changes sign: steps must end there.
+    /// True if H is not smooth where RayState::switching changes sign; steps then end at the sign change.
     bool discontinuous;
-    /// No step may be longer than RayState::max_step_length.
+    /// True if no step may be longer than RayState::max_step_length.
     bool bounds_steps;
-    /// Rays end where RayState::domain, or RayState::captured, is not positive.
+    /// True if rays end where RayState::domain (`bounded`) or RayState::captured (`capturing`) is not positive.
     bool bounded, capturing;
-    /// Coordinates that do not occur in K.
+    /// Cyclic coordinates, which do not occur in K.
     Axes cyclic;
+    /// Floating-point operations of the programs of H.
     ProgramOperations operations;
-    /// For each kind of stepper: null if it serves this Hamiltonian, else the reason why not.
+    /// For each stepper: nullptr if it supports this Hamiltonian, else the reason why not.
     const char* refusal[kind_count];
-    /// Fills velocity, energy and the stepper's memory at the start of rays.
+    /// Initialises velocity, energy and the memory of the stepper at the start of rays.
     void (*begin[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
-    /// One step from `start` to `end`.
+    /// Performs one step from `start` to `end`.
     void (*step[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
-    /// Dense output of that step; null where cubic Hermite is all there is.
+    /// Returns the dense output of a step; nullptr if it is the cubic Hermite curve.
     Curve<V> (*curve[kind_count])(const StepperState<V>&, const Coefficients&);
-    /// Steps to the escape sphere, or to the last one of a captured ray; null for a stepper that cannot do this.
+    /// Integrates rays to the escape sphere, or captured rays to their last step; nullptr if the stepper has no such
+    /// function.
     void (*integrate_to_escape[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&,
                                             EscapeIntegration<V>&);
-    /// The first two for rays known to be straight.
+    /// `begin` and `step` for rays that are known to be straight.
     void (*begin_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
-    /// The switching function at a state; null where H is smooth.
+    /// Returns the switching function at a state; nullptr if H is smooth.
     V (*switching_function)(const SystemStorage&, const State<V>&);
-    /// For the reverse sweep along rays (sweep.h): ∂K/∂(q, p) as data, and at a state dλ/dτ. Packets of double alone
-    /// have them.
-    Listed<double> (*derivatives)(const SystemStorage&);
+    /// For the reverse sweep along rays (sweep.h): the program of ∂K/∂(q, p) as data, and dλ/dτ at a state. They exist
+    /// only for packets of double.
+    ListingWithValues<double> (*derivatives)(const SystemStorage&);
     V (*time_rescaling_factor)(const SystemStorage&, const State<V>&);
 };
 
-/// Defined in one translation unit per Hamiltonian and value type; `rescaled` only where the Hamiltonian declares it.
+/// Returns the kernel of a Hamiltonian. It is defined in one translation unit per Hamiltonian and value type.
+/// `rescaled` has an effect only if the Hamiltonian declares a time rescaling.
 template <class H, class V>
 const SpaceKernel<V>& space_kernel(bool rescaled);
 

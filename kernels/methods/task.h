@@ -1,4 +1,4 @@
-/// What a call works on: the job, its method, and the Hamiltonian behind `SpaceKernel`.
+/// The task of one call: the job, its method and the kernel of its Hamiltonian.
 #pragma once
 
 #include "kernels/abi.h"
@@ -10,87 +10,84 @@
 
 namespace kagero {
 
-/// What all packets of a call share.
+/// Data that all packets of a call share.
 template <class V>
 struct Task {
     const Job& job;
     const Method& method;
-    bool straight;
-    bool carries;            ///< RayState::carry goes from step to step
-    bool resumes;            ///< a step needs nothing but its start, wherever that comes from
-    bool corrects_by_kutta;  ///< correction steps are taken by Kutta's method
+    bool straight;           ///< all rays are straight
+    bool keeps_memory;       ///< RayState::stepper_memory is passed from step to step
+    bool resumes;            ///< a step from a new state needs no call of `begin` before it
+    bool corrects_by_kutta;  ///< correction steps use Kutta's classical Runge–Kutta method
     const SpaceKernel<V>& kernel;
     Curve<V> (*own_curve)(const StepperState<V>&,
-                          const Coefficients&);  ///< null: cubic Hermite, where no other is of higher order
+                          const Coefficients&);  ///< dense output of the method; nullptr: cubic Hermite
     SystemStorage system;
-    ClearBox<V> first_box;  ///< around the camera
+    ClearBox<V> first_box;  ///< clear box around the camera
 
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
-        : job(j), method(methods[j.integrator]), straight(is_straight), carries(visit_kind(method.kind,
-                                                                                           []<class Stepper>() {
-                                                                                               return requires {
-                                                                                                   Stepper::carries;
-                                                                                               };
-                                                                                           })),
-          resumes(straight || visit_kind(method.kind,
-                                         []<class Stepper>() {
-                                             return requires { Stepper::resumes; };
-                                         })),
-          corrects_by_kutta(!straight && !method.info.angular && k.step[static_cast<int>(Kind::runge_kutta)]),
+        : job(j), method(methods[j.integrator]), straight(is_straight),
+          keeps_memory(visit_kind(method.kind, []<class Stepper>() { return requires { Stepper::keeps_memory; }; })),
+          resumes(straight || visit_kind(method.kind, []<class Stepper>() { return requires { Stepper::resumes; }; })),
+          corrects_by_kutta(!straight && !method.info.angular && k.step[static_cast<int>(StepperKind::runge_kutta)]),
           kernel(k), own_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]) {
         kernel.construct(system, job.parameters);
         if (job.camera && job.geometry && job.geometry->clearance) {
             const auto* q = job.camera->position;
-            first_box.move(*job.geometry->clearance, {V(ScalarOf<V>(q[0])), V(ScalarOf<V>(q[1])), V(ScalarOf<V>(q[2]))},
-                           ~std::uint64_t(0));
+            first_box.update(*job.geometry->clearance,
+                             {V(ScalarOf<V>(q[0])), V(ScalarOf<V>(q[1])), V(ScalarOf<V>(q[2]))}, ~std::uint64_t(0));
         }
     }
-    /// Whether the stepper can integrate rays to the escape sphere by itself.
+    /// Returns true if the stepper can integrate rays to the escape sphere without the tracing loop.
     bool can_integrate_to_escape() const { return !straight && kernel.integrate_to_escape[kind()]; }
+    /// Returns the number of stages of a Gauss method, else 0.
     int stages() const { return method.coefficients.gauss ? method.coefficients.gauss->stages : 0; }
-    void begin(StepperState<V>& f) const {
-        (straight ? kernel.begin_straight : kernel.begin[kind()])(system, f, method.coefficients);
+    void begin(StepperState<V>& step) const {
+        (straight ? kernel.begin_straight : kernel.begin[kind()])(system, step, method.coefficients);
     }
-    void step(StepperState<V>& f) const {
-        (straight ? kernel.step_straight : kernel.step[kind()])(system, f, method.coefficients);
+    void step(StepperState<V>& step) const {
+        (straight ? kernel.step_straight : kernel.step[kind()])(system, step, method.coefficients);
     }
-    /// A step over the distance by which dense output has missed an event. If the step was x of the solution's radius
-    /// of convergence, the cubic misses some x⁴/16 of it (Hairer, Nørsett & Wanner 1993, §II.6), and a method of order
-    /// four has an error of x²⁵/10⁶ there: less than any method here has in the whole step.
-    void correction_step(StepperState<V>& f) const {
-        if (corrects_by_kutta) kernel.step[static_cast<int>(Kind::runge_kutta)](system, f, {.table = &kutta4});
-        else step(f);
+    /// Performs a correction step, whose length is the error of the dense output at an event. It may use a method of
+    /// order four: suppose that a step covers the fraction x of the radius of convergence of the solution. The cubic
+    /// curve then has an error of about x⁴/16 of the step (Hairer, Nørsett & Wanner 1993, §II.6). Over this distance, a
+    /// method of order four has an error of x²⁵/10⁶, less than that of any method in `methods` over the whole step.
+    void correction_step(StepperState<V>& step) const {
+        if (corrects_by_kutta)
+            kernel.step[static_cast<int>(StepperKind::runge_kutta)](system, step, {.table = &kutta4});
+        else this->step(step);
     }
-    void integrate_to_escape(StepperState<V>& f, EscapeIntegration<V>& way) const {
-        kernel.integrate_to_escape[kind()](system, f, method.coefficients, way);
+    void integrate_to_escape(StepperState<V>& step, EscapeIntegration<V>& integration) const {
+        kernel.integrate_to_escape[kind()](system, step, method.coefficients, integration);
     }
-    /// The end of a step becomes the start of the next, in these lanes, or in all.
-    void begin_next(Step<V>& f, const MaskOf<V>& lanes) const { copy_end_to_start(f, CopyLanes<V>{lanes}); }
-    void begin_next(Step<V>& f) const {
-        copy_end_to_start(f, [](V& to, const V& from) __attribute__((always_inline)) { to = from; });
+    /// Copies the end of a step to the start of the next step, in the given lanes or in all lanes.
+    void begin_next(Step<V>& step, const MaskOf<V>& lanes) const { copy_end_to_start(step, CopyLanes<V>{lanes}); }
+    void begin_next(Step<V>& step) const {
+        copy_end_to_start(step, [](V& to, const V& from) __attribute__((always_inline)) { to = from; });
     }
     int kind() const { return static_cast<int>(method.kind); }
-    /// Dense output of the step in `f`.
-    Curve<V> curve(const StepperState<V>& f) const {
-        return own_curve ? own_curve(f, method.coefficients) : Curve<V>::hermite(f);
+    /// Returns the dense output of a step.
+    Curve<V> curve(const StepperState<V>& step) const {
+        return own_curve ? own_curve(step, method.coefficients) : Curve<V>::hermite(step);
     }
-    Extent<V> extent(const StepperState<V>& f) const {
-        return own_curve ? own_curve(f, method.coefficients).extent() : Curve<V>::hermite(f).extent();
+    /// Returns a box that contains the dense output.
+    Extent<V> extent(const StepperState<V>& step) const {
+        return own_curve ? own_curve(step, method.coefficients).extent() : Curve<V>::hermite(step).extent();
     }
 
 private:
     template <class Copy>
-    KAGERO_INLINE void copy_end_to_start(Step<V>& f, const Copy& copy) const {
-        RayState<V>& here = f.start;
-        const RayState<V>& there = f.end;
-        RayState<V>::each_of_motion(here, there, copy);
-        copy(here.energy_terms, there.energy_terms);
-        if (carries)
-            for (int k = 0; k < stepper_memory; ++k) copy(here.carry[k], there.carry[k]);
-        if (kernel.bounded) copy(here.domain, there.domain);
-        if (kernel.capturing) copy(here.captured, there.captured);
-        if (kernel.bounds_steps) copy(here.max_step_length, there.max_step_length);
-        if (kernel.discontinuous) copy(here.switching, there.switching);
+    KAGERO_INLINE void copy_end_to_start(Step<V>& step, const Copy& copy) const {
+        RayState<V>& to = step.start;
+        const RayState<V>& from = step.end;
+        RayState<V>::each_of_motion(to, from, copy);
+        copy(to.energy_terms, from.energy_terms);
+        if (keeps_memory)
+            for (int k = 0; k < stepper_memory_size; ++k) copy(to.stepper_memory[k], from.stepper_memory[k]);
+        if (kernel.bounded) copy(to.domain, from.domain);
+        if (kernel.capturing) copy(to.captured, from.captured);
+        if (kernel.bounds_steps) copy(to.max_step_length, from.max_step_length);
+        if (kernel.discontinuous) copy(to.switching, from.switching);
     }
 };
 

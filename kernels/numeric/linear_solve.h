@@ -1,4 +1,4 @@
-/// Small dense systems of linear equations, of one ray.
+/// Solver for small dense systems of linear equations, for one ray.
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,8 @@ namespace kagero {
 
 using std::abs;
 
-/// Solves A x = b of n rows by elimination with partial pivoting. A is overwritten, b becomes x, which is not finite
-/// where A is singular. Returns whether det A > 0.
+/// Solves A x = b with n rows by Gaussian elimination with partial pivoting. A is overwritten. b is replaced by x,
+/// which is not finite if A is singular. Returns true if det A > 0.
 template <class Row, class S>
 bool solve_linear(int n, Row* a, S* b) {
     bool regular = true, positive = true;

@@ -1,5 +1,7 @@
-/// Quadruple precision as a value type, for measuring convergence orders that double cannot show. Correct to some tens
-/// of roundings (sin, cos, tan absolutely, for moderate arguments); slow, and without care for overflow.
+/// Quadruple precision as a value type, for measurements of convergence orders beyond the precision of double.
+///
+/// Relative errors are some tens of roundings. For sin, cos and tan this holds for the absolute error, at moderate
+/// arguments. The functions are slow and do not handle overflow.
 #pragma once
 
 #include "kernels/simd/circular.h"
@@ -30,19 +32,20 @@ inline Quad max(Quad a, Quad b) { return a > b ? a : b; }
 inline Quad select(bool m, Quad a, Quad b) { return m ? a : b; }
 
 namespace detail {
-/// The nearest whole number of units in a; `rest` becomes what is left. A unit is given as a sum of three doubles.
+/// Returns the integer nearest to a/unit, and sets `rest` to the remainder. The unit is the sum u0 + u1 + u2.
 inline int whole_units(Quad a, double u0, double u1, double u2, Quad& rest) {
     const Quad unit = static_cast<Quad>(u0) + u1 + u2;
     const int k = static_cast<int>(std::lrint(static_cast<double>(a / unit)));
     rest = a - k * unit;
     return k;
 }
-/// sin (first = 1) or cos (first = 0) of |x| < 1, by Taylor's series.
+/// Returns sin x (first = 1) or cos x (first = 0) for |x| < 1, by the Taylor series.
 inline Quad circular(Quad x, int first) {
     Quad term = first ? x : Quad(1), sum = term;
     for (int n = first + 2; n < 34; n += 2) sum += term *= -x * x / (n * (n - 1));
     return sum;
 }
+/// Returns sin(a + shift·π/2).
 inline Quad quadrant(Quad a, int shift) {
     Quad rest;
     const int k =
@@ -72,7 +75,7 @@ inline Quad cos(Quad a) { return detail::quadrant(a, 1); }
 inline Quad tan(Quad a) { return sin(a) / cos(a); }
 inline Quad atan2(Quad a, Quad b) {
     Quad angle = std::atan2(static_cast<double>(a), static_cast<double>(b));
-    for (int i = 0; i < 2; ++i) {  // turn by the angle that is left
+    for (int i = 0; i < 2; ++i) {  // adds the remaining angle to first order
         const Quad c = cos(angle), s = sin(angle);
         angle += (a * c - b * s) / (b * c + a * s);
     }

@@ -1,4 +1,4 @@
-/// Three components of anything that adds and multiplies.
+/// Vectors with three components of any number type.
 #pragma once
 
 namespace kagero {
@@ -20,7 +20,7 @@ template <class V>
 constexpr Vec3<V> cross(const Vec3<V>& a, const Vec3<V>& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-/// Euclidean length.
+/// Returns the Euclidean length.
 template <class V>
 constexpr V norm(const Vec3<V>& a) { return sqrt(dot(a, a)); }
 

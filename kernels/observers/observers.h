@@ -1,7 +1,8 @@
-/// The momentum a ray starts with: from a direction in coordinates, or from one in an observer's rest frame.
+/// The initial momentum of a ray, for a direction in coordinates or in an observer's rest frame.
 ///
-/// Everything follows from H by automatic differentiation: G^{ab} = ∂²H/∂p_a∂p_b is the inverse metric of a spacetime,
-/// and the inverse "mass" of an index medium. H is quadratic in p for every Hamiltonian served here.
+/// The momentum follows from derivatives of H by automatic differentiation. H must be quadratic in p, as all compiled
+/// Hamiltonians are. In a spacetime its second derivatives ∂²H/∂p_a∂p_b are the inverse metric g^{ab}. In a medium they
+/// are the inverse mass matrix, which is the unit matrix for H = ½(|p|² − N²).
 #pragma once
 
 #include "kernels/abi.h"
@@ -14,15 +15,15 @@
 
 namespace kagero {
 
-/// H − H0 at some (p_x, p_y, p_z, p_t), with first and second derivatives by them.
+/// H and its derivatives with respect to (p_x, p_y, p_z, p_t) at one position and the momentum (0, 0, 0, p_t).
 struct MomentumExpansion {
-    double value;
-    std::array<double, 4> gradient;
-    Matrix<4> hessian;
+    double value;                    ///< H
+    std::array<double, 4> gradient;  ///< ∂H/∂p_a
+    Matrix<4> hessian;               ///< ∂²H/∂p_a∂p_b, which does not depend on p
 };
 
-/// At (0, 0, 0, p_t). The gradient is linear in p, so the second derivatives are what it grows by from there along each
-/// axis.
+/// Returns the expansion of H at the position q. Because the gradient is linear in p, each row of second derivatives is
+/// the difference of two gradients, at momenta that differ by 1 in one component.
 template <class H>
 MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)[3], double pt) {
     using First = Dual<double, 4>;
@@ -38,14 +39,15 @@ MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)
     for (int b = 0; b < 4; ++b) {
         std::array<double, 4> p{0, 0, 0, pt};
         p[b] += 1;
-        const First there = at(p);
-        for (int a = 0; a < 4; ++a) e.hessian[a][b] = there.derivative[a] - h.derivative[a];
+        const First shifted = at(p);
+        for (int a = 0; a < 4; ++a) e.hessian[a][b] = shifted.derivative[a] - h.derivative[a];
     }
     return e;
 }
 
-/// p with ∂H/∂p along d in the same sense, and H = H0. With H quadratic in p, ∂H/∂p = μ d gives p = G⁻¹(μ d − v0), and
-/// H = H0 fixes μ.
+/// Computes the start of a ray at q with the velocity ∂H/∂p = μ d, where d is a direction in coordinates, and μ > 0 is
+/// chosen so that H = H0. Let v0 be the velocity at the momentum (0, 0, 0, p_t), and G the spatial block of
+/// ∂²H/∂p_a∂p_b. Then p = G⁻¹(μ d − v0).
 template <class H>
 Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
     const double pt = H::spacetime ? 1.0 : 0.0;
@@ -55,29 +57,33 @@ Failure start_along(const double* parameters, const double (&q)[3], const double
         if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
     if (!(length > 0)) return out.failure = Failure::zero_direction;
     const MomentumExpansion e = expand_in_momentum<H>(parameters, q, pt);
-    Matrix<3> g{};
+    Matrix<3> spatial_block{};  // G, which is part of the inverse metric in a spacetime
     bool finite = std::isfinite(e.value);
     for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) g[i][k] = e.hessian[i][k], finite = finite && std::isfinite(g[i][k]);
+        for (int k = 0; k < 3; ++k) {
+            spatial_block[i][k] = e.hessian[i][k];
+            finite = finite && std::isfinite(spatial_block[i][k]);
+        }
     if (!finite) return out.failure = Failure::singular_start;
-    const Matrix<3> gi = inverse<3>(g);
-    const auto form = [&](const auto& a, const auto& b) {
+    const Matrix<3> inverse_block = inverse<3>(spatial_block);
+    // Returns aᵀ G⁻¹ b.
+    const auto product = [&](const auto& a, const auto& b) {
         double sum = 0;
         for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) sum += a[i] * gi[i][k] * b[k];
+            for (int k = 0; k < 3; ++k) sum += a[i] * inverse_block[i][k] * b[k];
         return sum;
     };
     const double unit[3] = {d[0] / length, d[1] / length, d[2] / length};
     const double* v0 = e.gradient.data();
-    const double square = 2 * (H::level - e.value + 0.5 * form(v0, v0)) / form(unit, unit);
-    if (!(square > 0) || !std::isfinite(square)) return out.failure = Failure::no_momentum;
-    const double mu = std::sqrt(square);
+    const double mu_squared = 2 * (H::level - e.value + 0.5 * product(v0, v0)) / product(unit, unit);
+    if (!(mu_squared > 0) || !std::isfinite(mu_squared)) return out.failure = Failure::no_momentum;
+    const double mu = std::sqrt(mu_squared);
     for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) out.p[i] += gi[i][k] * (mu * unit[k] - v0[k]);
+        for (int k = 0; k < 3; ++k) out.p[i] += inverse_block[i][k] * (mu * unit[k] - v0[k]);
     return Failure::none;
 }
 
-/// The gradient of the radius that a hole's observers are described with.
+/// Returns ∂r/∂q of the radius r of a black hole (Boyer–Lindquist or Schwarzschild), and sets `radius` to r.
 template <class H>
 std::array<double, 3> radius_gradient(const double* parameters, const double (&q)[3], double& radius) {
     using First = Dual<double, 3>;
@@ -89,10 +95,11 @@ std::array<double, 3> radius_gradient(const double* parameters, const double (&q
     return r.derivative;
 }
 
+/// Declares the 4-velocity of matter that falls from rest at infinity: u_r = −infall(k, r) (see schwarzschild.h).
 template <class H>
 concept Infalling = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
 
-/// Whether a place is within the outer horizon, r₊ = M + √(M² − a²), where nobody rests for good.
+/// Returns true if q is inside the outer horizon, r₊ = M + √(M² − a²), where no observer can stay at rest.
 template <Infalling H>
 bool within_horizon(const double* parameters, const double (&q)[3]) {
     const auto k = make_parameters<H>(parameters);
@@ -101,61 +108,70 @@ bool within_horizon(const double* parameters, const double (&q)[3]) {
            hole.mass + std::sqrt(std::max(hole.mass * hole.mass - hole.spin * hole.spin, 0.0));
 }
 
-/// A covector along the observer's lowered 4-velocity, (u_x, u_y, u_z, u_t) of any length: −dt of the coordinates, −dt
-/// of Boyer and Lindquist, or that of rain. The static observer's has u^a along ∂_t.
+/// Returns the covariant 4-velocity (u_x, u_y, u_z, u_t) of an observer, up to a factor:
+///   static      g_{at}, so that u^a points along ∂_t; `metric` is g_{ab}
+///   coordinate  −∂t/∂x^a, where t is the time coordinate of H
+///   zamo        −∂t'/∂x^a, where t' is the Boyer–Lindquist or Schwarzschild time; without a black hole, t
+///   falling     that of matter that falls from rest at infinity
 template <class H>
 std::array<double, 4> lowered_velocity(ObserverKind kind, const double* parameters, const double (&q)[3],
                                        const Matrix<4>& metric) {
     if (kind == ObserverKind::static_) return {metric[0][3], metric[1][3], metric[2][3], metric[3][3]};
     if constexpr (Infalling<H>) {
         double r;
-        const std::array<double, 3> slope = radius_gradient<H>(parameters, q, r);
+        const std::array<double, 3> dr = radius_gradient<H>(parameters, q, r);
         const auto k = make_parameters<H>(parameters);
-        const double s = kind == ObserverKind::zamo      ? H::time_offset_gradient(k, r)
-                         : kind == ObserverKind::falling ? H::infall(k, r)
-                                                         : 0.0;
-        return {-s * slope[0], -s * slope[1], -s * slope[2], -1};
+        const double minus_u_r = kind == ObserverKind::zamo      ? H::time_offset_gradient(k, r)
+                                 : kind == ObserverKind::falling ? H::infall(k, r)
+                                                                 : 0.0;
+        return {-minus_u_r * dr[0], -minus_u_r * dr[1], -minus_u_r * dr[2], -1};
     } else {
         return {0, 0, 0, -1};
     }
 }
 
-/// p = N(q) d for directions d, the same for every observer at rest in an isotropic medium.
+/// Computes the map p = N(q) d from unit directions d to momenta in an isotropic medium, where observers are at rest.
 template <class H>
 Failure observe_medium(const double* parameters, const double (&q)[3], StartMap& map) {
-    RayStart x;
-    if (const Failure f = start_along<H>(parameters, q, {1, 0, 0}, x); f != Failure::none) return f;
-    const double size = std::sqrt(x.p[0] * x.p[0] + x.p[1] * x.p[1] + x.p[2] * x.p[2]);
-    for (int i = 0; i < 3; ++i) map.matrix[i][i] = size;
+    RayStart start;
+    if (const Failure f = start_along<H>(parameters, q, {1, 0, 0}, start); f != Failure::none) return f;
+    const double index = std::sqrt(start.p[0] * start.p[0] + start.p[1] * start.p[1] + start.p[2] * start.p[2]);
+    for (int i = 0; i < 3; ++i) map.matrix[i][i] = index;
     return Failure::none;
 }
 
-/// Directions of an observer's rest frame to momenta. A falling observer lives in the ingoing form of the metric, the
-/// outgoing one with t → −t: there a hole of the parameters given spins the other way.
+/// Computes the map from directions in the rest frame of an observer at q to momenta. H has the outgoing form of the
+/// metric of a black hole. For a falling observer the ingoing form is used, which is the outgoing form with t → −t. In
+/// the ingoing form a black hole with the same parameters rotates in the opposite direction
+/// (ParameterInfo::flips_under_time_reversal).
 template <class H>
 Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
     map = {};
     const bool needs_hole = kind == ObserverKind::falling || kind == ObserverKind::zamo;
     if (needs_hole && (!H::spacetime || (kind == ObserverKind::falling && !Infalling<H>))) return Failure::no_observer;
     if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
-    // Within an inner horizon r is a length again, and rest is timelike: but nothing comes out of there.
+    // Inside the inner horizon u^a along ∂_t may be timelike again, but light from there cannot reach the outside.
     if constexpr (Infalling<H>)
         if ((kind == ObserverKind::static_ || kind == ObserverKind::zamo) && within_horizon<H>(parameters, q))
             return Failure::no_observer;
     Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian, g;
-    const double time = kind == ObserverKind::falling ? -1 : 1;
-    for (int i = 0; i < 3; ++i) inverse_metric[i][3] *= time, inverse_metric[3][i] *= time;
+    const double time_sign = kind == ObserverKind::falling ? -1 : 1;
+    for (int i = 0; i < 3; ++i) {
+        inverse_metric[i][3] *= time_sign;
+        inverse_metric[3][i] *= time_sign;
+    }
     if (!metric_of(inverse_metric, g)) return Failure::singular_start;
     map.pt = kind == ObserverKind::static_ || kind == ObserverKind::zamo ? 1 : 0;
-    return rest_frame(inverse_metric, g, lowered_velocity<H>(kind, parameters, q, g), time, map);
+    return rest_frame(inverse_metric, g, lowered_velocity<H>(kind, parameters, q, g), time_sign, map);
 }
 
-/// p · u for matter that moves with the velocity v = dx/dt (rest_frame.h).
+/// Returns the frequency p · u of a ray for matter at q that moves with the velocity v = dx/dt; 1 in a medium. See
+/// `frequency_in`.
 template <class H>
 double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt,
-                    const double (&v)[3], double time) {
+                    const double (&v)[3], double time_sign) {
     if constexpr (!H::spacetime) return 1;
-    return frequency_in(expand_in_momentum<H>(parameters, q, 0).hessian, p, pt, v, time);
+    return frequency_in(expand_in_momentum<H>(parameters, q, 0).hessian, p, pt, v, time_sign);
 }
 
 }  // namespace kagero

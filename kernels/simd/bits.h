@@ -1,11 +1,11 @@
-/// Sets of lanes as bits.
+/// Iteration over the set bits of a lane mask.
 #pragma once
 
 #include <cstdint>
 
 namespace kagero {
 
-/// The lanes of a set, the lowest first: `for (const int i : lanes_in(bits))`.
+/// The range of the indices of lanes whose bit is set, in ascending order: `for (const int i : lanes_in(bits))`.
 class lanes_in {
 public:
     explicit constexpr lanes_in(std::uint64_t bits) : rest_(bits) {}

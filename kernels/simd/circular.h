@@ -1,9 +1,9 @@
-/// sin, cos and tan of rays in packets and alone, to the same bits, each lane by itself whatever its neighbours ask
-/// for.
+/// sin, cos and tan of packets and scalars. The result of a lane is identical to that of a scalar, and does not depend
+/// on the other lanes.
 ///
-/// x = k π/2 + r with |r| ≤ π/4, the multiple taken off in three parts (Cody & Waite 1980); then Taylor's series of
-/// both, of which the quadrant picks one. Within 2 ulp of 1; arguments too large for this, and what is not finite, go
-/// to the standard library one by one.
+/// The argument is reduced to x = k π/2 + r with |r| ≤ π/4; k π/2 is subtracted in three parts (Cody & Waite 1980).
+/// Both Taylor series are evaluated in r, and the quadrant k selects one. The absolute error is below 2 ulp of 1. For
+/// arguments that are too large for this reduction, or not finite, each lane calls the standard library.
 #pragma once
 
 #include "kernels/simd/lane_memory.h"
@@ -13,11 +13,13 @@
 namespace kagero {
 namespace detail {
 
+/// Constants of the range reduction: `parts` of π/2, the greatest |x| (`limit`), and the degree of the Taylor series in
+/// r² (`terms`).
 template <class S>
 struct QuarterTurn;
 template <>
 struct QuarterTurn<double> {
-    // The first two of 33 bits, so that products with k < 2²⁰ are exact; the third is what is left.
+    // The first two parts have 33 bits, so that their products with k < 2²⁰ are exact; the third is the remainder.
     static constexpr double parts[3] = {1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
     static constexpr double limit = 1e6;
     static constexpr int terms = 8;
@@ -29,7 +31,7 @@ struct QuarterTurn<float> {
     static constexpr int terms = 5;
 };
 
-/// 1/1!, −1/3!, 1/5! … for sin (first = 1); 1, −1/2!, 1/4! … for cos (first = 0).
+/// Returns 1/1!, −1/3!, 1/5! etc. for sin (first = 1), or 1, −1/2!, 1/4! etc. for cos (first = 0).
 template <class S, int first>
 constexpr auto taylor_coefficients() {
     std::array<S, QuarterTurn<S>::terms + 1> c{};
@@ -40,6 +42,7 @@ constexpr auto taylor_coefficients() {
     }
     return c;
 }
+/// Returns the Taylor series of (sin r)/r (first = 1) or cos r (first = 0), where `square` is r².
 template <int first, class V>
 KAGERO_INLINE V taylor(const V& square) {
     using S = ScalarOf<V>;
@@ -49,7 +52,8 @@ KAGERO_INLINE V taylor(const V& square) {
     return sum;
 }
 
-/// The lanes of `far` one by one, the others as they are. Out of line: it is hardly ever needed.
+/// Replaces the lanes of `value` whose bit is set in `far` by results of the standard library. It is not inlined,
+/// because it is rarely called.
 template <int quarters, class V>
 [[gnu::noinline, gnu::cold]] V far_circular(const V& x, V value, std::uint64_t far) {
     for (const int i : lanes_in(far))
@@ -57,18 +61,20 @@ template <int quarters, class V>
     return value;
 }
 
-/// sin(x + quarters·π/2).
+/// Returns sin(x + quarters·π/2).
 template <int quarters, class V>
 KAGERO_INLINE V circular(const V& x) {
     using S = ScalarOf<V>;
     using Turn = QuarterTurn<S>;
-    const auto half_below = [&](const V& k) { return nearest_whole(fms(k, V(S(0.5)), V(S(0.25)))); };
-    const V turns = nearest_whole(x * V(S(0.636619772367581343)));
+    // Returns ⌊k/2⌋ for an integer k.
+    const auto half_below = [&](const V& k) { return nearest_integer(fms(k, V(S(0.5)), V(S(0.25)))); };
+    const V turns = nearest_integer(x * V(S(0.636619772367581343)));
     V r = fnma(turns, V(Turn::parts[0]), x);
     r = fnma(turns, V(Turn::parts[1]), r);
     r = fnma(turns, V(Turn::parts[2]), r);
     const V square = r * r;
     const V sine = r * taylor<1>(square), cosine = taylor<0>(square);
+    // odd = k mod 2 selects the series, and flipped = ⌊k/2⌋ mod 2 gives the sign.
     const V k = turns + V(S(quarters)), half = half_below(k);
     const V odd = fnma(V(S(2)), half, k), flipped = fnma(V(S(2)), half_below(half), half);
     const V value = select(odd > V(S(0.5)), cosine, sine) * fnma(V(S(2)), flipped, V(S(1)));
@@ -78,6 +84,7 @@ KAGERO_INLINE V circular(const V& x) {
     return far_circular<quarters>(x, value, to_bits(far));
 }
 
+/// A scalar or packet of double or float.
 template <class V>
 concept RayNumber = std::is_same_v<ScalarOf<V>, double> || std::is_same_v<ScalarOf<V>, float>;
 

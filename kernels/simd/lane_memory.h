@@ -1,4 +1,4 @@
-/// Lanes from numbers in memory and back: one by one, all at once, and by a table.
+/// Transfers between vectors and memory: access to one lane, loads and stores of all lanes, and table lookup.
 #pragma once
 
 #include "kernels/simd/lanes.h"
@@ -17,7 +17,7 @@ template <class V>
 KAGERO_INLINE void set_lane(V& v, int lane, ScalarOf<V> x) {
     std::memcpy(reinterpret_cast<char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, &x, sizeof x);
 }
-/// From a number for each lane.
+/// Returns the vector of the given numbers, one per lane.
 template <class V>
 KAGERO_INLINE V lanes_of(const double* numbers) {
     if constexpr (lane_count<V> == 1) {
@@ -29,7 +29,7 @@ KAGERO_INLINE V lanes_of(const double* numbers) {
         return v;
     }
 }
-/// … and to one.
+/// Stores one number per lane.
 template <class V>
 KAGERO_INLINE void to_doubles(const V& v, double* numbers) {
     if constexpr (lane_count<V> == 1) {
@@ -39,17 +39,18 @@ KAGERO_INLINE void to_doubles(const V& v, double* numbers) {
         KAGERO_EACH_REGISTER(registers::to_doubles(v.v[i], numbers + i * V::width))
     }
 }
-/// From a number for each lane, and what rounding cuts off it: of a double nothing.
+/// Returns the vector of the given numbers, one per lane. Sets `rounding_errors` to the differences between the numbers
+/// and the lanes, which are 0 if the lanes are double.
 template <class V>
-KAGERO_INLINE V lanes_of(const double* numbers, V& cut) {
+KAGERO_INLINE V lanes_of(const double* numbers, V& rounding_errors) {
     const V v = lanes_of<V>(numbers);
     if constexpr (std::is_same_v<ScalarOf<V>, double>) {
-        cut = V(0.0);
+        rounding_errors = V(0.0);
     } else {
         alignas(64) double rest[lane_count<V>];
         to_doubles(v, rest);
         for (int i = 0; i < lane_count<V>; ++i) rest[i] = numbers[i] - rest[i];
-        cut = lanes_of<V>(rest);
+        rounding_errors = lanes_of<V>(rest);
     }
     return v;
 }
@@ -62,7 +63,7 @@ KAGERO_INLINE void to_floats(const V& v, float* numbers) {
         KAGERO_EACH_REGISTER(registers::to_floats(v.v[i], numbers + i * V::width))
     }
 }
-/// The entry of each lane in a table of nx · ny · … numbers, by whole numbers x < nx, y < ny, z, all ≥ 0.
+/// Returns table[(z·ny + y)·nx + x] for each lane. x, y and z hold integers ≥ 0 with x < nx and y < ny.
 template <class V>
 KAGERO_INLINE V look_up(const float* table, const V& x, const V& y, const V& z, int nx, int ny) {
     if constexpr (lane_count<V> == 1) {
@@ -74,7 +75,7 @@ KAGERO_INLINE V look_up(const float* table, const V& x, const V& y, const V& z, 
         return v;
     }
 }
-/// The mask whose lane i is bit i.
+/// Returns the mask whose lane i is set if bit i of `bits` is set.
 template <class V>
 KAGERO_INLINE MaskOf<V> from_bits(std::uint64_t bits) {
     if constexpr (lane_count<V> == 1) {

@@ -1,10 +1,10 @@
-/// Many rays in one value: the only place that names xsimd.
+/// The value types of packets and their functions. This is the only header that uses xsimd.
 ///
-/// Kernel code is written once over a value type V. V is `Lanes<T, R>` (R registers of T, one ray per lane), or plain
-/// `double`, `float` for the scalar strategy; masks are `LaneMask<T, R>` or `bool`. Scalars obey the same functions
-/// with the same rounding, so scalar and packet runs agree bit for bit, but for exp, log, tanh and atan2: scalars have
-/// those of the standard library. At 0 and ∞ 1/x and 1/√x are not a number on AVX-512, but for those that are called
-/// total.
+/// Kernel code is written once over a value type V. V is `Lanes<T, R>` (R registers of T, one ray per lane), or
+/// `double` or `float` for the scalar strategy. Masks are `LaneMask<T, R>` or `bool`. Scalars have the same functions
+/// with the same rounding, so that scalar and packet runs agree bit for bit. The exceptions are exp, log, tanh and
+/// atan2, which scalars take from the standard library. On AVX-512, recip and rsqrt return NaN for 0 and ∞; total_recip
+/// and total_rsqrt return the limits instead.
 #pragma once
 
 #include "kernels/simd/bits.h"
@@ -19,22 +19,23 @@
 
 namespace kagero {
 
-/// A statement for every register i of R. Written out, not looped: g++ scalarizes structures before it unrolls loops,
-/// and what it did not scalarize by then stays in memory.
+/// Executes a statement for each register i < R. It is not a loop, because g++ replaces structures by scalars before it
+/// unrolls loops, so that structures that are indexed in a loop stay in memory.
 #define KAGERO_EACH_REGISTER(...)                                                                                     \
     static_assert(R == 1 || R == 2 || R == 4);                                                                        \
     { constexpr int i = 0; __VA_ARGS__; }                                                                             \
     if constexpr (R > 1) { constexpr int i = 1; __VA_ARGS__; }                                                        \
     if constexpr (R > 2) { { constexpr int i = 2; __VA_ARGS__; } { constexpr int i = 3; __VA_ARGS__; } }
 
+/// R registers of masks for lanes of T.
 template <class T, int R>
 struct LaneMask {
     using Batch = xsimd::batch_bool<T>;
     typename Batch::register_type v[R];
 };
 
-/// R registers of T, held as the compiler's own vectors: arithmetic on them needs no function, which is half of the
-/// time to compile.
+/// R registers of T. They are stored as built-in vector types of the compiler, whose arithmetic needs no function
+/// calls; this halves the time to compile.
 template <class T, int R>
 struct Lanes {
     using Batch = xsimd::batch<T>;
@@ -46,7 +47,7 @@ struct Lanes {
     KAGERO_INLINE Lanes(T all) {
         KAGERO_EACH_REGISTER(v[i] = Batch(all))
     }
-    // Register by register: copied as a block, g++ would send every copy through memory.
+    // Copies register by register, because g++ copies a whole structure through memory.
     KAGERO_INLINE Lanes(const Lanes& other) {
         KAGERO_EACH_REGISTER(v[i] = other.v[i])
     }
@@ -56,8 +57,9 @@ struct Lanes {
     }
 };
 
-// ---- what V is made of -------------------------------------------------------------------------------------------------------
+// ---- properties of value types ------------------------------------------------------------------------------------
 
+/// Scalar type, mask type, number of lanes and number of registers of a value type.
 template <class V>
 struct ValueTraits {
     using Scalar = V;
@@ -79,15 +81,16 @@ using MaskOf = typename ValueTraits<V>::Mask;
 template <class V>
 inline constexpr int lane_count = ValueTraits<V>::lanes;
 
-/// Distance from 1 to the next number.
+/// The distance from 1 to the next greater number.
 template <class S>
 inline constexpr S machine_epsilon = std::numeric_limits<S>::epsilon();
 
-// ---- packets -----------------------------------------------------------------------------------------------------------------
+// ---- packets ------------------------------------------------------------------------------------------------------
 
 namespace detail {
 
-/// xsimd's divides, and has no number where both are 0.
+/// Returns atan2(y, x). If both are 0, xsimd's function returns NaN, because it divides y by x. This function then
+/// returns ±0 or ±π.
 template <class Batch>
 KAGERO_INLINE Batch angle_of(const Batch& y, const Batch& x) {
     const Batch zero(0), one(1);
@@ -158,7 +161,7 @@ KAGERO_LANES_TERNARY(fnma, fused_neg)  // c − a·b
     template <class T, int R>                                                                       \
     KAGERO_INLINE LaneMask<T, R> operator OPERATOR(const Lanes<T, R>& a, const Lanes<T, R>& b) {    \
         LaneMask<T, R> m;                                                                           \
-        KAGERO_EACH_REGISTER(m.v[i] = xsimd::batch<T>(a.v[i]) OPERATOR xsimd::batch<T>(b.v[i]))                                \
+        KAGERO_EACH_REGISTER(m.v[i] = xsimd::batch<T>(a.v[i]) OPERATOR xsimd::batch<T>(b.v[i])) \
         return m;                                                                                   \
     }
 KAGERO_LANES_COMPARE(<)
@@ -185,7 +188,7 @@ KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
     return m;
 }
 
-/// a where the mask holds, else b.
+/// Returns a in lanes where the mask is set, else b.
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> select(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
     Lanes<T, R> c;
@@ -193,7 +196,7 @@ KAGERO_INLINE Lanes<T, R> select(const LaneMask<T, R>& m, const Lanes<T, R>& a, 
         c.v[i] = xsimd::select(xsimd::batch_bool<T>(m.v[i]), xsimd::batch<T>(a.v[i]), xsimd::batch<T>(b.v[i])))
     return c;
 }
-/// Bit i is lane i.
+/// Returns the mask as bits: bit i is lane i.
 template <class T, int R>
 KAGERO_INLINE std::uint64_t to_bits(const LaneMask<T, R>& m) {
     std::uint64_t all = 0;
@@ -203,7 +206,7 @@ KAGERO_INLINE std::uint64_t to_bits(const LaneMask<T, R>& m) {
 template <class T, int R>
 KAGERO_INLINE bool any(const LaneMask<T, R>& m) { return to_bits(m) != 0; }
 
-// ---- scalars, to the same rounding -------------------------------------------------------------------------------------------
+// ---- scalars, with the same rounding ------------------------------------------------------------------------------
 
 template <class V>
 concept Scalar = std::is_floating_point_v<V>;
@@ -238,22 +241,23 @@ using std::log;
 using std::sqrt;
 using std::tanh;
 
-// ---- 1/x and 1/√x: a 14-bit estimate and one polishing step of fourth order (double), second order (float) -------------------
+// ---- 1/x and 1/√x. AVX-512: a 14-bit estimate and one correction of fourth (double) or second order (float) --------
 
 #if defined(__AVX512F__)
-/// y += y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y²: about 2 ulp. Of 0 and ∞ e is no number; a `total` function
-/// keeps the estimate there, as min takes the other of its operands.
+/// Returns 1/√x from the estimate y, as y + y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y². The error is about 2 ulp.
+/// For x = 0 and x = ∞, e is NaN. If `total` is set, min(e, 1) = 1 then replaces e, so that the result is y, which is
+/// exact.
 template <bool total, class V>
-KAGERO_INLINE V polished_rsqrt(const V& x, const V& y) {
+KAGERO_INLINE V refined_rsqrt(const V& x, const V& y) {
     using S = ScalarOf<V>;
     V e = fnma(x * y, y, V(S(1)));
     if constexpr (total) e = min(e, V(S(1)));
     if constexpr (std::is_same_v<S, float>) return fma(y * e, V(S(0.5)), y);
     else return fma(y * e, fma(e, fma(e, V(S(0.3125)), V(S(0.375))), V(S(0.5))), y);
 }
-/// y += y e (1 + e (1 + e)) with e = 1 − x y.
+/// Returns 1/x from the estimate y, as y + y e (1 + e (1 + e)) with e = 1 − x y. `total` is the same as above.
 template <bool total, class V>
-KAGERO_INLINE V polished_recip(const V& x, const V& y) {
+KAGERO_INLINE V refined_recip(const V& x, const V& y) {
     using S = ScalarOf<V>;
     V e = fnma(x, y, V(S(1)));
     if constexpr (total) e = min(e, V(S(1)));
@@ -264,18 +268,18 @@ template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) {
     Lanes<T, R> c;
     KAGERO_EACH_REGISTER(c.v[i] = registers::rsqrt14(a.v[i]))
-    return polished_rsqrt<total>(a, c);
+    return refined_rsqrt<total>(a, c);
 }
 template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> recip(const Lanes<T, R>& a) {
     Lanes<T, R> c;
     KAGERO_EACH_REGISTER(c.v[i] = registers::recip14(a.v[i]))
-    return polished_recip<total>(a, c);
+    return refined_recip<total>(a, c);
 }
 template <bool total = false, Scalar V>
-KAGERO_INLINE V rsqrt(V a) { return polished_rsqrt<total>(a, registers::rsqrt14(a)); }
+KAGERO_INLINE V rsqrt(V a) { return refined_rsqrt<total>(a, registers::rsqrt14(a)); }
 template <bool total = false, Scalar V>
-KAGERO_INLINE V recip(V a) { return polished_recip<total>(a, registers::recip14(a)); }
+KAGERO_INLINE V recip(V a) { return refined_recip<total>(a, registers::recip14(a)); }
 #else
 template <bool total = false, class T, int R>
 KAGERO_INLINE Lanes<T, R> rsqrt(const Lanes<T, R>& a) { return Lanes<T, R>(T(1)) / sqrt(a); }
@@ -286,26 +290,26 @@ KAGERO_INLINE V rsqrt(V a) { return V(1) / std::sqrt(a); }
 template <bool total = false, Scalar V>
 KAGERO_INLINE V recip(V a) { return V(1) / a; }
 #endif
-/// … of 0 and ∞ as well, on every instruction set.
+/// Return 1/√x and 1/x, also for 0 and ∞, on every instruction set.
 template <class V>
 KAGERO_INLINE V total_rsqrt(const V& a) { return rsqrt<true>(a); }
 template <class V>
 KAGERO_INLINE V total_recip(const V& a) { return recip<true>(a); }
 
-// ---- masks and whole numbers ----------------------------------------------------------------------------------------------------
+// ---- masks and integers -------------------------------------------------------------------------------------------
 
-/// The mask of all lanes, and of none.
+/// Return the masks with all lanes set, and with no lane set.
 template <class V>
-KAGERO_INLINE MaskOf<V> always() { return V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0)); }
+KAGERO_INLINE MaskOf<V> all_lanes() { return V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0)); }
 template <class V>
-KAGERO_INLINE MaskOf<V> never() { return V(ScalarOf<V>(0)) > V(ScalarOf<V>(0)); }
-/// The nearest whole number, of two the even one, for |a| < 1/2ε.
+KAGERO_INLINE MaskOf<V> no_lanes() { return V(ScalarOf<V>(0)) > V(ScalarOf<V>(0)); }
+/// Returns the nearest integer, the even one in a tie, for |a| < 1/(2ε), where ε is machine_epsilon.
 template <class V>
-KAGERO_INLINE V nearest_whole(const V& a) {
+KAGERO_INLINE V nearest_integer(const V& a) {
     const V rounder(ScalarOf<V>(1.5) / machine_epsilon<ScalarOf<V>>);
     return (a + rounder) - rounder;
 }
-/// False for infinities and NaN.
+/// Returns the mask of the lanes that are neither infinite nor NaN.
 template <class V>
 KAGERO_INLINE MaskOf<V> is_finite(const V& a) { return abs(a) <= V(std::numeric_limits<ScalarOf<V>>::max()); }
 

@@ -1,5 +1,5 @@
-/// Single registers: fused operations, estimates of reciprocals, masks and numbers to and from memory, by instruction
-/// set. What xsimd has not, or not as quickly; `lanes.h` builds on it.
+/// Operations on single registers for each instruction set: fused multiply-adds, estimates of reciprocals, masks as
+/// bits, and transfers to and from memory. xsimd lacks these functions or has slower ones. `lanes.h` uses them.
 #pragma once
 
 #include "kernels/inline.h"
@@ -11,8 +11,10 @@
 
 namespace kagero::registers {
 
+/// `fused` returns a·b + c, `fused_sub` a·b − c and `fused_neg` c − a·b. `rsqrt14` and `recip14` are estimates of 1/√x
+/// and 1/x with 14 bits.
 #if defined(__AVX512F__)
-// xsimd 8.1 does not fuse on AVX-512.
+// xsimd 8.1 does not use fused instructions on AVX-512.
 KAGERO_INLINE __m512d fused(__m512d a, __m512d b, __m512d c) { return _mm512_fmadd_pd(a, b, c); }
 KAGERO_INLINE __m512 fused(__m512 a, __m512 b, __m512 c) { return _mm512_fmadd_ps(a, b, c); }
 KAGERO_INLINE __m512d fused_sub(__m512d a, __m512d b, __m512d c) { return _mm512_fmsub_pd(a, b, c); }
@@ -43,7 +45,7 @@ template <class B>
 KAGERO_INLINE B fused_neg(const B& a, const B& b, const B& c) { return c - a * b; }
 #endif
 
-/// Bit i is lane i of one register's mask.
+/// Returns the mask of one register as bits: bit i is lane i.
 #if defined(__AVX512F__)
 KAGERO_INLINE std::uint64_t bits(std::uint64_t m) { return m; }
 #elif defined(__AVX2__)
@@ -54,33 +56,34 @@ KAGERO_INLINE std::uint64_t bits(__m128d m) { return static_cast<unsigned>(_mm_m
 KAGERO_INLINE std::uint64_t bits(__m128 m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
 #endif
 
-/// … and back: each lane looks at its own bit.
+/// Sets a register's mask from bits: lane i is set if bit i is set. `test_bits` sets the 32-bit elements whose bit in
+/// `own` is set in `all`.
 #if defined(__AVX512F__)
 template <class M>
 KAGERO_INLINE void set_bits(M& m, std::uint64_t all) { m = static_cast<M>(all); }
 #elif defined(__AVX2__)
-KAGERO_INLINE __m256i own_bit(std::uint64_t all, __m256i own) {
+KAGERO_INLINE __m256i test_bits(std::uint64_t all, __m256i own) {
     return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(all)), own), own);
 }
 KAGERO_INLINE void set_bits(__m256d& m, std::uint64_t all) {
-    m = _mm256_castsi256_pd(own_bit(all, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8)));
+    m = _mm256_castsi256_pd(test_bits(all, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8)));
 }
 KAGERO_INLINE void set_bits(__m256& m, std::uint64_t all) {
-    m = _mm256_castsi256_ps(own_bit(all, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)));
+    m = _mm256_castsi256_ps(test_bits(all, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)));
 }
 #else
-KAGERO_INLINE __m128i own_bit(std::uint64_t all, __m128i own) {
+KAGERO_INLINE __m128i test_bits(std::uint64_t all, __m128i own) {
     return _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(all)), own), own);
 }
 KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t all) {
-    m = _mm_castsi128_pd(own_bit(all, _mm_setr_epi32(1, 1, 2, 2)));
+    m = _mm_castsi128_pd(test_bits(all, _mm_setr_epi32(1, 1, 2, 2)));
 }
 KAGERO_INLINE void set_bits(__m128& m, std::uint64_t all) {
-    m = _mm_castsi128_ps(own_bit(all, _mm_setr_epi32(1, 2, 4, 8)));
+    m = _mm_castsi128_ps(test_bits(all, _mm_setr_epi32(1, 2, 4, 8)));
 }
 #endif
 
-/// One register from doubles in memory, and one register to doubles or floats there.
+/// Loads one register from doubles in memory, or stores one register as doubles or floats.
 #if defined(__AVX512F__)
 KAGERO_INLINE void from_doubles(__m512d& v, const double* from) { v = _mm512_loadu_pd(from); }
 KAGERO_INLINE void from_doubles(__m512& v, const double* from) {
@@ -89,8 +92,8 @@ KAGERO_INLINE void from_doubles(__m512& v, const double* from) {
 }
 KAGERO_INLINE void to_doubles(__m512d v, double* to) { _mm512_storeu_pd(to, v); }
 KAGERO_INLINE void to_doubles(__m512 v, double* to) {
-    _mm512_storeu_pd(to, _mm512_cvtps_pd(_mm512_castps512_ps256(v))),
-        _mm512_storeu_pd(to + 8, _mm512_cvtps_pd(_mm512_extractf32x8_ps(v, 1)));
+    _mm512_storeu_pd(to, _mm512_cvtps_pd(_mm512_castps512_ps256(v)));
+    _mm512_storeu_pd(to + 8, _mm512_cvtps_pd(_mm512_extractf32x8_ps(v, 1)));
 }
 KAGERO_INLINE void to_floats(__m512d v, float* to) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m512 v, float* to) { _mm512_storeu_ps(to, v); }
@@ -101,8 +104,8 @@ KAGERO_INLINE void from_doubles(__m256& v, const double* from) {
 }
 KAGERO_INLINE void to_doubles(__m256d v, double* to) { _mm256_storeu_pd(to, v); }
 KAGERO_INLINE void to_doubles(__m256 v, double* to) {
-    _mm256_storeu_pd(to, _mm256_cvtps_pd(_mm256_castps256_ps128(v))),
-        _mm256_storeu_pd(to + 4, _mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
+    _mm256_storeu_pd(to, _mm256_cvtps_pd(_mm256_castps256_ps128(v)));
+    _mm256_storeu_pd(to + 4, _mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
 }
 KAGERO_INLINE void to_floats(__m256d v, float* to) { _mm_storeu_ps(to, _mm256_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m256 v, float* to) { _mm256_storeu_ps(to, v); }
@@ -113,23 +116,24 @@ KAGERO_INLINE void from_doubles(__m128& v, const double* from) {
 }
 KAGERO_INLINE void to_doubles(__m128d v, double* to) { _mm_storeu_pd(to, v); }
 KAGERO_INLINE void to_doubles(__m128 v, double* to) {
-    _mm_storeu_pd(to, _mm_cvtps_pd(v)), _mm_storeu_pd(to + 2, _mm_cvtps_pd(_mm_movehl_ps(v, v)));
+    _mm_storeu_pd(to, _mm_cvtps_pd(v));
+    _mm_storeu_pd(to + 2, _mm_cvtps_pd(_mm_movehl_ps(v, v)));
 }
 KAGERO_INLINE void to_floats(__m128d v, float* to) { _mm_storel_pi(reinterpret_cast<__m64*>(to), _mm_cvtpd_ps(v)); }
 KAGERO_INLINE void to_floats(__m128 v, float* to) { _mm_storeu_ps(to, v); }
 #endif
 
-/// Four columns into four rows: to[j][i] = column i [j].
+/// Transposes a 4 × 4 block: element j of the i-th input becomes to[j][i].
 #if defined(__AVX__)
 KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d,
                              double* const (&to)[4]) {
     const __m256d x = _mm256_loadu_pd(a), y = _mm256_loadu_pd(b), z = _mm256_loadu_pd(c), w = _mm256_loadu_pd(d);
     const __m256d xy_even = _mm256_unpacklo_pd(x, y), xy_odd = _mm256_unpackhi_pd(x, y);
     const __m256d zw_even = _mm256_unpacklo_pd(z, w), zw_odd = _mm256_unpackhi_pd(z, w);
-    _mm256_storeu_pd(to[0], _mm256_permute2f128_pd(xy_even, zw_even, 0x20)),
-        _mm256_storeu_pd(to[1], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x20));
-    _mm256_storeu_pd(to[2], _mm256_permute2f128_pd(xy_even, zw_even, 0x31)),
-        _mm256_storeu_pd(to[3], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x31));
+    _mm256_storeu_pd(to[0], _mm256_permute2f128_pd(xy_even, zw_even, 0x20));
+    _mm256_storeu_pd(to[1], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x20));
+    _mm256_storeu_pd(to[2], _mm256_permute2f128_pd(xy_even, zw_even, 0x31));
+    _mm256_storeu_pd(to[3], _mm256_permute2f128_pd(xy_odd, zw_odd, 0x31));
 }
 #else
 KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, const double* d,
@@ -137,8 +141,10 @@ KAGERO_INLINE void transpose(const double* a, const double* b, const double* c, 
     for (int i = 0; i < 4; i += 2) {
         const __m128d x = _mm_loadu_pd(a + i), y = _mm_loadu_pd(b + i), z = _mm_loadu_pd(c + i),
                       w = _mm_loadu_pd(d + i);
-        _mm_storeu_pd(to[i], _mm_unpacklo_pd(x, y)), _mm_storeu_pd(to[i] + 2, _mm_unpacklo_pd(z, w));
-        _mm_storeu_pd(to[i + 1], _mm_unpackhi_pd(x, y)), _mm_storeu_pd(to[i + 1] + 2, _mm_unpackhi_pd(z, w));
+        _mm_storeu_pd(to[i], _mm_unpacklo_pd(x, y));
+        _mm_storeu_pd(to[i] + 2, _mm_unpacklo_pd(z, w));
+        _mm_storeu_pd(to[i + 1], _mm_unpackhi_pd(x, y));
+        _mm_storeu_pd(to[i + 1] + 2, _mm_unpackhi_pd(z, w));
     }
 }
 #endif
@@ -152,32 +158,32 @@ KAGERO_INLINE void transpose(const std::uint32_t* a, const std::uint32_t* b, con
     for (int i = 0; i < 4; ++i) _mm_storeu_si128(reinterpret_cast<__m128i*>(to[i]), _mm_castps_si128(rows[i]));
 }
 
-/// table[(z·ny + y)·nx + x], of whole numbers ≥ 0.
+/// Returns table[(z·ny + y)·nx + x] for each lane. x, y and z hold integers ≥ 0.
 #if defined(__AVX512F__)
 KAGERO_INLINE __m512d look_up(const float* table, __m512d x, __m512d y, __m512d z, int nx, int ny) {
     const __m256i row =
         _mm256_add_epi32(_mm256_mullo_epi32(_mm512_cvttpd_epi32(z), _mm256_set1_epi32(ny)), _mm512_cvttpd_epi32(y));
-    const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm512_cvttpd_epi32(x));
-    return _mm512_cvtps_pd(_mm256_i32gather_ps(table, place, 4));
+    const __m256i index = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm512_cvttpd_epi32(x));
+    return _mm512_cvtps_pd(_mm256_i32gather_ps(table, index, 4));
 }
 KAGERO_INLINE __m512 look_up(const float* table, __m512 x, __m512 y, __m512 z, int nx, int ny) {
     const __m512i row =
         _mm512_add_epi32(_mm512_mullo_epi32(_mm512_cvttps_epi32(z), _mm512_set1_epi32(ny)), _mm512_cvttps_epi32(y));
-    const __m512i place = _mm512_add_epi32(_mm512_mullo_epi32(row, _mm512_set1_epi32(nx)), _mm512_cvttps_epi32(x));
-    return _mm512_i32gather_ps(place, table, 4);
+    const __m512i index = _mm512_add_epi32(_mm512_mullo_epi32(row, _mm512_set1_epi32(nx)), _mm512_cvttps_epi32(x));
+    return _mm512_i32gather_ps(index, table, 4);
 }
 #elif defined(__AVX2__)
 KAGERO_INLINE __m256d look_up(const float* table, __m256d x, __m256d y, __m256d z, int nx, int ny) {
     const __m128i row =
         _mm_add_epi32(_mm_mullo_epi32(_mm256_cvttpd_epi32(z), _mm_set1_epi32(ny)), _mm256_cvttpd_epi32(y));
-    const __m128i place = _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(nx)), _mm256_cvttpd_epi32(x));
-    return _mm256_cvtps_pd(_mm_i32gather_ps(table, place, 4));
+    const __m128i index = _mm_add_epi32(_mm_mullo_epi32(row, _mm_set1_epi32(nx)), _mm256_cvttpd_epi32(x));
+    return _mm256_cvtps_pd(_mm_i32gather_ps(table, index, 4));
 }
 KAGERO_INLINE __m256 look_up(const float* table, __m256 x, __m256 y, __m256 z, int nx, int ny) {
     const __m256i row =
         _mm256_add_epi32(_mm256_mullo_epi32(_mm256_cvttps_epi32(z), _mm256_set1_epi32(ny)), _mm256_cvttps_epi32(y));
-    const __m256i place = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm256_cvttps_epi32(x));
-    return _mm256_i32gather_ps(table, place, 4);
+    const __m256i index = _mm256_add_epi32(_mm256_mullo_epi32(row, _mm256_set1_epi32(nx)), _mm256_cvttps_epi32(x));
+    return _mm256_i32gather_ps(table, index, 4);
 }
 #else
 KAGERO_INLINE float look_up(const float* table, int x, int y, int z, int nx, int ny) {

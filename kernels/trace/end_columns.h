@@ -1,5 +1,5 @@
-/// Ends of a packet's rays, column by column, and their way into memory by rows: two dozen stores for each ray would be
-/// a good part of what a straight one costs.
+/// Collects the ends of a packet's rays as columns and writes them to memory as rows. Two dozen scalar stores for each
+/// ray would be a considerable part of the cost of a straight ray.
 #pragma once
 
 #include "kernels/abi.h"
@@ -13,38 +13,43 @@
 
 namespace kagero {
 
-/// A column for each number of RayEnd, which is named by its offset there.
+/// One column for each number of RayEnd. A column is selected by the offset of its member in RayEnd.
 template <class V>
 class EndColumns {
     static constexpr int W = lane_count<V>;
 
 public:
-    /// Words are those of `same` where nothing else is set; all other numbers must be.
-    KAGERO_INLINE explicit EndColumns(const RayEnd& same) {
-        const Row row = std::bit_cast<Row>(same);
+    /// Initializes the 32-bit words with those of `common`. All columns of doubles must be set before `write`.
+    KAGERO_INLINE explicit EndColumns(const RayEnd& common) {
+        const Row row = std::bit_cast<Row>(common);
         for (int k = 0; k < word_count; ++k) std::fill_n(words_[k], W, row.words[k]);
     }
+    /// Sets one column of doubles, or three consecutive columns.
     KAGERO_INLINE void set(std::size_t offset, const V& numbers) {
         to_doubles(numbers, numbers_[offset / sizeof(double)]);
     }
     KAGERO_INLINE void set(std::size_t offset, const Vec3<V>& a) {
-        set(offset, a.x), set(offset + sizeof(double), a.y), set(offset + 2 * sizeof(double), a.z);
+        set(offset, a.x);
+        set(offset + sizeof(double), a.y);
+        set(offset + 2 * sizeof(double), a.z);
     }
-    /// Whole numbers; returns the sum of those of `lanes`. Written for the compiler to vectorize.
+    /// Sets a column of counts, which are whole numbers, and returns the sum over `lanes`. The loops are simple so that
+    /// the compiler vectorizes them.
     KAGERO_INLINE std::uint64_t set_counts(std::size_t offset, const V& counts, std::uint64_t lanes) {
         alignas(64) double numbers[W];
         to_doubles(select(from_bits<V>(lanes), counts, V(ScalarOf<V>(0))), numbers);
-        std::uint32_t* const words = words_[place(offset)];
+        std::uint32_t* const words = words_[word_index(offset)];
         for (int i = 0; i < W; ++i) words[i] = static_cast<std::uint32_t>(numbers[i]);
         std::uint64_t sum = 0;
         for (int i = 0; i < W; ++i) sum += words[i];
         return sum;
     }
+    /// Sets a column of 32-bit words.
     KAGERO_INLINE void set_words(std::size_t offset, const std::uint32_t (&words)[W]) {
-        std::copy_n(words, W, words_[place(offset)]);
+        std::copy_n(words, W, words_[word_index(offset)]);
     }
 
-    /// The rows of `lanes`, each to where its ray ends.
+    /// Writes the rows of `lanes`, each to its element of `ends`.
     KAGERO_INLINE void write(std::uint64_t lanes, RayEnd* const (&ends)[W]) const {
         if constexpr (W % 4 == 0) {
             RayEnd unused;
@@ -71,16 +76,19 @@ public:
 
 private:
     static constexpr int number_count = 12, word_count = 8;
+    /// RayEnd as arrays: its doubles, followed by its 32-bit words.
     struct Row {
         double numbers[number_count];
         std::uint32_t words[word_count];
     };
     static_assert(sizeof(Row) == sizeof(RayEnd) && offsetof(RayEnd, q) == 0 &&
                   offsetof(RayEnd, steps) == offsetof(Row, words));
-    static constexpr std::size_t place(std::size_t offset) {
+    /// Returns the index of the word at this offset of RayEnd.
+    static constexpr std::size_t word_index(std::size_t offset) {
         return (offset - offsetof(Row, words)) / sizeof(std::uint32_t);
     }
 
+    /// Transposes four columns of four lanes and writes them as parts of four rows.
     template <class T>
     KAGERO_INLINE static void write_four(const T (*columns)[W], int lane, char* const (&to)[4], std::size_t offset) {
         const auto row = [&](int i) { return reinterpret_cast<T*>(to[i] + offset); };

@@ -1,9 +1,9 @@
 /// The tracing loop: advances a packet of rays in lockstep until all of them have ended.
 ///
-/// The loop is compiled once per value type; scalars and packets of any width run these lines. The Hamiltonian and the
-/// method are behind `SpaceKernel`. A step goes through `advance`: step, accept, split, detect, write, next. Events
-/// within a step are set aside with their rays. They are refined together when the packet has no active ray left, or
-/// before idle lanes get new rays (`refine_events`).
+/// The loop is compiled once per value type; scalars and packets of any width use the same code. The Hamiltonian and
+/// the method are called through `SpaceKernel`. The function `advance` performs one step: step, accept, split, detect,
+/// write, next. The refinement of events within a step is deferred. Deferred events are refined together when the
+/// packet has no active ray left, or before idle lanes get new rays (`refine_events`).
 #pragma once
 
 #include "kernels/events/event_detector.h"
@@ -18,24 +18,30 @@
 
 namespace kagero {
 
-/// How rays get to their ends.
-enum class Route { steps, closed_form, to_escape };
+/// The algorithm that computes the ends of rays.
+enum class TraceAlgorithm {
+    steps,        ///< The tracing loop.
+    closed_form,  ///< `end_straight_rays`, for straight rays.
+    to_escape,    ///< `integrate_to_escape`, for rays that cannot meet a surface.
+};
 
+/// Returns the fastest algorithm that handles all events of the task.
 template <class Events, class V>
-Route route_of(const Task<V>& task) {
-    if (task.job.path_sink) return Route::steps;
+TraceAlgorithm trace_algorithm_of(const Task<V>& task) {
+    if (task.job.path_sink) return TraceAlgorithm::steps;
     if (task.straight) {
-        const bool straight_to_end =
+        const bool only_closed_form =
             Events::template exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(
                 task);
-        return straight_to_end ? Route::closed_form : Route::steps;
+        return only_closed_form ? TraceAlgorithm::closed_form : TraceAlgorithm::steps;
     }
     const bool meets_nothing = Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere,
                                                            Capture, StepLimit, Discontinuity>(task);
-    return meets_nothing && task.can_integrate_to_escape() ? Route::to_escape : Route::steps;
+    return meets_nothing && task.can_integrate_to_escape() ? TraceAlgorithm::to_escape : TraceAlgorithm::steps;
 }
 
-/// The rays of one packet from start to end: `start`, then `step` as long as it `goes_on`, then `finish`.
+/// Traces the rays of one packet. The caller calls `start`, then `step` while `prepare_step` returns true, then
+/// `finish`.
 template <class V, class Events = AllEvents>
 class PacketTracer {
     using S = ScalarOf<V>;
@@ -43,40 +49,41 @@ class PacketTracer {
 
 public:
     PacketTracer(const Task<V>& task, Counters& counters)
-        : task_(task), counters_(counters), route_(route_of<Events>(task)), writer_(task, packet_, counters),
-          loader_(task, packet_, writer_), control_(task, packet_, writer_), detector_(task), discontinuity_(task) {
+        : task_(task), counters_(counters), algorithm_(trace_algorithm_of<Events>(task)),
+          writer_(task, packet_, counters), loader_(task, packet_, writer_), control_(task, packet_, writer_),
+          detector_(task), discontinuity_(task) {
         writer_.set_scene(detector_.scene());
     }
 
-    /// Loads a packet of rays from the queue. Rays with a short way to their end take it.
+    /// Loads a packet of rays from the queue. Ends the rays whose ends can be computed without the loop.
     void start(RayQueue<W>& queue) {
-        load(queue, all_lanes<W>);
+        load(queue, all_lane_bits<W>);
         if (!packet_.filled) return;
-        if (route_ == Route::closed_form) end_straight();
-        if (route_ == Route::to_escape && packet_.active) escape();
+        if (algorithm_ == TraceAlgorithm::closed_form) end_straight();
+        if (algorithm_ == TraceAlgorithm::to_escape && packet_.active) escape();
         if (packet_.active) refiner_.emplace(task_);
     }
-    /// Whether some ray goes on. If no ray is active, the events that were set aside are refined; a ray whose event
-    /// cannot be refined goes on.
-    bool goes_on() {
+    /// Refines the deferred events if no ray is active. Returns true if the packet has an active ray: a ray becomes
+    /// active again if its event cannot be refined, or if the event lets it continue.
+    bool prepare_step() {
         if (!packet_.active && refiner_) refine_events();
         return packet_.active != 0;
     }
-    /// One step of all active rays. Idle lanes get new rays if the job wants that.
+    /// Advances all active rays by one step. Loads new rays into idle lanes if Job::refill is set.
     void step(RayQueue<W>& queue) {
-        // To load rays costs about as much as a step, so it is done for some lanes at a time.
-        constexpr int few = W - (W + 3) / 4;
+        // Loading rays costs about as much as a step, so it is done for at least a quarter of the lanes at a time.
+        constexpr int refill_limit = W - (W + 3) / 4;
         advance();
-        while (task_.job.refill && route_ == Route::steps && !queue.empty() &&
-               __builtin_popcountll(packet_.active) <= few) {
+        while (task_.job.refill && algorithm_ == TraceAlgorithm::steps && !queue.empty() &&
+               __builtin_popcountll(packet_.active) <= refill_limit) {
             refine_events();
             writer_.write_occupancy(~packet_.active & packet_.filled);
-            load(queue, ~packet_.active & all_lanes<W>);
+            load(queue, ~packet_.active & all_lane_bits<W>);
         }
     }
-    /// Counts a step that other packets take while all rays of this one have ended.
+    /// Counts the lanes of this packet as idle. Called if it has no active ray while other packets of its gang step.
     void idle() { counters_.issued_lane_steps += W; }
-    /// Writes the counters of the packet; call it after all rays have ended.
+    /// Completes the counters of the call and the occupancies. Must be called after all rays have ended.
     void finish() {
         if (!packet_.filled) return;
         if (refiner_) writer_.write_occupancy(packet_.filled);
@@ -94,52 +101,54 @@ private:
     void end_at_step_end(const Detected<Events>& found);
     void next(std::uint64_t moving, std::uint64_t staying);
     void refine_events();
-    void refine_once(bool look_for_earlier);
+    void refine_once(bool find_earlier);
     void end_refined(std::uint64_t lanes);
     void resume(std::uint64_t lanes);
-    std::uint64_t undo(std::uint64_t lanes);
+    std::uint64_t repeat_halved(std::uint64_t lanes);
 
     const Task<V>& task_;
     Counters& counters_;
-    const Route route_;
+    const TraceAlgorithm algorithm_;
     Packet<V> packet_;
     RayEndWriter<V> writer_;
     RayLoader<V, Events> loader_;
     StepControl<V, Events> control_;
     EventDetector<V, Events> detector_;
     DiscontinuitySearch<V> discontinuity_;
-    std::optional<EventRefiner<V, Events>> refiner_;  ///< exists where rays take steps
+    std::optional<EventRefiner<V, Events>> refiner_;  ///< Exists only if a ray of the packet takes steps.
 };
 
-// --- The start of rays ------------------------------------------------------------------------------------------------
+// --- Start of rays ---
 
-/// New rays in lanes that are free.
+/// Loads new rays from the queue into the lanes `free`.
 template <class V, class Events>
 void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     RayStarts<W> starts;
-    const std::uint64_t lanes = queue.take(free, starts, packet_.ends, packet_.numbers);
+    const std::uint64_t lanes = queue.next_rays(free, starts, packet_.ends, packet_.ray_indices);
     if (!lanes) return;
     if (packet_.filled) loader_.load_more(starts, lanes);
     else loader_.load_first(starts, lanes);
     control_.begin(lanes);
     detector_.begin(lanes);
     loader_.activate(starts, lanes);
-    if (route_ != Route::closed_form) start_steps(lanes);
+    if (algorithm_ != TraceAlgorithm::closed_form) start_steps(lanes);
 }
 
-/// The first steps of the rays in `lanes`.
+/// Sets the first step lengths of the rays in `lanes`.
 template <class V, class Events>
 void PacketTracer<V, Events>::start_steps(std::uint64_t lanes) {
     control_.start_steps(lanes);
     detector_.start_steps(packet_.state.start, lanes);
 }
 
+/// Ends the straight rays of the packet in closed form.
 template <class V, class Events>
 void PacketTracer<V, Events>::end_straight() {
     end_straight_rays(task_, packet_, detector_.scene(), writer_, counters_);
     if (packet_.active) start_steps(packet_.filled);
 }
 
+/// Integrates the rays of the packet to the escape sphere without the loop.
 template <class V, class Events>
 void PacketTracer<V, Events>::escape() {
     std::uint64_t moving;
@@ -149,8 +158,9 @@ void PacketTracer<V, Events>::escape() {
     detector_.start_steps(packet_.state.start, moving);
 }
 
-// --- A step -----------------------------------------------------------------------------------------------------------
+// --- Steps ---
 
+/// Performs one step of all active rays.
 template <class V, class Events>
 void PacketTracer<V, Events>::advance() {
     StepperState<V>& state = packet_.state;
@@ -159,14 +169,14 @@ void PacketTracer<V, Events>::advance() {
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(packet_.active));
 
     task_.step(state);                                           // step
-    std::uint64_t moving = control_.accept();                    // a rejected step is taken again
-    if (Discontinuity::exists(task_)) moving &= ~split(moving);  // and so is one that has to end earlier
+    std::uint64_t moving = control_.accept();                    // accept: rejected steps are repeated
+    if (Discontinuity::exists(task_)) moving &= ~split(moving);  // split: steps end on the discontinuity
 
     const V steps = packet_.steps + V(S(1));                     // detect
     const Detected<Events> found = detector_.detect(state, moving, steps, refiner_->deferred);
-    if (found.too_bent) {
-        control_.repeat(found.too_bent, V(S(0.5)) * state.h);
-        moving &= ~found.too_bent;
+    if (found.too_curved) {
+        control_.repeat(found.too_curved, V(S(0.5)) * state.h);
+        moving &= ~found.too_curved;
     }
     packet_.count_step(moving);
 
@@ -177,7 +187,7 @@ void PacketTracer<V, Events>::advance() {
     next(moving, staying);                                       // next
 }
 
-/// Lanes whose step crosses a discontinuity take it again, to end there; returns them.
+/// Schedules the repetition of steps that cross a discontinuity, so that they end on it. Returns their lanes.
 template <class V, class Events>
 std::uint64_t PacketTracer<V, Events>::split(std::uint64_t moving) {
     const SplitSteps<V> shorter = discontinuity_.split(packet_.state, moving, control_.first_tries());
@@ -185,7 +195,7 @@ std::uint64_t PacketTracer<V, Events>::split(std::uint64_t moving) {
     return shorter.lanes;
 }
 
-/// Rays whose event lies at the end of their step end there.
+/// Ends the rays whose event takes place at the end of their step.
 template <class V, class Events>
 void PacketTracer<V, Events>::end_at_step_end(const Detected<Events>& found) {
     Events::each([&]<class Event>() {
@@ -199,57 +209,56 @@ void PacketTracer<V, Events>::end_at_step_end(const Detected<Events>& found) {
     });
 }
 
-/// The end of the step of `moving` becomes the start of the next one for the lanes of `staying`; the others become
-/// inactive.
+/// Begins the next step in the lanes of `staying`, at the end of their last step. Deactivates the other lanes of
+/// `moving`.
 template <class V, class Events>
 void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t staying) {
     StepperState<V>& state = packet_.state;
     KAGERO_ASSERT((staying & ~moving) == 0 && (moving & ~packet_.active) == 0);
-    if (staying == all_lanes<W>) {
+    if (staying == all_lane_bits<W>) {
         task_.begin_next(state);
         state.h = control_.next_length();
-        control_.forget(staying);
+        control_.reset_repetitions(staying);
         return;
     }
     if (const std::uint64_t leaving = moving & ~staying) {
-        const MaskOf<V> gone = from_bits<V>(leaving);
+        const MaskOf<V> mask = from_bits<V>(leaving);
         packet_.active &= ~leaving;
-        packet_.iterations_at_end = select(gone, state.open_iterations, packet_.iterations_at_end);
-        packet_.step_length = select(gone, V(S(0)), packet_.step_length);
+        packet_.iterations_at_end = select(mask, state.lane_iterations, packet_.iterations_at_end);
+        packet_.step_length = select(mask, V(S(0)), packet_.step_length);
     }
-    const MaskOf<V> going = from_bits<V>(staying), inactive = from_bits<V>(~packet_.active);
-    task_.begin_next(state, going);
-    state.h = select(going | inactive, control_.next_length(), state.h);
-    control_.forget(staying);
+    const MaskOf<V> continuing = from_bits<V>(staying), inactive = from_bits<V>(~packet_.active);
+    task_.begin_next(state, continuing);
+    state.h = select(continuing | inactive, control_.next_length(), state.h);
+    control_.reset_repetitions(staying);
 }
 
-// --- The refinement of events -----------------------------------------------------------------------------------------
+// --- Refinement of events ---
 
-/// Refines the events that were set aside. A step may have several events; the earliest is found one refinement after
-/// the other.
+/// Refines the deferred events. Since a step may have several events, the refinement is repeated for earlier events
+/// until the earliest event of each step is found.
 template <class V, class Events>
 void PacketTracer<V, Events>::refine_events() {
     constexpr int max_refinements = 4;
-    const Stopwatch watch(task_.job.timed && refiner_->deferred.lanes, counters_.landing_ticks);
+    const Stopwatch watch(task_.job.timed && refiner_->deferred.lanes, counters_.refinement_ticks);
     for (int i = 1; i <= max_refinements && refiner_->deferred.lanes; ++i) refine_once(i < max_refinements);
 }
 
-/// Refines the events that were set aside, once. Rays that have crossed another event before are set aside again, for
-/// that one.
+/// Refines the deferred events once. Rays that have crossed another event before their refined event are deferred
+/// again, for that other event.
 template <class V, class Events>
-void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
+void PacketTracer<V, Events>::refine_once(bool find_earlier) {
     EventRefiner<V, Events>& refiner = *refiner_;
     DeferredEvents<V, Events>& deferred = refiner.deferred;
     refiner.refine();
-    const LanesOfEvents<Events> earlier = look_for_earlier ? refiner.earlier_events() : LanesOfEvents<Events>{};
+    const LanesOfEvents<Events> earlier = find_earlier ? refiner.earlier_events() : LanesOfEvents<Events>{};
     const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.unreached,
-                        undone = lost ? undo(lost) : 0;
+                        repeated = lost ? repeat_halved(lost) : 0;
     const std::uint64_t resumed = deferred.lanes & ~(lost | again) & deferred.template lanes_with<Effect::resume>();
-    const std::uint64_t ended = deferred.lanes & ~(undone | again | resumed);
-    if (packet_.state.options.want_energy)
-        packet_.worst_energy =
-            select(from_bits<V>(ended), max(packet_.worst_energy, deferred.step.energy_error), packet_.worst_energy);
-    writer_.end_rays(deferred.step, lost & ~undone, Status::failed, Failure::not_landed);
+    const std::uint64_t ended = deferred.lanes & ~(repeated | again | resumed);
+    if (packet_.state.options.compute_energy_error)
+        packet_.record_energy_error(deferred.step.energy_error, from_bits<V>(ended));
+    writer_.end_rays(deferred.step, lost & ~repeated, Status::failed, Failure::not_refined);
     end_refined(ended & ~lost);
     writer_.write_iterations(ended, packet_.iterations_at_end);
     writer_.write_unrefined(ended & ~lost & refiner.unrefined);
@@ -257,7 +266,7 @@ void PacketTracer<V, Events>::refine_once(bool look_for_earlier) {
     refiner.defer_again(earlier);
 }
 
-/// Writes the ends of refined rays, by their status.
+/// Writes the ends of the refined rays in `lanes`, with the status of their events.
 template <class V, class Events>
 void PacketTracer<V, Events>::end_refined(std::uint64_t lanes) {
     const DeferredEvents<V, Events>& deferred = refiner_->deferred;
@@ -271,31 +280,31 @@ void PacketTracer<V, Events>::end_refined(std::uint64_t lanes) {
         writer_.end_rays(deferred.step, by_status[s], static_cast<Status>(s));
 }
 
-/// Rays go on from their refined event, each with the state that the event gives it.
+/// Continues the rays of `lanes` from their refined event, with the state that the event defines.
 template <class V, class Events>
 void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
     DeferredEvents<V, Events>& deferred = refiner_->deferred;
     if (task_.job.path_sink) writer_.report_path(deferred.step, lanes, false);
-    RayState<V> at = deferred.step.end;
+    RayState<V> state_at_event = deferred.step.end;
     Events::each([&]<class Event>() {
         if constexpr (Event::effect == Effect::resume) {
             if (const std::uint64_t of_event = lanes & deferred.lanes_of.template of<Event>()) {
-                RayState<V> changed = at;
+                RayState<V> changed = state_at_event;
                 Event::resume(task_, changed);
-                RayState<V>::each(at, changed, CopyLanes<V>{from_bits<V>(of_event)});
+                RayState<V>::each(state_at_event, changed, CopyLanes<V>{from_bits<V>(of_event)});
             }
         }
     });
-    loader_.resume(at, deferred.step, lanes);
+    loader_.resume(state_at_event, deferred.step, lanes);
     detector_.return_to_start(lanes);
     start_steps(lanes);
 }
 
-/// Events of `lanes` could not be refined: their steps were too long, and are taken again; returns the lanes that go
-/// on.
+/// Repeats the steps of `lanes`, whose events could not be refined, with half their length. Returns the lanes whose
+/// rays continue; the other rays have been halved too often.
 template <class V, class Events>
-std::uint64_t PacketTracer<V, Events>::undo(std::uint64_t lanes) {
-    const std::uint64_t again = control_.undo(refiner_->whole, lanes);
+std::uint64_t PacketTracer<V, Events>::repeat_halved(std::uint64_t lanes) {
+    const std::uint64_t again = control_.repeat_halved(refiner_->whole, lanes);
     detector_.start_steps(packet_.state.start, again);
     detector_.return_to_start(again & to_bits(packet_.steps <= V(S(0))));
     return again;

@@ -1,7 +1,7 @@
-/// The rays of one packet: a state for each lane, and what is counted of each ray.
+/// The rays of one packet: one state for each lane, and counters for each ray.
 ///
-/// An inactive lane has no ray, or its ray has ended or is set aside. It holds a finite state and steps of length zero,
-/// so that steppers need no masks.
+/// A lane is inactive if it has no ray, if its ray has ended, or if its event is deferred. An inactive lane holds a
+/// finite state and takes steps of length zero, so that steppers need no masks.
 #pragma once
 
 #include "kernels/methods/task.h"
@@ -9,22 +9,23 @@
 
 namespace kagero {
 
+/// The rays of one packet.
 template <class V>
 struct Packet {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
-    StepperState<V> state;     ///< where the rays are, and the step that they take
-    V step_length;             ///< what the method or its step control proposes; 0 in inactive lanes
-    V steps;                   ///< steps taken by each ray: whole numbers
-    V worst_energy;            ///< the greatest relative error of H so far
-    V iterations_at_end;       ///< StepperState::open_iterations when the lane became inactive: idle lanes count on
-    std::uint64_t active = 0;  ///< lanes whose rays take steps
-    std::uint64_t filled = 0;  ///< lanes that have, or had, a ray
-    RayEnd* ends[W];           ///< where the ends of the rays are written
-    std::uint64_t numbers[W];  ///< of the rays in their list or picture, where paths are reported
+    StepperState<V> state;         ///< States of the rays and their current step.
+    V step_length;                 ///< Step length proposed by the method or its step control; 0 in inactive lanes.
+    V steps;                       ///< Number of accepted steps of each ray.
+    V worst_energy_error;          ///< Greatest energy error of each ray so far.
+    V iterations_at_end;           ///< StepperState::lane_iterations at the last active step; idle lanes still count.
+    std::uint64_t active = 0;      ///< Lanes whose rays take steps.
+    std::uint64_t filled = 0;      ///< Lanes that have, or have had, a ray.
+    RayEnd* ends[W];               ///< Destinations of the ray ends.
+    std::uint64_t ray_indices[W];  ///< Indices of the rays in their list or picture; set only for lists and paths.
 
-    /// Inactive lanes take over the state of an active one, with steps of length zero.
+    /// Copies the state of an active lane into `lanes`, which are inactive and take steps of length zero.
     void neutralize_lanes(std::uint64_t lanes) {
         if (!active || !lanes) return;
         const int donor = __builtin_ctzll(active);
@@ -36,33 +37,38 @@ struct Packet {
                 for (V& g : stage) copy(g, g);
         }
     }
-    /// Rays of `lanes` have ended at the start of their step.
+    /// Deactivates `lanes`, whose rays have ended at the start of their step.
     void deactivate(std::uint64_t lanes) {
-        const MaskOf<V> gone = from_bits<V>(lanes);
-        state.h = select(gone, V(S(0)), state.h);
-        step_length = select(gone, V(S(0)), step_length);
+        const MaskOf<V> mask = from_bits<V>(lanes);
+        state.h = select(mask, V(S(0)), state.h);
+        step_length = select(mask, V(S(0)), step_length);
         active &= ~lanes;
         neutralize_lanes(lanes);
     }
-    /// Counts a step that the rays of `lanes` have taken.
+    /// Counts one step of the rays of `lanes` and updates their energy errors.
     KAGERO_INLINE void count_step(std::uint64_t lanes) {
-        const MaskOf<V> moved = from_bits<V>(lanes);
-        steps = select(moved, steps + V(S(1)), steps);
-        if (state.options.want_energy) {
-            const MaskOf<V> inside = moved & (state.end.domain > V(S(0)));
-            worst_energy = select(inside, max(worst_energy, state.energy_error), worst_energy);
+        const MaskOf<V> mask = from_bits<V>(lanes);
+        steps = select(mask, steps + V(S(1)), steps);
+        if (state.options.compute_energy_error) {
+            const MaskOf<V> in_domain = mask & (state.end.domain > V(S(0)));
+            record_energy_error(state.energy_error, in_domain);
         }
+    }
+    /// Updates the greatest energy errors of the rays of `lanes`.
+    KAGERO_INLINE void record_energy_error(const V& error, const MaskOf<V>& lanes) {
+        worst_energy_error = select(lanes, max(worst_energy_error, error), worst_energy_error);
     }
 };
 
-/// What the stepper remembers of its last step, in the lanes of `lanes`.
+/// Copies the stage derivatives of the stepper in `lanes`.
 template <class V>
-void take_stages(StepperState<V>& to, const StepperState<V>& from, const MaskOf<V>& lanes) {
+void copy_stages(StepperState<V>& to, const StepperState<V>& from, const MaskOf<V>& lanes) {
     for (int i = 0; i < max_stages; ++i)
         for (int k = 0; k < phase_size; ++k) to.stage[i][k] = select(lanes, from.stage[i][k], to.stage[i][k]);
 }
 
-/// Finite exactly where state and velocity are finite (apart from sums that overflow; no ray survives those either).
+/// Returns a number that is not finite if a component of the state or the velocity is not finite. It also overflows for
+/// finite components near the limit of the number type; such a ray is unusable too.
 template <class V>
 KAGERO_INLINE V sum_of_all(const State<V>& s, const Vec3<V>& v) {
     const Vec3<V> q = s.q(), p = s.p();

@@ -1,4 +1,4 @@
-/// Writes the ends of rays, and the points of their paths. Every ray of a packet ends here, with one status.
+/// Writes ray ends and the points of paths. Every ray of a packet ends in one call of this class, with one status.
 #pragma once
 
 #include "kernels/events/scene_intersector.h"
@@ -9,6 +9,7 @@
 
 namespace kagero {
 
+/// Writes the ray ends of one packet.
 template <class V>
 class RayEndWriter {
     using S = ScalarOf<V>;
@@ -19,112 +20,137 @@ public:
         : job_(task.job), packet_(packet), counters_(counters), active_before_(counters.active_lane_steps),
           issued_before_(counters.issued_lane_steps) {}
 
-    /// The rays of `lanes` end at the end of `step`. Without finite numbers a ray has failed; a captured one may have
-    /// none.
+    /// Ends the rays of `lanes` at the end of `step`. A ray whose state is not finite has failed, except that the state
+    /// of a captured ray need not be finite.
     void end_rays(const StepperState<V>& step, std::uint64_t lanes, Status status, Failure failure = Failure::none) {
         if (!lanes) return;
-        const bool anywhere = status == Status::failed || status == Status::captured;
+        const bool may_be_nonfinite = status == Status::failed || status == Status::captured;
         const std::uint64_t finite =
-            anywhere ? lanes : lanes & to_bits(is_finite(sum_of_all(step.end, step.end.velocity)));
+            may_be_nonfinite ? lanes : lanes & to_bits(is_finite(sum_of_all(step.end, step.end.velocity)));
         write(step, finite, status, failure);
         write(step, lanes & ~finite, Status::failed, Failure::not_finite);
     }
-    /// The rays of `lanes` fail: they end where their last good step ended.
-    void fail_rays(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t lossy) {
+    /// Ends the rays of `lanes` as failed, at the end of their last accepted step. The reason is `not_converged` in
+    /// lanes of `unsolved`, `energy_lost` in lanes of `not_conserved`, else `not_finite`.
+    void fail_rays(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t not_conserved) {
         StepperState<V> last = packet_.state;
         last.end = last.start;
         end_rays(last, lanes & unsolved, Status::failed, Failure::not_converged);
-        end_rays(last, lanes & lossy & ~unsolved, Status::failed, Failure::energy_lost);
-        end_rays(last, lanes & ~(unsolved | lossy), Status::failed, Failure::not_finite);
+        end_rays(last, lanes & not_conserved & ~unsolved, Status::failed, Failure::energy_lost);
+        end_rays(last, lanes & ~(unsolved | not_conserved), Status::failed, Failure::not_finite);
         packet_.deactivate(lanes);
     }
-    /// A ray cannot start: there is no error of H to report.
+    /// Ends a ray that cannot start as failed. Its energy error is NaN.
     void fail_at_start(std::uint64_t lane, Failure failure) {
         end_rays(packet_.state, lane, Status::failed, failure);
         for (const int i : lanes_in(lane)) packet_.ends[i]->energy_error = std::numeric_limits<double>::quiet_NaN();
     }
-    /// A ray starts so far away that the numbers of a packet may not represent it: it has escaped.
+    /// Ends a ray that starts beyond the escape sphere as escaped. It may start so far away that the number type of the
+    /// packet cannot represent it, so its end is copied from the double-precision start.
     void end_far_away(const RayStarts<W>& starts, int lane) {
         write(packet_.state, std::uint64_t(1) << lane, Status::escaped, Failure::none);
         RayEnd& e = *packet_.ends[lane];
         const auto y = [&](int k) { return starts.y[k][lane]; };
         const double inverse = 1 / norm(Vec3<double>{y(component_px), y(component_py), y(component_pz)});
-        for (int k = 0; k < space_size; ++k) e.q[k] = y(k), e.p[k] = y(momentum(k)), e.v[k] = y(momentum(k)) * inverse;
-        e.pt = y(component_pt), e.parameter = e.energy_error = 0;
+        for (int k = 0; k < space_size; ++k) {
+            e.q[k] = y(k);
+            e.p[k] = y(momentum(k));
+            e.v[k] = y(momentum(k)) * inverse;
+        }
+        e.pt = y(component_pt);
+        e.parameter = e.energy_error = 0;
     }
-    /// The surfaces that later hits are on.
+    /// Sets the surfaces and primitives of the hits that are written next.
     void set_surfaces(const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W]) {
-        surface_ = &surface, primitive_ = &primitive;
+        surface_ = &surface;
+        primitive_ = &primitive;
     }
+    /// Sets the intersector whose query counts are written; nullptr if the scene has no surfaces.
     void set_scene(const SceneIntersector<V>* scene) { scene_ = scene; }
 
-    /// Writes the iterations of a ray that was set aside: without those that its idle lane counted after that.
+    /// Overwrites the iteration counts of ray ends. Used for rays with a deferred event, as idle lanes still count.
     void write_iterations(std::uint64_t lanes, const V& iterations) {
         for (const int i : lanes_in(lanes)) {
-            std::uint32_t& written = packet_.ends[i]->iterations;
-            counters_.active_iterations -= written;
-            written = static_cast<std::uint32_t>(get_lane(iterations, i));
-            counters_.active_iterations += written;
+            std::uint32_t& iterations_of_ray = packet_.ends[i]->iterations;
+            counters_.active_iterations -= iterations_of_ray;
+            iterations_of_ray = static_cast<std::uint32_t>(get_lane(iterations, i));
+            counters_.active_iterations += iterations_of_ray;
         }
     }
+    /// Marks the ends of `lanes` as `unrefined`.
     void write_unrefined(std::uint64_t lanes) {
-        for (const int i : lanes_in(lanes)) packet_.ends[i]->unrefined = true, ++counters_.unrefined;
+        for (const int i : lanes_in(lanes)) {
+            packet_.ends[i]->unrefined = true;
+            ++counters_.unrefined;
+        }
     }
-    /// Writes the occupancy of the packet so far to rays that have ended: the packet has gone on without them.
+    /// Updates the occupancy in the ends of `lanes`, whose rays ended before the packet did.
     void write_occupancy(std::uint64_t lanes) {
         const float occupancy = occupancy_so_far();
         for (const int i : lanes_in(lanes)) packet_.ends[i]->occupancy = occupancy;
     }
-    /// Reports where rays start, or where their step ends, as points of their paths.
+    /// Reports the starts of rays, or the ends of their steps, as points of their paths.
     void report_path(const StepperState<V>& step, std::uint64_t lanes, bool at_start) {
-        const RayState<V>& at = at_start ? step.start : step.end;
+        const RayState<V>& state = at_start ? step.start : step.end;
         for (const int i : lanes_in(lanes)) {
             PathPoint point{};
-            point.ray = packet_.numbers[i],
+            point.ray = packet_.ray_indices[i];
             point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(packet_.steps, i));
-            point.parameter = double(get_lane(at.parameter, i));
-            for (int k = 0; k < space_size; ++k)
-                point.q[k] = double(get_lane(at.y[k], i)), point.p[k] = double(get_lane(at.y[momentum(k)], i));
-            const Vec3<double> v = lane_of(at.velocity, i);
+            point.parameter = double(get_lane(state.parameter, i));
+            for (int k = 0; k < space_size; ++k) {
+                point.q[k] = double(get_lane(state.y[k], i));
+                point.p[k] = double(get_lane(state.y[momentum(k)], i));
+            }
+            const Vec3<double> v = lane_of(state.velocity, i);
             const double inverse = 1 / norm(v);
-            point.v[0] = v.x * inverse, point.v[1] = v.y * inverse, point.v[2] = v.z * inverse;
-            point.pt = double(get_lane(step.start.pt(), i)), point.energy = double(get_lane(step.energy, i));
+            point.v[0] = v.x * inverse;
+            point.v[1] = v.y * inverse;
+            point.v[2] = v.z * inverse;
+            point.pt = double(get_lane(step.start.pt(), i));
+            point.energy = double(get_lane(step.energy, i));
             job_.path_sink(job_.path_user, &point);
         }
     }
 
 private:
+    /// Writes the ray ends of `lanes` and updates the counters of the call.
     void write(const StepperState<V>& step, std::uint64_t lanes, Status status, Failure failure) {
         if (!lanes) return;
         KAGERO_ASSERT((lanes & ~packet_.filled) == 0);
         KAGERO_ASSERT((status == Status::failed) == (failure != Failure::none));
-        RayEnd same{};
-        same.occupancy = occupancy_so_far(), same.status = status, same.failure = failure;
-        EndColumns<V> ends(same);
-        ends.set(offsetof(RayEnd, q), step.end.q()), ends.set(offsetof(RayEnd, p), step.end.p());
+        RayEnd common{};
+        common.occupancy = occupancy_so_far();
+        common.status = status;
+        common.failure = failure;
+        EndColumns<V> ends(common);
+        ends.set(offsetof(RayEnd, q), step.end.q());
+        ends.set(offsetof(RayEnd, p), step.end.p());
         ends.set(offsetof(RayEnd, v), direction_of(step.end.velocity));
-        ends.set(offsetof(RayEnd, pt), step.start.pt()), ends.set(offsetof(RayEnd, parameter), step.end.parameter);
-        ends.set(offsetof(RayEnd, energy_error), packet_.worst_energy);
+        ends.set(offsetof(RayEnd, pt), step.start.pt());
+        ends.set(offsetof(RayEnd, parameter), step.end.parameter);
+        ends.set(offsetof(RayEnd, energy_error), packet_.worst_energy_error);
         counters_.steps += ends.set_counts(offsetof(RayEnd, steps), packet_.steps, lanes);
         counters_.gradients += ends.set_counts(offsetof(RayEnd, gradients), step.gradients, lanes);
         if (scene_) counters_.queries += ends.set_counts(offsetof(RayEnd, queries), scene_->queries(), lanes);
-        if (status == Status::hit)
-            ends.set_words(offsetof(RayEnd, surface), *surface_),
-                ends.set_words(offsetof(RayEnd, primitive), *primitive_);
+        if (status == Status::hit) {
+            ends.set_words(offsetof(RayEnd, surface), *surface_);
+            ends.set_words(offsetof(RayEnd, primitive), *primitive_);
+        }
         ends.write(lanes, packet_.ends);
         counters_.ended[static_cast<int>(status)] += static_cast<std::uint64_t>(__builtin_popcountll(lanes));
-        if (packet_.state.issued_iterations > 0) write_iterations(lanes, packet_.state.open_iterations);
-        // A failed ray ends where its last good step did, which has been reported.
+        if (packet_.state.issued_iterations > 0) write_iterations(lanes, packet_.state.lane_iterations);
+        // The end of a failed ray is the end of its last accepted step, which has been reported already.
         if (job_.path_sink && status != Status::failed)
             report_path(step, lanes & to_bits(packet_.steps > V(S(0))), false);
     }
-    /// Unit vectors along v; v may be so long that its square overflows.
+    /// Returns unit vectors along v. The square of v may overflow.
     static Vec3<V> direction_of(const Vec3<V>& v) {
         const V least(std::numeric_limits<S>::min()), largest = max(max(abs(v.x), abs(v.y)), max(abs(v.z), least));
         const Vec3<V> scaled = total_recip(largest) * v;
         const V inverse = rsqrt(dot(scaled, scaled));
         return select(is_finite(inverse), inverse, V(S(0))) * scaled;
     }
+    /// Returns the occupancy of the packet since its start.
     float occupancy_so_far() const {
         const std::uint64_t issued = counters_.issued_lane_steps - issued_before_;
         return issued > 0 ? float(double(counters_.active_lane_steps - active_before_) / double(issued)) : 0;
@@ -135,7 +161,7 @@ private:
     Counters& counters_;
     const SceneIntersector<V>* scene_ = nullptr;
     const std::uint32_t (*surface_)[W] = nullptr, (*primitive_)[W] = nullptr;
-    const std::uint64_t active_before_, issued_before_;  ///< lane-steps before the packet began
+    const std::uint64_t active_before_, issued_before_;  ///< Lane-steps of the call before the packet started.
 };
 
 }  // namespace kagero

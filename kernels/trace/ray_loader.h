@@ -1,4 +1,4 @@
-/// Loads new rays into lanes, and ends those that are beyond an event where they start.
+/// Loads new rays into lanes. Ends the rays that are beyond an event at their start.
 #pragma once
 
 #include "kernels/events/all_events.h"
@@ -8,6 +8,7 @@
 
 namespace kagero {
 
+/// Loads the rays of one packet.
 template <class V, class Events = AllEvents>
 class RayLoader {
     using S = ScalarOf<V>;
@@ -17,101 +18,106 @@ public:
     RayLoader(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer)
         : task_(task), packet_(packet), writer_(writer) {}
 
-    /// The first rays of a packet, in `lanes`. Other lanes repeat one of them.
+    /// Loads the first rays of a packet into `lanes`. Other lanes get a copy of one of these rays.
     void load_first(RayStarts<W>& starts, std::uint64_t lanes) {
         StepperState<V>& state = packet_.state;
         set_options();
         packet_.filled = lanes;
-        state.open_iterations = packet_.iterations_at_end = packet_.steps = packet_.step_length = state.h = V(S(0));
-        place(starts, lanes, state);
+        state.lane_iterations = packet_.iterations_at_end = packet_.steps = packet_.step_length = state.h = V(S(0));
+        write_starts(starts, lanes, state);
         task_.begin(state);
-        packet_.worst_energy = state.energy_error;
+        packet_.worst_energy_error = state.energy_error;
     }
-    /// More rays, in lanes whose rays have ended.
+    /// Loads new rays into `lanes`, whose previous rays have ended.
     void load_more(RayStarts<W>& starts, std::uint64_t lanes) {
         StepperState<V>& state = packet_.state;
         StepperState<V> fresh = state;
-        place(starts, lanes, fresh);
+        write_starts(starts, lanes, fresh);
         task_.begin(fresh);
-        const MaskOf<V> here = from_bits<V>(lanes);
-        state.take(fresh, here);
-        take_stages(state, fresh, here);
+        const MaskOf<V> mask = from_bits<V>(lanes);
+        state.copy_lanes(fresh, mask);
+        copy_stages(state, fresh, mask);
         packet_.filled |= lanes;
-        packet_.steps = select(here, V(S(0)), packet_.steps);
-        state.open_iterations = select(here, V(S(0)), state.open_iterations);
-        packet_.worst_energy = select(here, state.energy_error, packet_.worst_energy);
+        packet_.steps = select(mask, V(S(0)), packet_.steps);
+        state.lane_iterations = select(mask, V(S(0)), state.lane_iterations);
+        packet_.worst_energy_error = select(mask, state.energy_error, packet_.worst_energy_error);
     }
-    /// Makes the new rays of `lanes` active, except those that end where they start.
+    /// Activates the new rays of `lanes`. Ends the rays that cannot be traced or that start beyond an event.
     void activate(const RayStarts<W>& starts, std::uint64_t lanes) {
         StepperState<V>& state = packet_.state;
         std::uint64_t usable = lanes & to_bits(is_finite(sum_of_all(state.start, state.start.velocity)));
         usable &= ~(starts.captured | starts.escaped | starts.failed);
         if (task_.job.path_sink) writer_.report_path(state, usable, true);
         const std::uint64_t beyond = usable & to_bits(starts_beyond_an_event());
-        if (lanes != (usable & ~beyond)) state.end = state.start;  // a ray that ends at once ends there
+        if (lanes != (usable & ~beyond)) state.end = state.start;  // the ray ends of rays that end at once
         end_unusable(starts, lanes & ~usable);
         if (beyond) end_at_events(beyond);
         packet_.active |= usable & ~beyond;
-        packet_.neutralize_lanes(all_lanes<W> & ~packet_.active & ~usable);
+        packet_.neutralize_lanes(all_lane_bits<W> & ~packet_.active & ~usable);
     }
 
-    /// Rays go on from another state, `at`, after a refined event of `step`.
-    void resume(const RayState<V>& at, const StepEnd<V>& step, std::uint64_t lanes) {
+    /// Continues the rays of `lanes` from `state_at_event`, after a refined event of `step`.
+    void resume(const RayState<V>& state_at_event, const StepEnd<V>& step, std::uint64_t lanes) {
         StepperState<V>& state = packet_.state;
-        const MaskOf<V> here = from_bits<V>(lanes);
+        const MaskOf<V> mask = from_bits<V>(lanes);
         StepperState<V> fresh = state;
-        RayState<V>::each(fresh.start, at, CopyLanes<V>{here});
+        RayState<V>::each(fresh.start, state_at_event, CopyLanes<V>{mask});
         task_.begin(fresh);
-        fresh.gradients = select(here, step.gradients, fresh.gradients);
-        state.take(fresh, here);
-        take_stages(state, fresh, here);
-        state.open_iterations = select(here, packet_.iterations_at_end, state.open_iterations);
-        packet_.worst_energy = select(here, max(packet_.worst_energy, step.energy_error), packet_.worst_energy);
+        fresh.gradients = select(mask, step.gradients, fresh.gradients);
+        state.copy_lanes(fresh, mask);
+        copy_stages(state, fresh, mask);
+        state.lane_iterations = select(mask, packet_.iterations_at_end, state.lane_iterations);
+        packet_.record_energy_error(step.energy_error, mask);
         packet_.active |= lanes;
     }
 
 private:
-    /// What steps have to compute.
+    /// Sets the options of the steps from the job.
     void set_options() {
         const Job& job = task_.job;
         StepperState<V>& state = packet_.state;
-        state.options.want_energy = !task_.straight && (job.outputs & output_energy) != 0;
-        state.options.want_path = job.path_sink;
+        state.options.compute_energy_error = !task_.straight && (job.outputs & output_energy) != 0;
+        state.options.compute_energy = job.path_sink;
         state.options.test_energy = !task_.straight;
         state.options.use_symmetry = job.use_symmetry;
-        state.options.capture_within = S(job.capture_within), state.options.capture_stretch = S(job.capture_stretch);
-        state.options.want_carried =
+        state.options.capture_radius = S(job.capture_radius);
+        state.options.capture_stretch = S(job.capture_stretch);
+        state.options.compute_carried =
             (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
         state.options.solver_tolerance = S(job.solver_tolerance);
         state.options.tolerance = S(job.tolerance);
     }
-    /// Writes the starts of rays into a state. Lanes that are not in `lanes` repeat one that is.
-    void place(RayStarts<W>& starts, std::uint64_t lanes, StepperState<V>& state) const {
+    /// Writes the starts of the rays in `lanes` into a state. Other lanes get a copy of one of these starts.
+    void write_starts(RayStarts<W>& starts, std::uint64_t lanes, StepperState<V>& state) const {
         const V zero(S(0));
-        starts.fill_up(lanes);
-        for (V& c : state.start.carry) c = zero;
-        // The plane of an orbit needs more digits than the packet has: `carry` holds the rest.
+        starts.fill_idle_lanes(lanes);
+        for (V& value : state.start.stepper_memory) value = zero;
+        // The orbit plane requires more digits than floats have; `stepper_memory` stores their rounding errors.
         for (int k = 0; k < phase_size; ++k)
             state.start.y[k] =
-                task_.method.info.angular ? lanes_of<V>(starts.y[k], state.start.carry[k]) : lanes_of<V>(starts.y[k]);
+                task_.method.info.angular ? lanes_of<V>(starts.y[k], state.start.stepper_memory[k])
+                                          : lanes_of<V>(starts.y[k]);
         state.start.pt() = lanes_of<V>(starts.y[component_pt]);
         state.start.parameter = state.end.parameter = state.gradients = state.energy_error = state.energy = zero;
     }
 
+    /// True if the event ends rays that start beyond it.
     template <class Event>
     static constexpr bool ends_rays_at_start = Event::effect ==
                                                Effect::end&& requires(const Task<V>& task, const RayState<V>& start) {
         Event::starts_beyond(task, start);
     };
 
+    /// Returns the lanes whose ray starts beyond at least one event.
     MaskOf<V> starts_beyond_an_event() const {
-        MaskOf<V> beyond = never<V>();
+        MaskOf<V> beyond = no_lanes<V>();
         Events::each([&]<class Event>() {
             if constexpr (ends_rays_at_start<Event>)
                 if (Event::exists(task_)) beyond = beyond | Event::starts_beyond(task_, packet_.state.start);
         });
         return beyond;
     }
+    /// Ends the rays of `lanes` at their start, each with the status of the first event that it starts beyond.
     void end_at_events(std::uint64_t lanes) {
         Events::each([&]<class Event>() {
             if constexpr (ends_rays_at_start<Event>) {
@@ -122,7 +128,7 @@ private:
             }
         });
     }
-    /// Rays that cannot be traced: the camera or the observer states their end, or their start is not a finite state.
+    /// Ends rays that cannot be traced: their RayStart states how they end, or the state at their start is not finite.
     void end_unusable(const RayStarts<W>& starts, std::uint64_t lanes) {
         for (const int i : lanes_in(lanes)) {
             const std::uint64_t lane = std::uint64_t(1) << i;

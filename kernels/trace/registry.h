@@ -1,5 +1,5 @@
-/// The Hamiltonians of this build, in the order of `hamiltonians.inc`, which the build writes from the headers it
-/// finds.
+/// Declares the Hamiltonians of this build, in the order of `hamiltonians.inc`. The build generates that file from the
+/// headers in kernels/hamiltonians.
 #pragma once
 
 #define KAGERO_HAMILTONIAN(TYPE)     \

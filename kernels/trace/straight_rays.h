@@ -1,5 +1,5 @@
-/// The short way for straight rays: where they hit the first surface, or the escape sphere, follows in closed form,
-/// from one query and no step.
+/// Fast path for straight rays: their end on the first surface or on the escape sphere follows in closed form from one
+/// query, without any step.
 #pragma once
 
 #include "kernels/events/event_detector.h"
@@ -10,29 +10,30 @@
 
 namespace kagero {
 
-/// Ends the active rays of a packet, except those whose straight line does not lead out of the escape sphere: they come
-/// from outside and pass it, or their numbers are out of range. `scene` is null where there are no surfaces.
+/// Ends the active rays of a packet whose straight line leaves the escape sphere. Other rays remain active: they start
+/// outside the sphere and pass it, or their numbers are out of range. `scene` is null if the scene has no surfaces.
 template <class V>
 void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<V>* scene, RayEndWriter<V>& writer,
                        Counters& counters) {
     using S = ScalarOf<V>;
     StepperState<V>& state = packet.state;
-    const V way = straight_way_out(task, state.start);
-    const Vec3<V> from = state.start.q(), v = state.start.velocity, to = advance(from, way, v);
+    const V exit_length = straight_exit_length(task, state.start);
+    const Vec3<V> from = state.start.q(), v = state.start.velocity, to = advance(from, exit_length, v);
     const std::uint64_t leaving =
         packet.active & to_bits(has_left_scene(task, to, v) & is_finite(sum_of_all(state.start, v)));
     std::uint64_t hits = scene ? scene->intersect_straight(from, to, leaving) : 0;
     V fraction(S(0));
     if (hits) {
         writer.set_surfaces(scene->hits.surface, scene->hits.primitive);
-        fraction = chord_fraction(scene->levels(hits), from, to, scene->hits.t);
+        fraction = chord_fraction(scene->level_sets(hits), from, to, scene->hits.t);
         hits &= ~to_bits(is_outside(task, advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
     if (hits != leaving)
-        fraction = select(from_bits<V>(hits), fraction, chord_fraction(EscapeSphere::level(task), from, to, V(S(1))));
+        fraction = select(from_bits<V>(hits), fraction,
+                          chord_fraction(EscapeSphere::level_set(task), from, to, V(S(1))));
     state.end.set(advance(from, fraction, to - from), state.start.p());
     state.end.velocity = v;
-    state.end.parameter = fraction * way;
+    state.end.parameter = fraction * exit_length;
     packet.steps = select(from_bits<V>(leaving), V(S(1)), packet.steps);
     counters.issued_lane_steps += Packet<V>::W;
     counters.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));

@@ -1,4 +1,5 @@
-/// The entries of the tracing loop: declarations alone, since the loop takes long to compile.
+/// Declarations of the entry functions of the tracing loop. The definitions are separate because the loop takes long to
+/// compile.
 #pragma once
 
 #include "kernels/formula/programs.h"
@@ -7,10 +8,10 @@
 
 namespace kagero {
 
-/// Whether these parameters leave every ray straight.
+/// Returns true if every ray is straight with these parameters.
 bool is_straight(std::uint32_t hamiltonian, const double* parameters);
 
-/// The kernel of a job's Hamiltonian.
+/// Returns the kernel of the job's Hamiltonian.
 template <class V>
 const SpaceKernel<V>& space_of(const Job& job) {
     using Lookup = const SpaceKernel<V>& (*)(const Job&);
@@ -26,16 +27,16 @@ const SpaceKernel<V>& space_of(const Job& job) {
     return kernels[job.hamiltonian](job);
 }
 
-/// Traces a tile of a job with the kernel of its Hamiltonian, the rays of one packet in lockstep. `KernelInfo::trace`
-/// points to this, or to `gang_entry`.
+/// Traces a tile of a job with the kernel of its Hamiltonian, packet by packet. `KernelInfo::trace` points to this
+/// function or to `gang_entry`.
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 
-/// The same with `lanes` rays in lockstep, which are several packets.
+/// Traces a tile of a job by gangs: several packets, with `lanes` lanes in total, perform their steps in turn.
 template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 
-/// Traces a tile with a kernel, packet by packet.
+/// Traces a tile with the given kernel, packet by packet.
 template <class V>
 void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, RayEnd* ends, Counters& counters);
 

@@ -1,4 +1,4 @@
-/// The definitions of the loop's entries; each value type is instantiated in one translation unit.
+/// Definitions of the entry functions of the tracing loop. Each value type is instantiated in one translation unit.
 #pragma once
 
 #include "kernels/trace/loop.h"
@@ -9,11 +9,11 @@
 
 namespace kagero {
 
-/// Checks after every so many steps whether the job has been cancelled.
+/// Function object that returns true if the job has been cancelled. It queries the job once in every `interval` calls.
 class CancelCheck {
 public:
     explicit CancelCheck(const Job& job) : job_(job) {}
-    bool operator()() { return job_.halted && ++steps_ % interval == 0 && job_.halted(job_.halted_user); }
+    bool operator()() { return job_.cancelled && ++steps_ % interval == 0 && job_.cancelled(job_.cancel_user); }
 
 private:
     static constexpr std::uint32_t interval = 64;
@@ -29,7 +29,7 @@ void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& c
     while (!queue.empty()) {
         PacketTracer<V, Events> packet(task, counters);
         packet.start(queue);
-        while (packet.goes_on()) {
+        while (packet.prepare_step()) {
             packet.step(queue);
             if (cancelled()) return;
         }
@@ -37,24 +37,27 @@ void trace_tile(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& c
     }
 }
 
-/// The most rays of a gang.
-inline constexpr int longest_gang = std::max({
+/// Greatest number of rays in a gang.
+inline constexpr int max_gang_lanes = std::max({
 #include "gangs.inc"
 });
 
-/// Traces a tile by gangs: several packets take their steps in turn until the longest ray of all has ended. That is a
-/// vector of hundreds of lanes, a few registers at a time.
+/// Traces a tile by gangs. The packets of a gang perform their steps in turn until all of their rays have ended. A gang
+/// is like one packet with hundreds of lanes, of which a few registers are processed at a time.
 template <class V>
 void trace_by_gangs(const Task<V>& task, const Tile& tile, RayEnd* ends, Counters& counters, int packets) {
     RayQueue<lane_count<V>> queue(task.job, tile, ends);
     CancelCheck cancelled(task.job);
-    std::optional<PacketTracer<V>> gang[longest_gang / lane_count<V>];
+    std::optional<PacketTracer<V>> gang[max_gang_lanes / lane_count<V>];
     const auto end = gang + packets;
     while (!queue.empty()) {
-        for (auto packet = gang; packet != end; ++packet) packet->emplace(task, counters), (*packet)->start(queue);
-        while (std::any_of(gang, end, [](auto& packet) { return packet->goes_on(); })) {
+        for (auto packet = gang; packet != end; ++packet) {
+            packet->emplace(task, counters);
+            (*packet)->start(queue);
+        }
+        while (std::any_of(gang, end, [](auto& packet) { return packet->prepare_step(); })) {
             for (auto packet = gang; packet != end; ++packet)
-                (*packet)->goes_on() ? (*packet)->step(queue) : (*packet)->idle();
+                (*packet)->prepare_step() ? (*packet)->step(queue) : (*packet)->idle();
             if (cancelled()) return;
         }
         for (auto packet = gang; packet != end; ++packet) (*packet)->finish();
@@ -74,7 +77,7 @@ void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* count
 }
 template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    // The list of kernels has no gang of one packet or less.
+    // The list of kernels contains no gang of one packet or less, so that case is not compiled.
     if constexpr (lanes > lane_count<V>)
         trace_by_gangs(Task<V>(*job, space_of<V>(*job), is_straight(job->hamiltonian, job->parameters)), *tile, ends,
                        *counters, lanes / lane_count<V>);

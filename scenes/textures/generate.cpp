@@ -1,6 +1,7 @@
-// Makes the pictures that the example scenes use, from formulas and fixed seeds: the same again on every run.
+// Writes the textures of the example scenes, which are computed from formulas and fixed seeds. Every run gives the same
+// pictures.
 //
-//     kagero-textures [DIRECTORY [NAME ...]]        default: all, into the working directory
+//     kagero-textures [DIRECTORY [NAME ...]]        default: all textures, to the working directory
 #include "textures.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@
 
 namespace {
 
-// One row is one more picture.
+// A new texture needs one more row.
 constexpr struct {
     const char* name;
     textures::Picture (*make)();

@@ -10,27 +10,31 @@
 namespace kagero {
 namespace {
 
-/// A method of order 8, for spaces that bound steps themselves; an error far below any that is asked for.
-constexpr const char* partner_method = "dp85";
-constexpr double partner_tolerance = 1e-10;
-/// Adaptive methods reach no less.
-constexpr double least_tolerance = 1e-14, tolerance_ratio = 100;
+/// Adaptive method of order 8, by which the second run integrates in spaces that bound the step.
+constexpr const char* substitute_method = "dp85";
+/// Tolerance of `substitute_method`. The second run must be much more accurate than the picture.
+constexpr double substitute_tolerance = 1e-10;
+/// Smallest tolerance that adaptive methods can meet in double precision.
+constexpr double least_tolerance = 1e-14;
+/// Ratio of the tolerances of both runs.
+constexpr double tolerance_ratio = 100;
 
-/// A tolerance to compare with: a smaller one, or a larger one where adaptive methods reach no less.
-double other_tolerance(double tolerance) {
+/// Returns the tolerance of the second run: a smaller one if adaptive methods can meet it, otherwise a larger one.
+double second_tolerance(double tolerance) {
     return tolerance >= tolerance_ratio * least_tolerance ? tolerance / tolerance_ratio : tolerance * tolerance_ratio;
 }
 
-/// The plan's kernel, in double.
-const KernelInfo& in_double(const Plan& plan) {
-    const KernelInfo& own = *plan.run.kernel;
+/// Returns the double-precision kernel of the plan's strategy and form, or the plan's kernel if no such kernel supports
+/// the scene.
+const KernelInfo& float64_kernel(const Plan& plan) {
+    const KernelInfo& plan_kernel = *plan.run.kernel;
     for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i) {
         const KernelInfo& kernel = plan.module().kernels[i];
-        if (kernel.precision == Precision::float64 && kernel.strategy == own.strategy && kernel.form == own.form &&
-            !refusal_of(*plan.scene, kernel, plan.run.method))
+        if (kernel.precision == Precision::float64 && kernel.strategy == plan_kernel.strategy &&
+            kernel.form == plan_kernel.form && !refusal_of(*plan.scene, kernel, plan.run.method))
             return kernel;
     }
-    return own;
+    return plan_kernel;
 }
 
 }  // namespace
@@ -39,69 +43,74 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding)
     : plan_(plan), position_(position), rounding_(rounding) {
     if (plan.scene->straight || !position) return;
     const IntegratorInfo& info = plan.method();
-    const Variant own = own_variant(plan, in_double(plan));
-    const bool bounded = plan.scene->space.info().bounds_steps,
-               close = info.adaptive && own.step <= tolerance_ratio * partner_tolerance;
-    const auto partner =
-        bounded && !close ? find_variant(plan, partner_method, *own.kernel, partner_tolerance) : std::nullopt;
-    Variant finer = partner.value_or(own);
-    finer.solver_tolerance = 0;
-    // The longest step of adaptive methods may govern as well as their tolerance.
-    const bool shorter = !partner && info.adaptive && other_tolerance(own.step) < own.step;
-    if (!partner) {
-        finer.step = info.adaptive ? other_tolerance(own.step) : 0.5 * own.step;
-        // Hits on chords are of second order, whatever the method.
+    const Variant same_method = variant_with_kernel(plan, float64_kernel(plan));
+    const double step = same_method.step;
+    // The substitute is not used if the tolerance of the picture is almost as small.
+    const bool is_tight = info.adaptive && step <= tolerance_ratio * substitute_tolerance;
+    const auto substitute = plan.scene->space.info().bounds_steps && !is_tight
+                                ? find_variant(plan, substitute_method, *same_method.kernel, substitute_tolerance)
+                                : std::nullopt;
+    Variant second = substitute.value_or(same_method);
+    second.solver_tolerance = 0;
+    // The error of an adaptive method may come from the tolerance or from the limit on the step length. Both are
+    // reduced.
+    const bool limit_step = !substitute && info.adaptive && second_tolerance(step) < step;
+    if (!substitute) {
+        second.step = info.adaptive ? second_tolerance(step) : 0.5 * step;
+        // Hits on chords have an error of second order in the step, whatever the order of the method.
         const bool chords = plan.scene->geometry->kernel_view() && plan.run.hit == HitModel::chord;
         const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
-        double less = std::pow(finer.step / own.step, order);
-        if (shorter) less = std::max(less, std::pow(0.5, info.order));
-        error_over_difference_ = 1 / std::abs(1 - less);
+        double error_ratio = std::pow(second.step / step, order);
+        if (limit_step) error_ratio = std::max(error_ratio, std::pow(0.5, info.order));
+        error_over_difference_ = 1 / std::abs(1 - error_ratio);
     }
-    finer_ = plan_by(plan, finer);
-    if (shorter) finer_->run.step *= 0.5;
-    if (partner)
-        finer_->run.hit = HitModel::hermite;  // its long steps are farther from their chords than the picture's
+    second_run_ = plan_with_variant(plan, second);
+    if (limit_step) second_run_->run.step *= 0.5;
+    // The substitute takes longer steps than the picture, so hits on its chords would be less accurate.
+    if (substitute) second_run_->run.hit = HitModel::hermite;
 }
 
-/// Numbers of this precision tell ends apart no better.
-double EndErrors::least_error(const RayEnd& end) const {
-    if (!has_end(end)) return 0;
+/// Returns the effect of rounding the ray end to the plan's precision, in pixels. Smaller errors cannot be measured.
+double EndErrors::rounding_of_end(const RayEnd& end) const {
+    if (!has_visible_end(end)) return 0;
     const double epsilon = plan_.run.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
     if (end.status == Status::escaped) return epsilon / pixel_size(plan_.description(), 1);
-    return epsilon * std::hypot(end.q[0], end.q[1], end.q[2]) / pixel_at(plan_, end);
+    return epsilon * std::hypot(end.q[0], end.q[1], end.q[2]) / pixel_size_at(plan_, end);
 }
 
-std::vector<EndError> EndErrors::of(const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) const {
+std::vector<EndError> EndErrors::estimate(const Tile& tile, const RayEnd* ends, const RayList& list,
+                                          const CancelToken& cancel) const {
     std::vector<EndError> errors;
     if (!position_ && !rounding_) return errors;
-    const std::size_t count = rays_of(tile, list);
-    for (std::size_t i = 0; i < count; ++i) errors.push_back({least_error(ends[i]), least_error(ends[i])});
-    if (finer_) {
-        std::vector<RayEnd> others;
+    const std::size_t count = ray_count_of(tile, list);
+    for (std::size_t i = 0; i < count; ++i) errors.push_back({rounding_of_end(ends[i]), rounding_of_end(ends[i])});
+    if (second_run_) {
+        std::vector<RayEnd> second_ends;
         Counters unused{};
-        Job job = finer_->job();
-        halt.tell(job);
-        trace_tile(*finer_->run.kernel, job, tile, list, others, unused);
+        Job job = second_run_->job();
+        cancel.install(job);
+        trace_tile(*second_run_->run.kernel, job, tile, list, second_ends, unused);
         for (std::size_t i = 0; i < count; ++i) {
-            const double difference = pixel_error(plan_, others[i], ends[i]);
+            const double difference = pixel_error(plan_, second_ends[i], ends[i]);
             errors[i].position =
                 std::isnan(difference) ? difference : std::max(errors[i].position, error_over_difference_ * difference);
         }
     }
     if (rounding_) {
-        const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list, halt);
+        const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list, cancel);
         for (std::size_t i = 0; i < count; ++i) errors[i].rounding = bounds[i];
     }
     return errors;
 }
 
-RunReport render_with_errors(const Plan& plan, Film& film, const Watch& watch) {
+RunReport render_with_errors(const Plan& plan, Film& film, const RunControl& control) {
     const unsigned needs = needs_of(film);
-    if (!(needs & (need_position_error | need_rounding_error))) return render(plan, film, watch);
+    if (!(needs & (need_position_error | need_rounding_error))) return render(plan, film, control);
     const EndErrors errors(plan, needs & need_position_error, needs & need_rounding_error);
-    return render(plan, film, watch, [&](const Tile& tile, const RayEnd* ends, const RayList& list, const Halt& halt) {
-        return errors.of(tile, ends, list, halt);
-    });
+    const auto estimate = [&](const Tile& tile, const RayEnd* ends, const RayList& list, const CancelToken& cancel) {
+        return errors.estimate(tile, ends, list, cancel);
+    };
+    return render(plan, film, control, estimate);
 }
 
 }  // namespace kagero

@@ -8,6 +8,7 @@
 namespace kagero {
 namespace {
 
+/// The level H0 of a ray, and the unit ½|p0|² + |H0| of its relative energy error.
 struct Level {
     double value, scale;
 };
@@ -21,7 +22,7 @@ Level level_of(const Plan& plan, const RayStart& ray) {
 
 std::vector<PathPoint> paths_of(const Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
     std::vector<RayEnd> ends;
-    return trace_paths(plan_by(plan, variant), rays, ends);
+    return trace_paths(plan_with_variant(plan, variant), rays, ends);
 }
 
 double mean(const std::vector<double>& values, std::size_t from, std::size_t to) {
@@ -44,7 +45,7 @@ EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::ve
         const auto to = std::find_if(from, points.end(), [&](const PathPoint& p) { return p.ray != from->ray; });
         const Level level = level_of(plan, rays[from->ray]);
         std::vector<double> errors;
-        // The first point is the start, where H = H0 to rounding.
+        // The first point is the ray start, where H equals H0 to rounding. It is left out if other points exist.
         for (auto point = from + (to - from > 1); point != to; ++point)
             if (std::isfinite(point->energy)) errors.push_back(std::abs(point->energy - level.value) / level.scale);
         if (!errors.empty()) {

@@ -1,26 +1,30 @@
-/// How well a method keeps H along a few rays.
+/// Conservation of H by a method along a few rays.
 #pragma once
 
 #include "plan/variant.h"
 
 namespace kagero {
 
-/// |H − H0| / (½|p|² + |H0|, both at the start of the ray): the greatest, and the mean over the first and the last
-/// tenth of the path. The worst of the rays.
+/// Relative energy errors |H − H0| / (½|p0|² + |H0|), where p0 is the momentum at the start of the ray. Each member is
+/// the maximum over the rays.
 struct EnergyDrift {
-    double max = 0, first_tenth = 0, last_tenth = 0;
+    double max = 0;          ///< Maximum over the steps.
+    double first_tenth = 0;  ///< Mean over the first tenth of the steps.
+    double last_tenth = 0;   ///< Mean over the last tenth of the steps.
 };
 
+/// Traces the rays with the variant and returns the energy drift.
 EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::vector<RayStart>& rays);
 
-/// The same quantity step by step along one ray, signed.
+/// Signed relative energy error (H − H0) / (½|p0|² + |H0|) at each step of one ray.
 struct EnergyTrace {
     const IntegratorInfo* info = nullptr;
-    double step = 0;                            ///< of adaptive methods: the tolerance
-    double gradients = 0;                       ///< per ray of the sample
-    std::vector<std::array<double, 2>> points;  ///< parameter of H, relative H − H0
+    double step = 0;       ///< Step in the unit of a scene file, or the tolerance of an adaptive method.
+    double gradients = 0;  ///< Gradient evaluations per ray, mean over the sample rays of the study.
+    std::vector<std::array<double, 2>> points;  ///< Pairs (λ, relative energy error), one per step.
 };
 
+/// Traces one ray with the variant and returns its energy errors. `gradients` is not set.
 EnergyTrace energy_trace(const Plan& plan, const Variant& variant, const RayStart& ray);
 
 }  // namespace kagero

@@ -11,26 +11,29 @@
 namespace kagero {
 namespace {
 
-/// The greatest share of rays with a wrong or unknown class of end, if the others are to count as within a bound.
-constexpr double most_astray = 0.01;
-/// Points that do more work per ray than this many times the cheapest are not worth their wait.
-constexpr double absurd_work = 200, absurd_work_quick = 60;
-/// Gradients and steps of all rays beyond which a quick study takes no finer step: counted, as a clock would not choose
-/// the same points twice.
-constexpr double most_work_quick = 2e7;
-/// The same before a method has shown as many steps as others, but enough for its order.
-constexpr double hopeless_work_quick = 4e8;
-constexpr std::size_t steps_for_order = 3;
-/// A finer step gains nothing where the error, below this share of the scene, falls to no less than so much of what it
-/// was.
-constexpr double resolved = 1e-5, hardly_less = 0.7;
-/// Work rises where a point does so many times that of the one before; the next will, of a tenth of the tolerance or
-/// half the step.
-constexpr double rises_by = 1.2, next_tolerance = 1.5, next_halving = 2;
-/// A ray that takes so many times as many steps as the middle one of those that end does not end; but never fewer steps
-/// than this.
-constexpr double far_beyond = 30;
-constexpr std::uint32_t least_steps = 1000;
+/// Greatest share of rays that may end differently from the reference, or have no confirmed reference, when a bound
+/// counts as met.
+constexpr double max_wrong_share = 0.01;
+/// Greatest work per ray that is measured, relative to the cheapest point. Work is the greater of the numbers of
+/// gradients and steps.
+constexpr double max_relative_work = 200, max_relative_work_quick = 60;
+/// Greatest predicted work of a point in a quick study, summed over the rays. The limit does not count seconds, so that
+/// repeated studies measure the same points.
+constexpr double max_work_quick = 2e7;
+/// The same limit for a method that has at least `points_for_order` points, but fewer than Ladder::min_steps.
+constexpr double max_work_quick_few_points = 4e8;
+/// Number of points that suffice to determine the order of a method.
+constexpr std::size_t points_for_order = 3;
+/// Criterion for an error that is limited by rounding: it is below `rounding_limit` times the scene size, and exceeds
+/// `stagnation_ratio` times the error of the previous, coarser step.
+constexpr double rounding_limit = 1e-5, stagnation_ratio = 0.7;
+/// Ratio to the work of the previous point above which work counts as rising.
+constexpr double rising_work = 1.2;
+/// Predicted ratio of the next point's work to this point's work, for a smaller tolerance and for half the step.
+constexpr double work_of_next_tolerance = 1.5, work_of_half_step = 2;
+/// Limit of steps per ray: a multiple of the median over the rays that end, but at least `least_step_limit`.
+constexpr double step_limit_over_median = 30;
+constexpr std::uint32_t least_step_limit = 1000;
 
 }  // namespace
 
@@ -38,91 +41,104 @@ void CurveBuilder::prepare() {
     curves_.sample = sample_rays(plan_, options_.width, options_.height);
     bound_steps();
     reference_ = trace_reference(plan_, curves_.sample, curves_.reference, options_.deadline, stop_);
-    keep_decided();
+    keep_confirmed_rays();
     for (std::size_t i = 0; i < reference_.ends.size(); ++i)
-        curves_.ill_conditioned += reference_.decided[i] && reference_.conditioning[i] > ill_conditioned;
+        curves_.ill_conditioned += reference_.confirmed[i] && reference_.conditioning[i] > ill_conditioned;
 }
 
-/// Where light can circle for ever, rays would run to the scene's limit of steps at every point of the study. They end
-/// far beyond what the middle one of those needs that end by themselves.
+/// Reduces the plan's limit of steps. Without this, rays on closed orbits would run to the scene's limit at every point
+/// of the study.
 void CurveBuilder::bound_steps() {
     std::vector<RayEnd> ends;
-    trace(plan_, curves_.sample.starts, ends, watch());
+    trace(plan_, curves_.sample.starts, ends, control());
     std::vector<double> steps;
     for (const RayEnd& end : ends)
         if (end.status != Status::step_limit) steps.push_back(end.steps);
-    const auto enough = static_cast<std::uint32_t>(std::min(1e9, far_beyond * spread_of(std::move(steps)).p50));
-    plan_.run.max_steps = std::min(plan_.run.max_steps, std::max(least_steps, enough));
+    const double median = percentiles_of(std::move(steps)).p50;
+    const auto step_limit = static_cast<std::uint32_t>(std::min(1e9, step_limit_over_median * median));
+    plan_.run.max_steps = std::min(plan_.run.max_steps, std::max(least_step_limit, step_limit));
 }
 
-/// Rays without a reference have no error; they would only take time.
-void CurveBuilder::keep_decided() {
+/// Removes the rays without a confirmed reference. They have no error and would only cost time.
+void CurveBuilder::keep_confirmed_rays() {
     std::size_t kept = 0;
     SampleRays& sample = curves_.sample;
     for (std::size_t i = 0; i < reference_.ends.size(); ++i) {
-        if (!reference_.decided[i]) continue;
-        sample.starts[kept] = sample.starts[i], sample.pixels[kept] = sample.pixels[i];
-        reference_.ends[kept] = reference_.ends[i], reference_.conditioning[kept] = reference_.conditioning[i];
+        if (!reference_.confirmed[i]) continue;
+        sample.starts[kept] = sample.starts[i];
+        sample.pixels[kept] = sample.pixels[i];
+        reference_.ends[kept] = reference_.ends[i];
+        reference_.conditioning[kept] = reference_.conditioning[i];
         ++kept;
     }
     if (kept == 0)
-        throw RunError("no ray of this scene ends in a way that two methods agree on: there is no error to measure");
-    sample.starts.resize(kept), sample.pixels.resize(kept);
-    reference_.ends.resize(kept), reference_.conditioning.resize(kept);
-    reference_.decided.assign(kept, true);
+        throw RunError(
+            "no error can be measured in this scene: no ray has an end that two methods agree on; raise "
+            "integrator.max_steps, or choose a view from which more rays end");
+    sample.starts.resize(kept);
+    sample.pixels.resize(kept);
+    reference_.ends.resize(kept);
+    reference_.conditioning.resize(kept);
+    reference_.confirmed.assign(kept, true);
 }
 
-void CurveBuilder::climb_all(const std::function<void(double)>& progress, const Measured& measured) {
+void CurveBuilder::measure_ladders(const std::function<void(double)>& progress, const Measured& measured) {
     const LadderChoice choice{options_.quick, options_.full, options_.strategy, options_.precision,
                               options_.pixel_bound > 0};
     const auto ladders = choose_ladders(plan_, choice, curves_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
         if (options_.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
-        climb(ladders[i], measured);
+        measure_ladder(ladders[i], measured);
         progress(double(i + 1) / double(ladders.size()));
     }
 }
 
-/// Finer and finer steps until rounding stops the method, or its cost is absurd.
-void CurveBuilder::climb(const Ladder& ladder, const Measured& hook) {
+/// Measures one method from the coarsest step to the finest. Stops early if rounding limits the error, if the work of
+/// the next point would exceed a limit, or if the time is up.
+void CurveBuilder::measure_ladder(const Ladder& ladder, const Measured& hook) {
     StudyCurve& curve = curves_.curves.emplace_back();
-    curve.info = &info_of(plan_, ladder.variant), curve.method = curve.info->name;
-    curve.strategy = ladder.variant.kernel->strategy, curve.precision = ladder.variant.kernel->precision;
-    curve.rescaled = ladder.variant.method.rescaled, curve.own = ladder.own, curve.loose = ladder.loose;
+    curve.info = &info_of(plan_, ladder.variant);
+    curve.method = curve.info->name;
+    curve.strategy = ladder.variant.kernel->strategy;
+    curve.precision = ladder.variant.kernel->precision;
+    curve.rescaled = ladder.variant.method.rescaled;
+    curve.is_scene_method = ladder.is_scene_method;
+    curve.has_loose_solver = ladder.has_loose_solver;
     const double size = scene_size(*plan_.scene);
     std::vector<double> steps, errors;
     Variant variant = ladder.variant;
     double work_before = 0;
     for (std::size_t n = 0; n < ladder.steps.size() && !stopped(); ++n) {
         variant.step = ladder.steps[n];
-        if (ladder.loose && !set_loose_tolerance(variant)) break;
+        if (ladder.has_loose_solver && !set_loose_tolerance(variant)) break;
         const auto measured = measure(variant, hook);
         if (!measured) break;
         const StudyPoint& point = *measured;
         curve.points.push_back(point);
-        steps.push_back(variant.step), errors.push_back(point.errors.position.p90);
+        steps.push_back(variant.step);
+        errors.push_back(point.errors.position.p90);
         const double work = std::max(point.gradients, point.steps);
         if (point.errors.compared > 0) least_work_ = std::min(least_work_, work);
-        const bool enough = n + 1 >= ladder.least;
+        const bool has_min_points = n + 1 >= ladder.min_steps;
         const double error = errors.back(), before = n > 0 ? errors[n - 1] : error;
-        if (enough && error < resolved * size && error > hardly_less * before) {
-            curve.stopped = "rounding: a finer step gains nothing";
+        if (has_min_points && error < rounding_limit * size && error > stagnation_ratio * before) {
+            curve.stop_reason = "rounding limits the error: a finer step does not reduce it";
             break;
         }
-        const double limit = options_.quick ? absurd_work_quick : absurd_work;
-        // Long steps of implicit methods may cost more than shorter ones, whose equations are solved sooner.
-        const bool rises = n > 0 && work > rises_by * work_before;
+        const double limit = options_.quick ? max_relative_work_quick : max_relative_work;
+        // A long step of an implicit method may cost more than a shorter step, which needs fewer iterations.
+        const bool rises = n > 0 && work > rising_work * work_before;
         work_before = work;
-        const double next = (curve.info->adaptive ? next_tolerance : next_halving) * work;
-        if (enough && rises && next > limit * least_work_) {
-            curve.stopped = "a finer step would do more than " + std::to_string(std::lround(limit)) +
-                            " times the work of the cheapest point";
+        const double next = (curve.info->adaptive ? work_of_next_tolerance : work_of_half_step) * work;
+        if (has_min_points && rises && next > limit * least_work_) {
+            curve.stop_reason = "a finer step would need more than " + std::to_string(std::lround(limit)) +
+                                " times the work of the cheapest point";
             break;
         }
-        const double most_work = enough ? most_work_quick : hopeless_work_quick;
-        if (rises && options_.quick && n + 1 >= steps_for_order &&
-            next * double(curves_.sample.starts.size()) > most_work) {
-            curve.stopped = "a finer step is too much work for a quick study";
+        const double max_work = has_min_points ? max_work_quick : max_work_quick_few_points;
+        if (rises && options_.quick && n + 1 >= points_for_order &&
+            next * double(curves_.sample.starts.size()) > max_work) {
+            curve.stop_reason = "a finer step would exceed the work limit of a quick study (--quick)";
             break;
         }
     }
@@ -130,11 +146,11 @@ void CurveBuilder::climb(const Ladder& ladder, const Measured& hook) {
     curve.floor = slope.floor;
     if (!curve.info->adaptive) curve.order = slope.order;
     if (curve.points.empty()) curves_.curves.pop_back();
-    else if (options_.pixel_bound) close_in(curve, variant);
+    else if (options_.pixel_bound) bisect_longest_step(curve, variant);
 }
 
-/// Bisects between the longest step that is within the bound and the next longer one, which is not.
-void CurveBuilder::close_in(StudyCurve& curve, Variant variant) {
+/// Bisects between the longest measured step that meets the pixel bound and the next longer step, which does not.
+void CurveBuilder::bisect_longest_step(StudyCurve& curve, Variant variant) {
     constexpr int doublings = 3, bisections = 4;
     const auto measured = [&](double step) {
         variant.step = step;
@@ -145,7 +161,7 @@ void CurveBuilder::close_in(StudyCurve& curve, Variant variant) {
     };
     auto longest = std::find_if(curve.points.begin(), curve.points.end(), within);
     if (longest == curve.points.end()) return;
-    if (curve.loose) variant.solver_tolerance = longest->solver_tolerance;
+    if (curve.has_loose_solver) variant.solver_tolerance = longest->solver_tolerance;
     const auto insert = [&](double step) {
         const auto point = measured(step);
         if (!point) return false;
@@ -159,11 +175,13 @@ void CurveBuilder::close_in(StudyCurve& curve, Variant variant) {
         if (!insert(std::sqrt(std::prev(longest)->step * longest->step))) return;
 }
 
-/// To a hundredth of the error that the same method makes at the same step when its equations are solved exactly. False
-/// where that was not measured, rounding is all there is, or this space leaves no equations to solve.
+/// Sets the solver tolerance to a hundredth of the direction error that the method has at the same step if its
+/// equations are solved to rounding. Returns false if that error was not measured or is at the level of rounding, or if
+/// the method did not iterate.
 bool CurveBuilder::set_loose_tolerance(Variant& variant) const {
     for (const StudyCurve& curve : curves_.curves) {
-        if (curve.info != &info_of(plan_, variant) || curve.loose || curve.precision != Precision::float64) continue;
+        if (curve.info != &info_of(plan_, variant) || curve.has_loose_solver || curve.precision != Precision::float64)
+            continue;
         for (const StudyPoint& point : curve.points) {
             if (point.step != variant.step || !(point.errors.direction.p50 > 1e-13) || point.iterations == 0) continue;
             variant.solver_tolerance = 0.01 * std::min(1.0, point.errors.direction.p50);
@@ -173,51 +191,55 @@ bool CurveBuilder::set_loose_tolerance(Variant& variant) const {
     return false;
 }
 
-/// Nothing where there was no time.
+/// Traces the sample with the variant and returns its point, or nothing if the run was interrupted.
 std::optional<StudyPoint> CurveBuilder::measure(const Variant& variant, const Measured& measured) const {
     if (stopped()) return {};
-    const Plan plan = plan_by(plan_, variant);
+    const Plan plan = plan_with_variant(plan_, variant);
     StudyPoint point;
-    point.step = variant.step, point.stated_step = stated_step(plan_, variant);
+    point.step = variant.step;
+    point.stated_step = stated_step(plan_, variant);
     point.solver_tolerance = plan.run.solver_tolerance;
     const double rays = double(curves_.sample.starts.size());
     std::vector<RayEnd> ends;
-    const RunReport report = trace(plan, curves_.sample.starts, ends, watch());
+    const RunReport report = trace(plan, curves_.sample.starts, ends, control());
     if (report.interrupted) return {};
     point.errors = compare_rays(plan_, reference_, ends);
     const Counters& work = report.counters;
-    point.gradients = double(work.gradients) / rays, point.steps = double(work.steps) / rays;
+    point.gradients = double(work.gradients) / rays;
+    point.steps = double(work.steps) / rays;
     point.operations = operations_of(plan, work) / rays;
-    point.queries = double(work.queries) / rays, point.iterations = double(work.active_iterations) / rays;
+    point.queries = double(work.queries) / rays;
+    point.iterations = double(work.active_iterations) / rays;
     if (work.issued_lane_steps > 0) point.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
     if (measured && !measured(variant, curves_.curves.size() - 1, point, report, ends)) return {};
     return point;
 }
 
-ErrorCurves CurveBuilder::take() {
+ErrorCurves CurveBuilder::finish() {
     curves_.interrupted = stopped();
     return std::move(curves_);
 }
 
-bool is_known(const ReferenceStory& reference) {
-    return double(reference.undecided) <= most_astray * double(reference.decided + reference.undecided);
+bool is_confirmed(const ReferenceSummary& reference) {
+    return double(reference.unconfirmed) <= max_wrong_share * double(reference.confirmed + reference.unconfirmed);
 }
 
-std::string what_is_unknown(const ReferenceStory& reference) {
-    return "no two methods agree on how " + std::to_string(reference.undecided) + " of " +
-           std::to_string(reference.decided + reference.undecided) + " rays end";
+std::string describe_disagreement(const ReferenceSummary& reference) {
+    return "no two methods agree on the ends of " + std::to_string(reference.unconfirmed) + " of " +
+           std::to_string(reference.confirmed + reference.unconfirmed) + " rays; at most 1 % may differ";
 }
 
-bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference) {
+bool is_within(const StudyPoint& point, double error, Percentiles RayErrors::*quantity,
+               const ReferenceSummary& reference) {
     const RayErrors& e = point.errors;
-    if (reference.decided == 0 || !is_known(reference) || double(e.flips) > most_astray * double(reference.decided))
-        return false;
-    if (e.compared + e.ill == 0) return true;  // rays that are all captured end nowhere in particular
-    // Of what is closer to the reference than that is to the truth nobody knows how close it is to that.
-    const double unknown = spread == &RayErrors::pixels     ? reference.pixels.p99
-                           : spread == &RayErrors::position ? reference.uncertainty.p99
-                                                            : reference.direction.p99;
-    return (e.*spread).p99 <= error && unknown <= error;
+    if (reference.confirmed == 0 || !is_confirmed(reference)) return false;
+    if (double(e.flips) > max_wrong_share * double(reference.confirmed)) return false;
+    if (e.compared + e.compared_ill_conditioned == 0) return true;  // all rays are captured and have no position error
+    // An error below the uncertainty of the reference cannot be measured.
+    const double uncertainty = quantity == &RayErrors::pixels     ? reference.pixels.p99
+                               : quantity == &RayErrors::position ? reference.uncertainty.p99
+                                                                  : reference.direction.p99;
+    return (e.*quantity).p99 <= error && uncertainty <= error;
 }
 
 ErrorCurves measure_curves(const Plan& plan, const CurveOptions& options, const Progress& progress,
@@ -228,8 +250,8 @@ ErrorCurves measure_curves(const Plan& plan, const CurveOptions& options, const 
     const auto report = [&](double done) {
         if (progress) progress(done, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     };
-    if (!options.pixel_bound || is_known(builder.curves().reference)) builder.climb_all(report);
-    return builder.take();
+    if (!options.pixel_bound || is_confirmed(builder.curves().reference)) builder.measure_ladders(report);
+    return builder.finish();
 }
 
 }  // namespace kagero

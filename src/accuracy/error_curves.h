@@ -1,5 +1,5 @@
-/// The error of methods over their steps, for a sample of a scene's own rays, through the kernels and the loop that
-/// `render` uses.
+/// Error of integration methods as a function of their step, measured on a sample of a scene's camera rays. The kernels
+/// and the loop are those of `render`.
 #pragma once
 
 #include "accuracy/energy_drift.h"
@@ -11,95 +11,115 @@
 
 namespace kagero {
 
+/// Options of a measurement of error curves.
 struct CurveOptions {
-    std::uint32_t width = 64, height = 64;  ///< of the grid of sampled pixels
-    bool quick = false;                     ///< a handful of methods, in double
-    bool full = false;                      ///< every method one ray at a time too
-    std::optional<Strategy> strategy;       ///< of the methods that are measured; empty: every one
-    std::optional<Precision> precision;     ///< likewise
-    /// Where it is not 0, packets alone are measured, float included, and the longest steps are sought whose 99th
-    /// percentile of the error, in pixels, is within this bound.
+    std::uint32_t width = 64, height = 64;  ///< Size of the grid of sampled pixels.
+    /// Measure only the scene's method and the representative methods, the latter in double only.
+    bool quick = false;
+    /// Measure every method with the strategy `scalar` too. Otherwise only the scene's method is measured with
+    /// `scalar`.
+    bool full = false;
+    std::optional<Strategy> strategy;    ///< Strategy to measure. Empty: `packet` and `scalar`.
+    std::optional<Precision> precision;  ///< Precision to measure. Empty: both precisions.
+    /// Bound on the 99th percentile of the pixel error; 0 means no bound. With a bound, only packets are measured, in
+    /// double and in float, and the longest step of each method that meets the bound is searched.
     double pixel_bound = 0;
-    Deadline deadline;  ///< of the measurements: what was found by then is kept. RunError if that is nothing
+    /// End of the time for measurements. Points that are measured earlier are kept. RunError is thrown if the reference
+    /// is not complete by then.
+    Deadline deadline;
 };
 
-/// One method at one step.
+/// Measurements of one method at one step.
 struct StudyPoint {
-    double step = 0;              ///< as the kernels count it; of adaptive methods: the tolerance
-    double stated_step = 0;       ///< the same as a scene states it
-    double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
-    Timing time;                  ///< ns per ray, with the scene's surfaces
-    Timing time_without;  ///< no surfaces, no intersection: rays run on until they leave the scene, or as long as 99 %
-                          ///< of those with
-    double gradients = 0, steps = 0, queries = 0, iterations = 0;  ///< per ray; iterations of implicit solves
-    double operations = 0;                                         ///< per ray, see render/operation_count.h
-    double steps_without = 0;                                      ///< per ray, without surfaces
-    double occupancy = 1;                                          ///< active lane-steps over issued ones
-    RayErrors errors;
-    EnergyDrift drift;
+    double step = 0;              ///< Step in the kernel's unit, or the tolerance of an adaptive method.
+    double stated_step = 0;       ///< The same step in the unit of a scene file.
+    double solver_tolerance = 0;  ///< Relative solver tolerance of implicit methods; 0: iterate to rounding.
+    Timing time;                  ///< Nanoseconds per ray, with the scene's surfaces.
+    /// Nanoseconds per ray without surfaces and intersection tests. Each ray runs until it escapes, is captured, or has
+    /// taken as many steps as 99 % of the rays take with surfaces.
+    Timing time_without_surfaces;
+    double gradients = 0;               ///< Gradient evaluations per ray.
+    double steps = 0;                   ///< Steps per ray.
+    double queries = 0;                 ///< Embree queries per ray.
+    double iterations = 0;              ///< Iterations of implicit solves per ray.
+    double operations = 0;              ///< Floating-point operations per ray, see render/operation_count.h.
+    double steps_without_surfaces = 0;  ///< Steps per ray without surfaces.
+    double occupancy = 1;               ///< Active lane-steps divided by issued lane-steps.
+    RayErrors errors;                   ///< Errors of the ray ends against the reference.
+    EnergyDrift drift;                  ///< Energy errors along a few rays.
 };
 
-/// One method over its steps, the coarsest first.
+/// Measurements of one method over its steps, the coarsest step first.
 struct StudyCurve {
     std::string method;
     Strategy strategy{};
     Precision precision{};
     const IntegratorInfo* info = nullptr;
-    bool rescaled = false;
-    bool loose =
-        false;  ///< implicit equations solved to a hundredth of the error of the same step, not as the scene says
-    bool own = false;    ///< the scene's own method
-    std::optional<double>
-        order;  ///< slope of position error (p90) over step, above the floor; none for adaptive methods
-    std::optional<double> floor;  ///< least position error (p90) reached
-    std::string stopped;          ///< why there are no finer steps
+    bool rescaled = false;  ///< True if H is integrated with time rescaling.
+    /// True if the solver tolerance is a hundredth of the direction error that the method has at the same step. False
+    /// if the solver tolerance is that of the scene.
+    bool has_loose_solver = false;
+    bool is_scene_method = false;  ///< True if this is the method of the scene.
+    /// Measured order: slope of log position error (90th percentile) over log step, above the error floor. Empty for
+    /// adaptive methods.
+    std::optional<double> order;
+    std::optional<double> floor;  ///< Smallest 90th percentile of the position error over all steps, scene units.
+    std::string stop_reason;      ///< Reason why no finer step was measured; empty if all steps were measured.
     std::vector<StudyPoint> points;
 };
 
+/// Error curves of all measured methods, with their reference.
 struct ErrorCurves {
     SampleRays sample;
-    ReferenceStory reference;
-    std::uint64_t ill_conditioned = 0;
+    ReferenceSummary reference;
+    std::uint64_t ill_conditioned = 0;  ///< Number of ill-conditioned rays in the sample, see ray_errors.h.
     std::vector<StudyCurve> curves;
-    std::vector<std::string> refused;  ///< methods that this space cannot serve
+    std::vector<std::string> refused;  ///< Methods that do not support this space.
     bool interrupted = false;
 };
 
-/// Whether two methods agree on how at least 99 % of the rays end.
-bool is_known(const ReferenceStory& reference);
-/// In words, where it is not so.
-std::string what_is_unknown(const ReferenceStory& reference);
-/// Whether that is so, 99 % of them are within a bound, and at most 1 % end otherwise than they should.
-bool is_within(const StudyPoint& point, double error, Spread RayErrors::*spread, const ReferenceStory& reference);
+/// Returns true if two methods agree on the status and the object of at least 99 % of the ray ends.
+bool is_confirmed(const ReferenceSummary& reference);
+/// Returns a message for a reference that is not confirmed: the number of rays on which the methods disagree.
+std::string describe_disagreement(const ReferenceSummary& reference);
+/// Returns true if the point meets the bound `error` on a quantity of RayErrors. The 99th percentiles of the point's
+/// error and of the reference's uncertainty must be at most `error`. The reference must be confirmed, and at most 1 %
+/// of the rays may end differently from it. A point whose rays are all captured meets every bound.
+bool is_within(const StudyPoint& point, double error, Percentiles RayErrors::*quantity,
+               const ReferenceSummary& reference);
 
-/// Measures curves: `prepare` chooses the rays and traces their reference, `climb_all` measures method after method.
+/// Measures error curves in three calls. `prepare` chooses the rays and traces their reference, `measure_ladders`
+/// measures all methods, and `finish` returns the result.
 class CurveBuilder {
 public:
-    /// Called for each point that was measured, with what its run reported and the ends of its rays. False where there
-    /// was no time to complete the point: it is dropped then.
+    /// Callback for each measured point, with the report of its run and its ray ends. It returns false if there was no
+    /// time to complete the point; the point is then dropped.
     using Measured = std::function<bool(const Variant&, std::size_t curve, StudyPoint& point, const RunReport&,
                                         const std::vector<RayEnd>&)>;
 
     CurveBuilder(const Plan& plan, const CurveOptions& options, const std::atomic<bool>* stop)
         : plan_(plan), options_(options), stop_(stop) {}
 
+    /// Chooses the sample rays and traces their reference. Throws RunError if no ray has a confirmed end.
     void prepare();
-    /// `progress` is called with the finished share.
-    void climb_all(const std::function<void(double)>& progress, const Measured& measured = {});
+    /// Measures every selected method over its step ladder. Calls `progress` with the finished share, from 0 to 1.
+    void measure_ladders(const std::function<void(double)>& progress, const Measured& measured = {});
 
-    /// With a limit of steps that suits the rays of the sample.
+    /// Returns the plan of the measurements. `prepare` reduces its `max_steps` to 30 times the median of the sample
+    /// rays.
     const Plan& plan() const { return plan_; }
     const ErrorCurves& curves() const { return curves_; }
     const ReferenceRays& reference_rays() const { return reference_; }
     bool stopped() const { return (stop_ && stop_->load(std::memory_order_relaxed)) || options_.deadline.passed(); }
-    Watch watch() const { return {.stop = stop_, .time_limit = options_.deadline.left()}; }
-    ErrorCurves take();
+    RunControl control() const { return {.stop = stop_, .time_limit = options_.deadline.remaining_seconds()}; }
+    /// Moves the curves out of the builder. Call it last.
+    ErrorCurves finish();
 
 private:
     void bound_steps();
-    void keep_decided();
-    void climb(const Ladder& ladder, const Measured& measured);
-    void close_in(StudyCurve& curve, Variant variant);
+    void keep_confirmed_rays();
+    void measure_ladder(const Ladder& ladder, const Measured& measured);
+    void bisect_longest_step(StudyCurve& curve, Variant variant);
     bool set_loose_tolerance(Variant& variant) const;
     std::optional<StudyPoint> measure(const Variant& variant, const Measured& measured) const;
 
@@ -108,10 +128,11 @@ private:
     const std::atomic<bool>* stop_;
     ErrorCurves curves_;
     ReferenceRays reference_;
-    double least_work_ = std::numeric_limits<double>::infinity();
+    double least_work_ = std::numeric_limits<double>::infinity();  ///< Work per ray of the cheapest point so far.
 };
 
-/// Both in one call.
+/// Chooses the sample, measures all ladders and returns the curves. With a pixel bound, no curve is measured if the
+/// reference is not confirmed.
 ErrorCurves measure_curves(const Plan& plan, const CurveOptions& options, const Progress& progress = {},
                            const std::atomic<bool>* stop = nullptr);
 

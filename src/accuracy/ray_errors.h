@@ -1,64 +1,67 @@
-/// Ends of rays against the ends they should have had.
+/// Errors of ray ends against reference ray ends.
 #pragma once
 
 #include "accuracy/sample_rays.h"
-#include "render/spread.h"
+#include "render/percentiles.h"
 
 namespace kagero {
 
-/// A ray that turns its neighbours apart by more than this multiplies every error by as much. It is counted apart, and
-/// in pixels by the error over that excess: a pixel beside it spans thousands of its size, and by how many of those an
-/// end is off is not seen.
+/// Conditioning above which a ray is ill-conditioned. Such a ray multiplies every error by more than this factor. It
+/// does not count in the errors of position and direction. Its pixel error is divided by conditioning /
+/// `ill_conditioned`, because one pixel near it shows a region many pixels wide.
 inline constexpr double ill_conditioned = 1e3;
 
-/// The ends that rays should have.
+/// Reference ends of the sample rays.
 struct ReferenceRays {
     std::vector<RayEnd> ends;
-    std::vector<double>
-        conditioning;  ///< greatest angle between a ray's end and its neighbours', over that between their starts
-    std::vector<bool> decided;         ///< two methods agree on how the ray ends, and it does
+    /// Condition numbers: the angle between a ray end and that of a neighbouring ray, divided by the angle between the
+    /// starts. The greater value of both neighbours counts.
+    std::vector<double> conditioning;
+    std::vector<bool> confirmed;  ///< True if the ray ends and two methods agree on its status and object.
 };
 
-/// Whether there is something to see at the end of a ray.
-bool has_end(const RayEnd& end);
+/// Returns true if the end of a ray shows a surface or the sky, that is, if its status is `hit` or `escaped`.
+bool has_visible_end(const RayEnd& end);
 
-/// Whether the direction tells what is seen at the end of a ray, and not the place.
-bool seen_by_direction(const Plan& plan, const RayEnd& end);
+/// Returns true if the direction at the ray end determines what the pixel shows, and not the position. This is the case
+/// for rays that hit nothing, except for an orthographic camera.
+bool is_seen_by_direction(const Plan& plan, const RayEnd& end);
 
-/// How large a pixel of the film is where a ray ends: a length where it hits, else an angle.
-double pixel_at(const Plan& plan, const RayEnd& end);
+/// Returns the size of a film pixel at a ray end: an angle in radians if `is_seen_by_direction`, otherwise a length.
+double pixel_size_at(const Plan& plan, const RayEnd& end);
 
-/// How far what is seen at the end of a ray is from where it should be, in pixels of the film: a point by its distance,
-/// the sky by its direction (by the end point where a camera's rays are parallel). Ends of one class, in the
-/// coordinates of the Hamiltonian, as kernels write them.
-double pixels_apart(const Plan& plan, const RayEnd& should, const RayEnd& is);
+/// Returns the distance between an expected and an actual ray end, in film pixels. If `is_seen_by_direction`, it is the
+/// angle between the directions, otherwise the distance of the end points. Both ends must have the same status and
+/// object. They must be in the coordinates of the Hamiltonian, as kernels write them.
+double distance_in_pixels(const Plan& plan, const RayEnd& expected, const RayEnd& actual);
 
-/// The same for any ends: zero where both are captured, not a number where they differ in class or there is nothing to
-/// see.
-double pixel_error(const Plan& plan, const RayEnd& should, const RayEnd& is);
+/// Returns the pixel error of any two ends: `distance_in_pixels` if both have the same status and object. The result is
+/// zero if both rays are captured. It is NaN if status or object differ, or if the rays do not end.
+double pixel_error(const Plan& plan, const RayEnd& expected, const RayEnd& actual);
 
-/// From the scene's coordinates and unit, in which `trace` tells ends, to those of the Hamiltonian.
-RayEnd in_space(const Plan& plan, RayEnd end);
+/// Converts a ray end from scene coordinates and units, which `trace` returns, to those of the Hamiltonian.
+RayEnd to_hamiltonian_coordinates(const Plan& plan, RayEnd end);
 
-/// Errors of one way of tracing the sample. Rays that end otherwise than they should are `flips` and enter nothing
-/// else; rays that are captured have no end to compare.
+/// Errors of one run of the sample, relative to the reference. Rays whose status or object differs from the reference
+/// are counted in `flips` only. Captured rays have no end point and enter no error.
 struct RayErrors {
-    std::uint64_t compared = 0, flips = 0, ill = 0;
-    Spread position;                 ///< of the end point, scene units
-    Spread direction;                ///< between the ends' directions, radians
-    Spread pixels;  ///< where the end is seen, in pixels of the film; of ill-conditioned rays too, see below
-    double above_quarter_pixel = 0;  ///< share of those
-    Spread ill_pixels;               ///< of ill-conditioned rays: pixels over conditioning
+    std::uint64_t compared = 0;                  ///< Number of well-conditioned rays that were compared.
+    std::uint64_t flips = 0;                     ///< Number of rays whose status or object differs from the reference.
+    std::uint64_t compared_ill_conditioned = 0;  ///< Number of ill-conditioned rays that were compared.
+    Percentiles position;                        ///< Distance of the end points, well-conditioned rays, scene units.
+    Percentiles direction;               ///< Angle between the directions at the ends, well-conditioned rays, radians.
+    Percentiles pixels;                  ///< Pixel error; ill-conditioned rays are scaled, see `ill_conditioned`.
+    double above_quarter_pixel = 0;      ///< Share of the errors in `pixels` that exceed 0.25.
+    Percentiles ill_conditioned_pixels;  ///< Pixel error divided by conditioning, ill-conditioned rays only.
 };
 
-/// True when both rays ended in the same way, and on the same object if on any.
-bool same_class(const RayEnd& a, const RayEnd& b);
+/// Returns true if both ends have the same status and, for `hit`, the same object.
+bool same_status_and_object(const RayEnd& a, const RayEnd& b);
 
-/// Positions of `ends` are scene coordinates.
-RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference,
-                       const std::vector<RayEnd>& ends);
+/// Compares ray ends with the reference. Positions are in scene coordinates, as `trace` returns them.
+RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference, const std::vector<RayEnd>& ends);
 
-/// conditioning of ReferenceRays, from the ends of the sample's rays and of those turned aside.
+/// Returns ReferenceRays::conditioning. `right` and `below` are the ends of the neighbours of the sample rays.
 std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, const std::vector<RayEnd>& ends,
                                     const std::vector<RayEnd>& right, const std::vector<RayEnd>& below);
 

@@ -8,33 +8,37 @@
 namespace kagero {
 namespace {
 
-struct Candidate {
+/// A method with its step.
+struct MethodAndStep {
     const char* method;
-    double step;  ///< tolerance of adaptive methods, else a share of the scene's step
+    double step;  ///< Tolerance of an adaptive method; otherwise the step divided by that of the scene.
 };
+/// Two methods: `best` computes the reference, and `other` confirms it.
 struct Pair {
-    Candidate best, other;
-    bool alike = false;  ///< taken only where no unlike pair serves
+    MethodAndStep best, other;
+    bool is_fallback = false;  ///< True if the pair is used only if no other pair could be compared.
 };
-// Unlike methods first: collocation at a fixed step against explicit stages at steps of their own. Where light runs
-// against the edge of a medium no fixed step suffices; there two adaptive methods of other orders and stages must do.
-// Where the slope of H jumps collocation alone serves: two of it, of other orders, stages and steps.
+// The first pairs consist of methods of different kinds: collocation with a fixed step, and an explicit adaptive
+// method. At the edge of a medium no fixed step is accurate enough, so two adaptive methods of different orders are
+// compared. If the gradient of H jumps, only collocation methods are supported. Two of them, with different orders and
+// steps, are the fallback.
 constexpr Pair pairs[] = {
     {{"gauss16", 0.5}, {"dp85", 1e-12}},
     {{"gauss16", 0.125}, {"dp85", 1e-12}},
     {{"dp85", 1e-12}, {"dp54", 1e-14}},
     {{"gauss16", 0.25}, {"gauss12", 0.125}, true},
 };
-/// Ends this close (99 % of the rays; in sizes of the scene) need no better pair.
-constexpr double close_enough = 1e-12;
+/// Uncertainty at which the search for a better pair stops: 99th percentile, relative to the scene size.
+constexpr double sufficient_agreement = 1e-12;
 
-std::optional<Variant> find(const Plan& plan, const Candidate& candidate) {
-    auto found = find_variant(plan, candidate.method, Strategy::packet, Precision::float64, candidate.step);
-    if (found && !info_of(plan, *found).adaptive) found->step *= usual_step(plan, *found);
+/// Returns the variant with this method and step, or nothing if the space does not support the method.
+std::optional<Variant> variant_of(const Plan& plan, const MethodAndStep& choice) {
+    auto found = find_variant(plan, choice.method, Strategy::packet, Precision::float64, choice.step);
+    if (found && !info_of(plan, *found).adaptive) found->step *= equivalent_step(plan, *found);
     return found;
 }
 
-/// What ends the search.
+/// Conditions under which tracing stops early.
 struct Limits {
     const Deadline& deadline;
     const std::atomic<bool>* stop;
@@ -43,70 +47,79 @@ struct Limits {
 std::vector<RayEnd> ends_by(const Plan& plan, const Variant& variant, const std::vector<RayStart>& starts,
                             const Limits& limits) {
     std::vector<RayEnd> ends;
-    const RunReport report =
-        trace(plan_by(plan, variant), starts, ends, {.stop = limits.stop, .time_limit = limits.deadline.left()});
-    if (report.out_of_time) throw RunError("the time was up before two methods had shown how rays end");
+    const RunReport report = trace(plan_with_variant(plan, variant), starts, ends,
+                                   {.stop = limits.stop, .time_limit = limits.deadline.remaining_seconds()});
+    if (report.out_of_time)
+        throw RunError("the time limit passed before two methods had traced the reference rays; increase --time-limit");
     if (report.interrupted) throw Interrupted();
     return ends;
 }
 
-bool ended(const RayEnd& end) {
-    return end.status != Status::step_limit && end.status != Status::failed;
-}
+/// Returns true if the status is `hit`, `escaped` or `captured`.
+bool has_ended(const RayEnd& end) { return end.status != Status::step_limit && end.status != Status::failed; }
 
+/// Reference rays of one pair of methods.
 struct Attempt {
     ReferenceRays rays;
-    ReferenceStory story;
+    ReferenceSummary summary;
 };
 
-Attempt attempt(const Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other,
-                const Limits& limits) {
-    Attempt made;
-    ReferenceStory& story = made.story;
-    story.variant = best;
-    story.method = info_of(plan, best).name, story.confirmed_by = info_of(plan, other).name;
-    if (plan.scene->straight) story.method = story.confirmed_by = "straight lines in closed form";
-    story.step = stated_step(plan, best), story.confirmed_step = stated_step(plan, other);
-    story.adaptive = info_of(plan, best).adaptive, story.confirmed_adaptive = info_of(plan, other).adaptive;
+/// Traces the sample with two variants and compares the ray ends.
+Attempt compare_pair(const Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other,
+                     const Limits& limits) {
+    Attempt attempt;
+    ReferenceSummary& summary = attempt.summary;
+    summary.variant = best;
+    summary.method = info_of(plan, best).name;
+    summary.confirmed_by = info_of(plan, other).name;
+    if (plan.scene->straight) summary.method = summary.confirmed_by = "straight lines in closed form";
+    summary.step = stated_step(plan, best);
+    summary.confirmed_step = stated_step(plan, other);
+    summary.adaptive = info_of(plan, best).adaptive;
+    summary.confirmed_adaptive = info_of(plan, other).adaptive;
 
-    ReferenceRays& rays = made.rays;
+    ReferenceRays& rays = attempt.rays;
     rays.ends = ends_by(plan, best, sample.starts, limits);
     const std::vector<RayEnd> confirming = ends_by(plan, other, sample.starts, limits);
     rays.conditioning = conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, limits),
                                         ends_by(plan, best, sample.below, limits));
     for (std::size_t i = 0; i < rays.ends.size(); ++i) {
-        const bool decided = ended(rays.ends[i]) && same_class(rays.ends[i], confirming[i]);
-        rays.decided.push_back(decided);
-        ++(decided ? story.decided : story.undecided);
-        ++story.status[static_cast<int>(rays.ends[i].status)];
+        const bool confirmed = has_ended(rays.ends[i]) && same_status_and_object(rays.ends[i], confirming[i]);
+        rays.confirmed.push_back(confirmed);
+        ++(confirmed ? summary.confirmed : summary.unconfirmed);
+        ++summary.status[static_cast<int>(rays.ends[i].status)];
     }
     const RayErrors difference = compare_rays(plan, rays, confirming);
-    story.uncertainty = difference.position, story.direction = difference.direction, story.pixels = difference.pixels;
-    return made;
+    summary.uncertainty = difference.position;
+    summary.direction = difference.direction;
+    summary.pixels = difference.pixels;
+    return attempt;
 }
 
 }  // namespace
 
-ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story,
+ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceSummary& summary,
                               const Deadline& deadline, const std::atomic<bool>* stop) {
     const double size = scene_size(*plan.scene);
-    // In sizes of the scene, or where all rays are ill-conditioned as an angle; not a number where no two rays ended
-    // alike.
-    const auto doubt = [&](const ReferenceStory& s) {
+    // Returns the uncertainty relative to the scene size, or an angle in radians if all rays are ill-conditioned. NaN
+    // if no ray has the same status and object by both methods.
+    const auto uncertainty = [&](const ReferenceSummary& s) {
         return std::isfinite(s.uncertainty.p99) ? s.uncertainty.p99 / size : s.pixels.p99 * sample.pixel_angle;
     };
-    std::optional<Attempt> least;
+    std::optional<Attempt> closest;
     for (const Pair& pair : pairs) {
-        const auto best = find(plan, pair.best), other = find(plan, pair.other);
-        const bool compared = least && std::isfinite(doubt(least->story));
-        if (!best || !other || (compared && pair.alike)) continue;
-        Attempt made = attempt(plan, sample, *best, *other, {deadline, stop});
-        if (!compared || doubt(made.story) < doubt(least->story)) least = std::move(made);
-        if (doubt(least->story) <= close_enough) break;
+        const auto best = variant_of(plan, pair.best), other = variant_of(plan, pair.other);
+        const bool compared = closest && std::isfinite(uncertainty(closest->summary));
+        if (!best || !other || (compared && pair.is_fallback)) continue;
+        Attempt attempt = compare_pair(plan, sample, *best, *other, {deadline, stop});
+        if (!compared || uncertainty(attempt.summary) < uncertainty(closest->summary)) closest = std::move(attempt);
+        if (uncertainty(closest->summary) <= sufficient_agreement) break;
     }
-    if (!least) throw RunError("this space has no two methods that could confirm each other as a reference");
-    story = least->story;
-    return std::move(least->rays);
+    if (!closest)
+        throw RunError(
+            "no reference can be computed: this space supports no pair of methods that could confirm each other");
+    summary = closest->summary;
+    return std::move(closest->rays);
 }
 
 }  // namespace kagero

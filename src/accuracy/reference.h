@@ -1,30 +1,34 @@
-/// Where rays really end: by one method at the edge of double precision, confirmed by another that shares no step with
-/// it.
+/// Reference ray ends: one method computes them, with an error near the rounding of double, and a second method with
+/// other steps confirms them.
 #pragma once
 
-#include "render/deadline.h"
 #include "accuracy/ray_errors.h"
 #include "plan/variant.h"
+#include "render/deadline.h"
 
 namespace kagero {
 
-/// How the reference was made, and what is left of doubt.
-struct ReferenceStory {
-    Variant variant;  ///< of `method`
-    std::string method, confirmed_by;
-    double step = 0;  ///< of `method`; its tolerance if that is adaptive
-    double confirmed_step = 0;
-    bool adaptive = false, confirmed_adaptive = false;
-    Spread uncertainty;  ///< distance of the two methods' end points over well-conditioned rays, scene units
-    Spread direction;    ///< angle between their ends' directions
-    Spread pixels;
-    std::uint64_t decided = 0, undecided = 0;
-    std::uint64_t status[status_count] = {};
+/// Methods of the reference and its remaining uncertainty.
+struct ReferenceSummary {
+    Variant variant;           ///< Variant of the first method.
+    std::string method;        ///< Name of the first method, which computes the reference ends.
+    std::string confirmed_by;  ///< Name of the second method.
+    /// Step of the first method in the unit of a scene file, or its tolerance if it is adaptive.
+    double step = 0;
+    double confirmed_step = 0;        ///< Step or tolerance of the second method.
+    bool adaptive = false;            ///< True if the first method is adaptive.
+    bool confirmed_adaptive = false;  ///< True if the second method is adaptive.
+    Percentiles uncertainty;          ///< Distance of both methods' end points, well-conditioned rays, scene units.
+    Percentiles direction;            ///< Angle of both methods' end directions, well-conditioned rays, radians.
+    Percentiles pixels;               ///< Pixel error of the second method's ends against the first method's ends.
+    std::uint64_t confirmed = 0;      ///< Number of rays that end with the same status and object by both methods.
+    std::uint64_t unconfirmed = 0;    ///< Number of all other rays.
+    std::uint64_t status[status_count] = {};  ///< Number of rays per status, by the first method.
 };
 
-/// Tries pairs of methods until two agree, and takes the closest. Throws RunError where the space has no two methods to
-/// compare, or there was no time to; Interrupted where `stop` was set.
-ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceStory& story,
+/// Traces the sample with several pairs of methods and returns the ray ends of the pair with the least uncertainty.
+/// Throws RunError if the space supports no such pair or the deadline passes. Throws Interrupted if `stop` is set.
+ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceSummary& summary,
                               const Deadline& deadline = Deadline(), const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kagero

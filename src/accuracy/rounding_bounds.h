@@ -1,19 +1,19 @@
-/// What rounding can do to the ends of rays.
+/// Bounds on the effect of rounding on ray ends.
 #pragma once
 
 #include "render/run.h"
 
 namespace kagero {
 
-/// Of the rays of a tile, in the order of their ends: the most by which the roundings on the way can have moved what is
-/// seen there, in pixels; zero for rays that are captured, not a number where a ray ends in no place or, traced again,
-/// in another way.
+/// Returns, for each ray of a tile in the order of the ends, a bound on the pixel error that rounding can cause. The
+/// bound is zero for captured rays. It is NaN if the ray does not end, or if a second run ends differently.
 ///
-/// To first order, and if all roundings worked together: the sum of |adjoint · half a unit in the last place| over the
-/// operations of every step, the adjoints by a reverse sweep along the ray (Iri 1988). What roundings do is less by
-/// about the root of their number. They are those of the plan's precision and method, from the ray's start as it is,
-/// which is rounded, as the end is. Told to give up, it returns at once.
+/// The bound is of first order and adds the absolute values of all roundings. It is the sum of |adjoint| · half a unit
+/// in the last place over the operations of every step. The adjoints follow from a reverse sweep along the ray (Iri
+/// 1988). The actual effect is usually smaller, by about the square root of the number of operations. The bound applies
+/// to the plan's precision and method, and includes the rounding of the ray start and the ray end. Returns early, with
+/// incomplete bounds, if `cancel` returns true.
 std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const RayEnd* ends, const RayList& list,
-                                    const Halt& halt);
+                                    const CancelToken& cancel);
 
 }  // namespace kagero

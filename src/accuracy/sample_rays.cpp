@@ -8,15 +8,16 @@
 namespace kagero {
 namespace {
 
-/// Small beside every structure of a picture, large beside the error of a reference ray (1e-13).
-constexpr double neighbour_turn = 1e-7;
+/// Angle between a ray and its neighbours, radians: small compared with the structures of a picture, and large compared
+/// with the error of a reference ray (1e-13).
+constexpr double neighbour_offset_angle = 1e-7;
 
-/// Place on a Z-shaped curve: any run of 2^n places is a compact block of the grid.
-std::uint64_t z_order(std::uint32_t x, std::uint32_t y) {
-    std::uint64_t order = 0;
+/// Returns the Morton code of a grid point. An aligned run of 2^n codes is a compact block of the grid.
+std::uint64_t morton_code(std::uint32_t x, std::uint32_t y) {
+    std::uint64_t code = 0;
     for (int bit = 0; bit < 32; ++bit)
-        order |= std::uint64_t((x >> bit) & 1) << (2 * bit) | std::uint64_t((y >> bit) & 1) << (2 * bit + 1);
-    return order;
+        code |= std::uint64_t((x >> bit) & 1) << (2 * bit) | std::uint64_t((y >> bit) & 1) << (2 * bit + 1);
+    return code;
 }
 
 }  // namespace
@@ -28,7 +29,7 @@ std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, st
     for (std::uint32_t y = 0; y < rows; ++y)
         for (std::uint32_t x = 0; x < columns; ++x) grid.push_back({x, y});
     std::sort(grid.begin(), grid.end(),
-              [](const auto& a, const auto& b) { return z_order(a[0], a[1]) < z_order(b[0], b[1]); });
+              [](const auto& a, const auto& b) { return morton_code(a[0], a[1]) < morton_code(b[0], b[1]); });
     std::vector<std::array<double, 2>> pixels;
     for (const auto& [column, row] : grid)
         pixels.push_back({std::floor((column + 0.5) * film.width / columns) + 0.5,
@@ -39,15 +40,16 @@ std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, st
 SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height) {
     const FilmDescription& film = plan.description().film;
     SampleRays sample;
-    sample.width = std::min(width, film.width), sample.height = std::min(height, film.height);
+    sample.width = std::min(width, film.width);
+    sample.height = std::min(height, film.height);
     sample.pixel_angle = pixel_size(plan.description(), 1);
-    sample.turn = neighbour_turn;
+    sample.neighbour_angle = neighbour_offset_angle;
     sample.pixels = sample_pixels(film, width, height);
-    const double aside = neighbour_turn / sample.pixel_angle;
+    const double offset = neighbour_offset_angle / sample.pixel_angle;
     for (const auto& [x, y] : sample.pixels) {
-        sample.starts.push_back(film_ray(plan, x, y));
-        sample.right.push_back(film_ray(plan, x + aside, y));
-        sample.below.push_back(film_ray(plan, x, y + aside));
+        sample.starts.push_back(camera_ray_start(plan, x, y));
+        sample.right.push_back(camera_ray_start(plan, x + offset, y));
+        sample.below.push_back(camera_ray_start(plan, x, y + offset));
     }
     return sample;
 }

@@ -1,26 +1,27 @@
-/// Rays of the scene's camera on a coarse grid of its pixels: what a study of error follows.
+/// Camera rays on a coarse grid of film pixels, on which a study measures errors.
 #pragma once
 
 #include "plan/plan.h"
 
 namespace kagero {
 
+/// Sampled camera rays and their neighbours.
 struct SampleRays {
-    std::uint32_t width = 0, height = 0;  ///< of the grid; never finer than the film
+    std::uint32_t width = 0, height = 0;  ///< Size of the grid, at most the size of the film.
     std::vector<RayStart> starts;
-    std::vector<std::array<double, 2>> pixels;  ///< where on the film each ray starts, in pixels
-    /// The same rays turned to the right and downward by `turn`: how their ends move apart is their conditioning.
+    std::vector<std::array<double, 2>> pixels;  ///< Film position of each ray, in pixels.
+    /// Neighbours of the rays, turned by `neighbour_angle` to the right and downward. They give the conditioning.
     std::vector<RayStart> right, below;
-    double turn = 0;         ///< radians; of an orthographic camera a length
-    double pixel_angle = 0;  ///< of the film's pixels, in the middle of the picture; in the same
+    double neighbour_angle = 0;  ///< Angle to the neighbours in radians; for an orthographic camera a length.
+    double pixel_angle = 0;      ///< Size of a film pixel at the centre of the picture, in the same unit.
 };
 
-/// The middles of the film's pixels on a grid of at most width × height, in pixels; neighbours in the list are
-/// neighbours in the picture.
+/// Returns the centres of film pixels on a grid of at most width × height, in pixels. Rays that are close in the list
+/// are close in the picture.
 std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width,
                                                  std::uint32_t height);
 
-/// A grid of at most width × height pixels spread over the whole film.
+/// Returns the camera rays, and their neighbours, of a grid of at most width × height pixels that covers the film.
 SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height);
 
 }  // namespace kagero

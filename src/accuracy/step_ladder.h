@@ -1,4 +1,4 @@
-/// The methods and steps of a study of error.
+/// Selection of the methods and steps that a study of error measures.
 #pragma once
 
 #include "plan/variant.h"
@@ -7,32 +7,41 @@
 
 namespace kagero {
 
-/// One method over its steps.
+/// The step ladder of one method.
 struct Ladder {
-    Variant variant;            ///< without a step
-    std::vector<double> steps;  ///< of adaptive methods: tolerances; the coarsest first
-    std::size_t least = 5;      ///< steps to take even where rounding already rules
-    bool own = false;           ///< the scene's own method
-    bool loose = false;         ///< implicit equations are solved no further than the step's own error deserves
+    Variant variant;                ///< Method and kernel; the step is not set.
+    std::vector<double> steps;      ///< Steps, or tolerances of an adaptive method, the coarsest first.
+    std::size_t min_steps = 5;      ///< Number of steps that are measured even if rounding limits the error.
+    bool is_scene_method = false;   ///< True if this is the method of the scene.
+    bool has_loose_solver = false;  ///< See StudyCurve::has_loose_solver.
 };
 
+/// Options that select the ladders.
 struct LadderChoice {
-    bool quick = false, full = false;
-    std::optional<Strategy> strategy;
-    std::optional<Precision> precision;
-    bool seeks_cheapest = false;  ///< within a bound: float is tried by the handful too
+    /// Select only the scene's method and the representative methods, the latter in double only.
+    bool quick = false;
+    /// Select every method with the strategy `scalar` too. Otherwise only the scene's method is selected with `scalar`.
+    bool full = false;
+    std::optional<Strategy> strategy;    ///< Empty: `packet` and `scalar`.
+    std::optional<Precision> precision;  ///< Empty: both precisions.
+    /// True if the cheapest step within an error bound is searched. Float is then selected for all methods even if
+    /// `quick` is set.
+    bool seeks_cheapest = false;
 };
 
-/// Packets in double precision first, implicit methods loosely solved behind them, then float where that suffices, then
-/// one ray at a time. Methods that the space cannot serve go into `refused`.
+/// Returns the ladders in the order of measurement. Packets in double come first, then implicit methods with a loose
+/// solver tolerance, then float, then the strategy `scalar`. Methods that do not support the space are appended to
+/// `refused`.
 std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused);
 
-/// What a finished ladder shows: errors in scene units, the coarsest step first; not a number where no ray could be
-/// compared.
+/// Order and error floor of a measured ladder.
 struct Slope {
-    std::optional<double> order;  ///< none where fewer than two errors lie between the floor and the size of the scene
-    std::optional<double> floor;
+    /// Measured order. Empty if fewer than two errors lie between the floor and the size of the scene.
+    std::optional<double> order;
+    std::optional<double> floor;  ///< Smallest error, scene units. Empty if no ray could be compared.
 };
+/// Fits order and floor to a ladder. `errors` are in scene units, the coarsest step first; an error is NaN if no ray
+/// could be compared at that step.
 Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order,
                double scene_size);
 

@@ -1,4 +1,4 @@
-/// Repeated measurements of one time.
+/// Statistics of repeated time measurements.
 #pragma once
 
 #include <algorithm>
@@ -7,11 +7,12 @@
 
 namespace kagero {
 
-/// Over the repeated runs; not numbers where there were none.
+/// Median, minimum and maximum over repeated runs, in the unit of the measurements. NaN if there were no runs.
 struct Timing {
     double median = 0, min = 0, max = 0;
 };
 
+/// Returns the statistics of a list of times.
 inline Timing timing_of(std::vector<double> times) {
     const std::size_t n = times.size();
     if (n == 0) return {std::nan(""), std::nan(""), std::nan("")};

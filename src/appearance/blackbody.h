@@ -1,16 +1,17 @@
-/// The colour of what glows.
+/// Colours of black bodies.
 #pragma once
 
 #include <array>
 
 namespace kagero {
 
-/// Linear sRGB of a black body. Planck's law seen through the CIE 1931 observer in the fits of C. Wyman, P.-P. Sloan
-/// and P. Shirley, JCGT 2(2), 2013 (their multi-lobe form). Colours that no screen can show, below some 1900 K, have
-/// the channel that would be negative at 0.
+/// Returns the linear sRGB colour of a black body at a temperature in kelvin, in an arbitrary unit of radiance.
+/// Planck's law is integrated with the colour matching functions of the CIE 1931 observer. Their multi-lobe fit is by
+/// C. Wyman, P.-P. Sloan and P. Shirley, JCGT 2(2), 2013. Below about 1900 K the colour is outside the gamut of sRGB,
+/// and the channel that would be negative is 0.
 std::array<double, 3> blackbody_color(double kelvin);
 
-/// Luminance of the same, in the same units.
+/// Returns the luminance of the same black body, in the same unit.
 double blackbody_luminance(double kelvin);
 
 }  // namespace kagero

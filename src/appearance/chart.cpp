@@ -30,18 +30,18 @@ std::vector<TriangleChart> charts_of(const TriangleMesh& mesh) {
     return charts;
 }
 
-ChartPoint on_sphere(const Double3& from_center) {
+ChartPoint sphere_uv(const Double3& from_center) {
     const double r = length(from_center);
     const auto [x, y, z] = scaled(from_center, 1 / r);
     const double latitude = std::asin(std::clamp(z, -1.0, 1.0));
-    // At a pole every longitude meets: there a point has a very long way in u.
+    // At a pole the gradients diverge; the lower bound on rho keeps them finite.
     const double rho = std::max(std::hypot(x, y), std::sqrt(std::numeric_limits<double>::epsilon()));
     const double east = 1 / (2 * std::numbers::pi * r * rho * rho), north = 1 / (std::numbers::pi * r * rho);
     return {0.5 + std::atan2(y, x) / (2 * std::numbers::pi), 0.5 + latitude / std::numbers::pi,
             scaled({-y, x, 0}, east), scaled({-z * x, -z * y, rho * rho}, north)};
 }
 
-ChartPoint on_disk(const Double3& normal, double inner, double outer, const Double3& from_center) {
+ChartPoint disk_uv(const Double3& normal, double inner, double outer, const Double3& from_center) {
     const auto [zero, quarter] = meridians(normal);
     const double r = length(from_center), turn = 2 * std::numbers::pi;
     const double x = dot(from_center, zero), y = dot(from_center, quarter), angle = std::atan2(y, x) / turn;
@@ -52,16 +52,19 @@ ChartPoint on_disk(const Double3& normal, double inner, double outer, const Doub
 
 SkyAxes::SkyAxes(const Double3& pole) : up(unit(pole)) {
     const auto meridian = meridians(up);
-    zero = meridian[0], east = meridian[1];
+    zero = meridian[0];
+    east = meridian[1];
 }
 
-ChartPoint on_sky(const Double3& direction, const SkyAxes& axes) {
-    const auto out = [&axes](const Double3& d) {
+ChartPoint sky_uv(const Double3& direction, const SkyAxes& axes) {
+    const auto to_scene = [&axes](const Double3& d) {
         return add(add(scaled(axes.zero, d[0]), scaled(axes.east, d[1])), scaled(axes.up, d[2]));
     };
-    ChartPoint at = on_sphere({dot(direction, axes.zero), dot(direction, axes.east), dot(direction, axes.up)});
-    at.u = 1 - at.u, at.u_gradient = scaled(out(at.u_gradient), -1), at.v_gradient = out(at.v_gradient);
-    return at;
+    ChartPoint point = sphere_uv({dot(direction, axes.zero), dot(direction, axes.east), dot(direction, axes.up)});
+    point.u = 1 - point.u;
+    point.u_gradient = scaled(to_scene(point.u_gradient), -1);
+    point.v_gradient = to_scene(point.v_gradient);
+    return point;
 }
 
 }  // namespace kagero

@@ -1,5 +1,5 @@
-/// Coordinates u and v on surfaces, to first order: what paint is laid out by, and how much of it a small piece of the
-/// surface covers.
+/// Texture coordinates u and v on surfaces, with their gradients. The gradients give the part of a texture that a small
+/// patch of the surface covers.
 #pragma once
 
 #include "appearance/patch.h"
@@ -8,60 +8,71 @@
 
 namespace kagero {
 
-/// Two sides of a small parallelogram in u and v.
+/// The two sides of a small parallelogram, as differences of u and v.
 struct UvPatch {
     std::array<double, 2> a{}, b{};
 };
 
-/// A point's u and v, and their gradients within the surface.
+/// Texture coordinates of a point, and their gradients along the surface.
 struct ChartPoint {
     double u = 0, v = 0;
     Double3 u_gradient{}, v_gradient{};
 };
 
-/// u and v are linear on a triangle: those of a corner, and how they grow from there along x, y and z. Side by side, as
-/// most of a picture may be painted by them.
+/// Linear map from the points of a triangle to u and v: their values at one corner, and their gradients. gradient[k]
+/// contains the derivatives of u and of v along axis k. u and v are adjacent in memory for speed, since most pixels of
+/// a picture may use this map.
 struct TriangleChart {
     Double3 corner{};
     std::array<double, 2> at_corner{};
-    std::array<std::array<double, 2>, 3> growth{};
+    std::array<std::array<double, 2>, 3> gradient{};
 };
 
-/// One per triangle; none where the mesh has no uv.
+/// Returns one map per triangle; none if the mesh has no u and v.
 std::vector<TriangleChart> charts_of(const TriangleMesh& mesh);
 
-inline std::array<double, 2> along(const TriangleChart& chart, const Double3& way) {
+/// Returns the differences of u and v over a displacement.
+inline std::array<double, 2> uv_difference(const TriangleChart& chart, const Double3& displacement) {
     std::array<double, 2> uv;
     for (std::size_t k = 0; k < 2; ++k)
-        uv[k] = chart.growth[0][k] * way[0] + chart.growth[1][k] * way[1] + chart.growth[2][k] * way[2];
+        uv[k] = chart.gradient[0][k] * displacement[0] + chart.gradient[1][k] * displacement[1] +
+                chart.gradient[2][k] * displacement[2];
     return uv;
 }
-inline std::array<double, 2> on_triangle(const TriangleChart& chart, const Double3& point) {
-    std::array<double, 2> uv = along(chart, subtract(point, chart.corner));
+/// Returns u and v of a point on the triangle.
+inline std::array<double, 2> triangle_uv(const TriangleChart& chart, const Double3& point) {
+    std::array<double, 2> uv = uv_difference(chart, subtract(point, chart.corner));
     for (std::size_t k = 0; k < 2; ++k) uv[k] += chart.at_corner[k];
     return uv;
 }
 
-/// u is longitude (+x in the middle, growing towards +y), v latitude about z. Of a point, of any length, from the
-/// centre.
-ChartPoint on_sphere(const Double3& from_center);
+/// Returns u and v of a point on a sphere; `from_center` is its position relative to the centre. u is the longitude as
+/// a fraction of a turn, 0.5 at +x and increasing towards +y. v is the latitude, from 0 at −z to 1 at +z.
+ChartPoint sphere_uv(const Double3& from_center);
 
-/// u once around from +x made orthogonal to the normal, v from the inner to the outer edge.
-ChartPoint on_disk(const Double3& normal, double inner, double outer, const Double3& from_center);
+/// Returns u and v of a point on a disk; `from_center` is its position relative to the centre. u is the angle around
+/// the normal as a fraction of a turn, 0 at +x made orthogonal to the normal. v increases from 0 at the inner edge to 1
+/// at the outer edge.
+ChartPoint disk_uv(const Double3& normal, double inner, double outer, const Double3& from_center);
 
-/// The axes of a sky with this pole: the zero meridian runs through +x.
+/// Unit axes of a sky. The zero meridian is that of the direction +x.
 struct SkyAxes {
-    Double3 up, zero, east;
+    Double3 up;    ///< Pole.
+    Double3 zero;  ///< Point of the equator on the zero meridian.
+    Double3 east;  ///< Point of the equator 90° east of the zero meridian.
+    /// Computes the axes from a vector along the pole, of any length.
     SkyAxes(const Double3& pole);
 };
 
-/// An equirectangular sky: the pole is up, +x in the middle, east to the left. Gradients per radian.
-ChartPoint on_sky(const Double3& direction, const SkyAxes& axes);
+/// Returns u and v of a direction on an equirectangular sky. The pole is at the top, +x is in the middle, and east is
+/// to the left. Gradients are per radian.
+ChartPoint sky_uv(const Double3& direction, const SkyAxes& axes);
 
-inline UvPatch in_chart(const TriangleChart& chart, const Patch& patch) {
-    return {along(chart, patch.right), along(chart, patch.below)};
+/// Returns the sides of a patch in u and v.
+inline UvPatch to_uv(const TriangleChart& chart, const Patch& patch) {
+    return {uv_difference(chart, patch.right), uv_difference(chart, patch.below)};
 }
-inline UvPatch in_chart(const ChartPoint& point, const Patch& patch) {
+inline UvPatch to_uv(const ChartPoint& point, const Patch& patch) {
     return {{dot(point.u_gradient, patch.right), dot(point.v_gradient, patch.right)},
             {dot(point.u_gradient, patch.below), dot(point.v_gradient, patch.below)}};
 }

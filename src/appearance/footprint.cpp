@@ -8,46 +8,60 @@
 namespace kagero {
 namespace {
 
-/// Variances and covariance of pairs of numbers.
+/// Covariance matrix of pairs of numbers.
 struct Covariance {
     double xx = 0, xy = 0, yy = 0;
 
     explicit Covariance(const std::vector<std::array<double, 2>>& points) {
         const double n = static_cast<double>(points.size());
         double x0 = 0, y0 = 0;
-        for (const auto& [x, y] : points) x0 += x / n, y0 += y / n;
-        for (const auto& [x, y] : points)
-            xx += (x - x0) * (x - x0) / n, xy += (x - x0) * (y - y0) / n, yy += (y - y0) * (y - y0) / n;
+        for (const auto& [x, y] : points) {
+            x0 += x / n;
+            y0 += y / n;
+        }
+        for (const auto& [x, y] : points) {
+            xx += (x - x0) * (x - x0) / n;
+            xy += (x - x0) * (y - y0) / n;
+            yy += (y - y0) * (y - y0) / n;
+        }
     }
 };
 
-/// How pairs of numbers spread where the places they belong to spread by one pixel each way.
+/// Covariance matrix of a function of the film position whose values are pairs of numbers. The matrix is scaled to film
+/// positions with a standard deviation of one pixel along both axes.
 struct SpreadPerPixel {
     double xx = 0, xy = 0, yy = 0;
-    bool along_a_line = false;  ///< nothing is known across
+    bool along_a_line = false;  ///< True if the film positions lie on a line, so that the spread across it is unknown.
 
-    SpreadPerPixel(const std::vector<std::array<double, 2>>& pairs, const std::vector<std::array<double, 2>>& places) {
-        const Covariance p(places);
+    SpreadPerPixel(const std::vector<std::array<double, 2>>& pairs,
+                   const std::vector<std::array<double, 2>>& positions) {
+        const Covariance p(positions);
         const double spread = 0.5 * (p.xx + p.yy), area = p.xx * p.yy - p.xy * p.xy;
         if (!(spread > 0)) return;
         const Covariance all(pairs);
-        if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {  // alike each way, as the pixels of a block
-            xx = all.xx / spread, xy = all.xy / spread, yy = all.yy / spread;
+        // The positions are isotropic, such as the centres of a block's pixels.
+        if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {
+            xx = all.xx / spread;
+            xy = all.xy / spread;
+            yy = all.yy / spread;
             return;
         }
-        // Else by the linear map that fits best, and what that leaves: where light is focused, all.
+        // Otherwise, the least-squares linear map gives the covariance for one pixel, and the residual covariance is
+        // added. At a focus, the residual is all of the covariance.
         along_a_line = area <= 1e-6 * spread * spread;
         std::vector<Double3> points;
         for (const auto& [x, y] : pairs) points.push_back({x, y, 0});
-        const Patch m = slope_of(points, places);
+        const Patch m = fit_patch(points, positions);
         const auto mapped = [&](std::size_t i, std::size_t k) {
             return p.xx * m.right[i] * m.right[k] + p.xy * (m.right[i] * m.below[k] + m.below[i] * m.right[k]) +
                    p.yy * m.below[i] * m.below[k];
         };
-        const auto per_pixel = [&](std::size_t i, std::size_t k, double whole) {
-            return m.right[i] * m.right[k] + m.below[i] * m.below[k] + (whole - mapped(i, k)) / spread;
+        const auto per_pixel = [&](std::size_t i, std::size_t k, double total) {
+            return m.right[i] * m.right[k] + m.below[i] * m.below[k] + (total - mapped(i, k)) / spread;
         };
-        xx = per_pixel(0, 0, all.xx), xy = per_pixel(0, 1, all.xy), yy = per_pixel(1, 1, all.yy);
+        xx = per_pixel(0, 0, all.xx);
+        xy = per_pixel(0, 1, all.xy);
+        yy = per_pixel(1, 1, all.yy);
     }
 };
 
@@ -58,28 +72,28 @@ Double3 point_of(const PixelSample& ray) {
     return point_of(*ray.end);
 }
 
-/// Whether two rays end on the same face of the same object.
-bool meet_same(const SceneGeometry& geometry, const RayEnd& a, const RayEnd& b) {
+/// Returns true if two rays hit the same face of the same object. Ray a is a hit.
+bool hit_same_face(const SceneGeometry& geometry, const RayEnd& a, const RayEnd& b) {
     if (b.status != Status::hit || a.surface != b.surface) return false;
     return geometry.on_same_face(a.surface, a.primitive, point_of(a), b.primitive, point_of(b));
 }
 
 }  // namespace
 
-Footprint spread_of(const std::vector<Double3>& directions, const std::vector<std::array<double, 2>>& places) {
+Footprint fit_footprint(const std::vector<Double3>& directions, const std::vector<std::array<double, 2>>& positions) {
     if (directions.size() < 2) return {};
     Double3 middle{};
     for (const Double3& d : directions) middle = add(middle, d);
     if (length(middle) == 0) middle = directions.front();
     const auto [e1, e2] = meridians(middle);
-    std::vector<std::array<double, 2>> seen;
-    for (const Double3& d : directions) seen.push_back({dot(d, e1), dot(d, e2)});
-    const SpreadPerPixel c(seen, places);
-    // The principal axes: eigenvectors of the covariance.
+    std::vector<std::array<double, 2>> projected;
+    for (const Double3& d : directions) projected.push_back({dot(d, e1), dot(d, e2)});
+    const SpreadPerPixel c(projected, positions);
+    // The principal axes are the eigenvectors of the covariance matrix.
     const double mean = 0.5 * (c.xx + c.yy), difference = std::hypot(0.5 * (c.xx - c.yy), c.xy);
     const double angle = 0.5 * std::atan2(2 * c.xy, c.xx - c.yy);
     const double major = std::sqrt(mean + difference);
-    // Across a line of places nothing is known; it is taken to be as along it.
+    // The spread across a line of film positions is unknown; it is set to the spread along the line.
     const double minor = c.along_a_line ? major : std::sqrt(std::max(0.0, mean - difference));
     const Double3 along = add(scaled(e1, std::cos(angle)), scaled(e2, std::sin(angle)));
     const Double3 across = add(scaled(e1, -std::sin(angle)), scaled(e2, std::cos(angle)));
@@ -87,38 +101,42 @@ Footprint spread_of(const std::vector<Double3>& directions, const std::vector<st
 }
 
 SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp) {
-    const double share = 1 / std::sqrt(static_cast<double>(spp));
+    const double ray_size = 1 / std::sqrt(static_cast<double>(spp));  // of a ray's part of a pixel, in pixels
     SkyFootprints footprints;
-    bool captured = false, under[2] = {false, false};
+    bool captured = false, reached[2] = {false, false};
     for (const PixelSample& ray : block.rays) {
         captured = captured || ray.end->status == Status::captured;
-        if (ray.end->status == Status::escaped) under[ray.sky.far] = true;
+        if (ray.end->status == Status::escaped) reached[ray.sky.far] = true;
     }
-    footprints.torn = captured || (under[false] && under[true]);
+    footprints.discontinuous = captured || (reached[false] && reached[true]);
     for (const bool far : {false, true}) {
-        block.group_points.clear(), block.group_places.clear();
+        block.group_points.clear();
+        block.group_positions.clear();
         for (std::size_t i = 0; i < block.rays.size(); ++i) {
             if (block.rays[i].end->status != Status::escaped || block.rays[i].sky.far != far) continue;
-            block.group_points.push_back(block.rays[i].sky.direction), block.group_places.push_back(block.places[i]);
+            block.group_points.push_back(block.rays[i].sky.direction);
+            block.group_positions.push_back(block.film_positions[i]);
         }
         Footprint& f = far ? footprints.far : footprints.near;
-        f = spread_of(block.group_points, block.group_places);
-        f = {scaled(f.major, share), scaled(f.minor, share)};
+        f = fit_footprint(block.group_points, block.group_positions);
+        f = {scaled(f.major, ray_size), scaled(f.minor, ray_size)};
     }
     return footprints;
 }
 
-Patch slope_of(const std::vector<Double3>& points, const std::vector<std::array<double, 2>>& places) {
-    const Covariance p(places);
-    const double spread = p.xx + p.yy, area = p.xx * p.yy - p.xy * p.xy, n = static_cast<double>(places.size());
+Patch fit_patch(const std::vector<Double3>& points, const std::vector<std::array<double, 2>>& positions) {
+    const Covariance p(positions);
+    const double spread = p.xx + p.yy, area = p.xx * p.yy - p.xy * p.xy, n = static_cast<double>(positions.size());
     if (!(spread > 0)) return {};
-    Double3 middle{}, with_x{}, with_y{};  // the last two: covariances of points and places
+    Double3 middle{}, with_x{}, with_y{};  // with_x, with_y: covariances with film positions
     for (const Double3& point : points) middle = add(middle, scaled(point, 1 / n));
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Double3 offset = scaled(subtract(points[i], middle), 1 / n);
-        with_x = add(with_x, scaled(offset, places[i][0])), with_y = add(with_y, scaled(offset, places[i][1]));
+        with_x = add(with_x, scaled(offset, positions[i][0]));
+        with_y = add(with_y, scaled(offset, positions[i][1]));
     }
-    // Times the inverse of the places' covariance, or where they lie on a line its pseudo-inverse.
+    // Multiplies by the inverse of the covariance matrix of the positions, or by its pseudo-inverse if they lie on a
+    // line.
     if (area <= 1e-6 * spread * spread) {
         const double s = 1 / (spread * spread);
         return {add(scaled(with_x, p.xx * s), scaled(with_y, p.xy * s)),
@@ -132,8 +150,8 @@ bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::ui
     std::vector<PixelSample>& rays = block.rays;
     if (rays.size() != 4 || spp != 1) return false;
     const RayEnd& end = *rays[0].end;
-    if (end.status != Status::hit || !meet_same(geometry, end, *rays[1].end) ||
-        !meet_same(geometry, end, *rays[2].end) || !meet_same(geometry, end, *rays[3].end))
+    if (end.status != Status::hit || !hit_same_face(geometry, end, *rays[1].end) ||
+        !hit_same_face(geometry, end, *rays[2].end) || !hit_same_face(geometry, end, *rays[3].end))
         return false;
     const Double3 down = subtract(point_of(rays[3]), point_of(rays[0])),
                   up = subtract(point_of(rays[1]), point_of(rays[2]));
@@ -143,23 +161,28 @@ bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::ui
 }
 
 void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp) {
-    const double share = 1 / std::sqrt(static_cast<double>(spp));
+    const double ray_size = 1 / std::sqrt(static_cast<double>(spp));  // of a ray's part of a pixel, in pixels
     std::vector<PixelSample>& rays = block.rays;
     block.has_patch.assign(rays.size(), false);
     for (std::size_t first = 0; first < rays.size(); ++first) {
         const RayEnd& end = *rays[first].end;
         if (end.status != Status::hit || block.has_patch[first]) continue;
-        block.group.clear(), block.group_points.clear(), block.group_places.clear();
+        block.group.clear();
+        block.group_points.clear();
+        block.group_positions.clear();
         for (std::size_t i = 0; i < rays.size(); ++i)
-            if (meet_same(geometry, end, *rays[i].end))
-                block.group.push_back(i), block.group_points.push_back(point_of(rays[i])),
-                    block.group_places.push_back(block.places[i]);
-        const Patch slope = slope_of(block.group_points, block.group_places);
-        const Patch patch{scaled(slope.right, share), scaled(slope.below, share)};
+            if (hit_same_face(geometry, end, *rays[i].end)) {
+                block.group.push_back(i);
+                block.group_points.push_back(point_of(rays[i]));
+                block.group_positions.push_back(block.film_positions[i]);
+            }
+        const Patch slope = fit_patch(block.group_points, block.group_positions);
+        const Patch patch{scaled(slope.right, ray_size), scaled(slope.below, ray_size)};
         for (const std::size_t i : block.group)
-            if (!block.has_patch[i])
-                rays[i].patch = patch,
-                block.has_patch[i] = true;  // a mesh may have a ray between that meets both as one
+            if (!block.has_patch[i]) {  // on a mesh, a ray may belong to two groups; the first one counts
+                rays[i].patch = patch;
+                block.has_patch[i] = true;
+            }
     }
 }
 

@@ -1,4 +1,4 @@
-/// How much of the sky, or of a surface, a ray stands for.
+/// Footprints on the sky and patches on surfaces, estimated from the differences between neighbouring rays.
 #pragma once
 
 #include "appearance/pixel_sample.h"
@@ -6,43 +6,44 @@
 
 namespace kagero {
 
-/// The piece of the sky, and of a wormhole's far sky, that each ray of a pixel stands for.
+/// Footprints of the rays of a block. All rays of the block that escape to the same sky have the same footprint.
 struct SkyFootprints {
-    Footprint near, far;
-    bool torn = false;  ///< some rays of the block are captured, or escape to the other sky
+    Footprint near, far;         ///< On the sky, and on the sky of a wormhole's second sheet.
+    bool discontinuous = false;  ///< True if a ray of the block is captured, or if rays of the block reach both skies.
 };
 
-/// The rays of a block of 2 × 2 pixels, those of a pixel after those of another, and their places on the picture in
-/// pixels.
+/// Rays of a block of 2 × 2 pixels, with the buffers that are used to find their footprints and patches. The rays of
+/// one pixel are consecutive.
 struct PixelBlock {
     std::vector<PixelSample> rays;
-    std::vector<CameraRay> starts;  ///< what their `ray` points to
-    std::vector<std::array<double, 2>> places;
-    std::vector<bool> has_patch;
-    std::vector<std::size_t> group;     ///< some of the rays, as those are found whose ends belong together
-    std::vector<Double3> group_points;
-    std::vector<std::array<double, 2>> group_places;
+    std::vector<CameraRay> starts;                       ///< The elements to which `PixelSample::ray` points.
+    std::vector<std::array<double, 2>> film_positions;   ///< Positions of the rays on the picture, in pixels.
+    std::vector<bool> has_patch;                         ///< True for the rays whose patch has been found.
+    std::vector<std::size_t> group;                      ///< Indices of the rays that hit one face.
+    std::vector<Double3> group_points;                   ///< End points, or sky directions, of one group of rays.
+    std::vector<std::array<double, 2>> group_positions;  ///< Film positions of that group.
 };
 
-/// From the spread of the block's rays that escape to the same sky: over a pixel directions spread as much as over the
-/// block, by the ratio of a pixel's size to the spread of the places, and each of the `spp` rays has its share of the
-/// pixel's area. Zero where a ray is alone. A block is one of the film's grid, never of a tile or crop, so that no
-/// picture depends on those.
+/// Returns the footprints of the block's rays. The spread of the directions of all rays that escape to the same sky is
+/// scaled from the spread of their film positions to the size of a pixel. The area is then divided among the `spp` rays
+/// of the pixel. A footprint is zero if fewer than two rays of the block escape to that sky. Blocks are aligned with
+/// the film, and not with tiles or crops, so the result does not depend on these.
 SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp);
 
-/// The patches of four rays, one per pixel of a whole block, that all meet the same face: the same as find_patches, in
-/// fewer operations and without their places. False for other blocks, which stay as they are.
+/// Finds the patches of a complete block with one ray per pixel whose rays all hit the same face. The patches equal
+/// those of find_patches, but fewer operations and no film positions are needed. Returns false for other blocks and
+/// leaves them unchanged.
 bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 
-/// The patches of the block's rays: how the ends of those that meet the same face of the same object move with their
-/// places on the picture, a linear map fitted to them. Of two rays, or a row of them, it is known along their line
-/// alone; a ray alone has none.
+/// Finds the patches of the block's rays. For all rays that hit the same face of the same object, it fits a linear map
+/// from film positions to end points. If the film positions lie on one line, the map is known only along this line. A
+/// single ray has a zero patch.
 void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 
-/// The linear map from places to points, for a step of one pixel.
-Patch slope_of(const std::vector<Double3>& points, const std::vector<std::array<double, 2>>& places);
+/// Returns the least-squares linear map from film positions to points, as displacements per pixel.
+Patch fit_patch(const std::vector<Double3>& points, const std::vector<std::array<double, 2>>& positions);
 
-/// The footprint of directions at places.
-Footprint spread_of(const std::vector<Double3>& directions, const std::vector<std::array<double, 2>>& places);
+/// Returns the footprint of one pixel, fitted to unit directions at film positions.
+Footprint fit_footprint(const std::vector<Double3>& directions, const std::vector<std::array<double, 2>>& positions);
 
 }  // namespace kagero

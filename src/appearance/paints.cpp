@@ -8,21 +8,22 @@
 namespace kagero {
 namespace {
 
-/// Images and their copies by path, so that one used twice is read once.
+/// Images and their coarser copies by path, so that each file is read once. No file is read unless `enabled` is true.
 struct Images {
-    bool wanted;
-    std::map<std::string, std::shared_ptr<const Image>> whole;
+    bool enabled;
+    std::map<std::string, std::shared_ptr<const Image>> full;
     std::map<std::pair<std::string, Mapping>, std::shared_ptr<const std::vector<Image>>> coarser;
 };
 
 LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
     LoadedPaint loaded{paint, nullptr, nullptr};
-    if (paint.kind != Paint::Kind::texture || !images.wanted) return loaded;
-    auto& image = images.whole[paint.texture];
-    if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.place));
+    if (paint.kind != Paint::Kind::texture || !images.enabled) return loaded;
+    auto& image = images.full[paint.texture];
+    if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.location));
     auto& coarser = images.coarser[{paint.texture, mapping}];
     if (!coarser) coarser = std::make_shared<const std::vector<Image>>(coarser_images(*image, mapping));
-    loaded.image = image, loaded.coarser = coarser;
+    loaded.image = image;
+    loaded.coarser = coarser;
     return loaded;
 }
 
@@ -36,7 +37,9 @@ ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometr
     shaded.shading = object.shading;
     if (object.shape == Shape::disk) {
         shaded.normal = object.normal;
-        shaded.inner = object.inner, shaded.outer = object.outer, shaded.temperature = object.temperature;
+        shaded.inner = object.inner;
+        shaded.outer = object.outer;
+        shaded.temperature = object.temperature;
         if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
     }
     const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
@@ -51,8 +54,8 @@ ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometr
 
 }  // namespace
 
-Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool textures) {
-    Images images{textures, {}, {}};
+Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool with_images) {
+    Images images{with_images, {}, {}};
     sky_ = load(scene.sky, images);
     far_sky_ = load(scene.far_sky, images);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)

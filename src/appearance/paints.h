@@ -1,11 +1,11 @@
-/// The colours of a scene's surfaces and skies.
+/// Colours of the surfaces and skies of a scene.
 #pragma once
 
 #include "appearance/shading.h"
 
 namespace kagero {
 
-/// A sky with its image.
+/// Paint and axes of a sky.
 struct LoadedSky {
     LoadedPaint paint;
     SkyAxes axes{{0, 0, 1}};
@@ -14,27 +14,28 @@ struct LoadedSky {
 /// Owns the textures of a scene. Immutable after construction, so any number of threads may shade at once.
 class Paints {
 public:
-    /// Loads the images, or none without `textures` (for ray lists, which have no colours). Refers to the geometry,
-    /// which must live as long. Throws InputError for an image that cannot be read.
-    Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool textures);
+    /// Loads the images of the textures if `with_images` is true; ray lists have no colours and need no images. Keeps
+    /// pointers into the geometry, which must outlive this object. Throws InputError if an image cannot be read.
+    Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool with_images);
 
-    /// Linear colour of a surface at a point relative to `space.center`; `toward` is the ray's unit direction there
-    /// (away from the eye), `redshift` the frequency seen over the frequency sent, which matters to disks. Images and
-    /// checkers are averaged over the patch.
+    /// Returns the linear colour of a surface at a point relative to `space.center`. `toward` is the unit direction of
+    /// the ray at its end, which points away from the camera. `redshift` is the observed frequency divided by the
+    /// emitted one; it affects only disks. Images and checkers are averaged over the patch.
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
                          double redshift = 1, const Patch& patch = {}) const;
-    /// Linear colour of the sky in a unit direction; `far`: of that of a wormhole's other universe.
-    /// Averaged over the footprint where the sky is an image or checkered.
+    /// Returns the linear colour of the sky in a unit direction. If `far` is true, the sky is that of a wormhole's
+    /// second sheet. Images and checkers are averaged over the footprint.
     Float3 sky_color(const Double3& direction, bool far = false, const Footprint& footprint = {}) const;
-    /// How many places of an image sky_color looks up for that; 0 where the sky is none.
+    /// Returns the number of probes in sky_color for a footprint; 0 if the sky has no image.
     int sky_probes(bool far, const Footprint& footprint) const;
-    /// Whether footprints on the sky, and patches of surfaces, make a difference: for images and checkers they do.
+    /// Returns true if a sky has an image or a checker, so that footprints affect its colour.
     bool sky_has_pattern() const;
+    /// Returns true if a surface has an image or a checker, so that patches affect its colour.
     bool surfaces_have_patterns() const;
 
 private:
     LoadedSky sky_, far_sky_;
-    std::vector<ShadedObject> objects_;  ///< surface i is object i
+    std::vector<ShadedObject> objects_;  ///< In the order of the surfaces.
 };
 
 }  // namespace kagero

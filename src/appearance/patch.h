@@ -1,19 +1,20 @@
-/// Colours, and the pieces of sky and of surfaces that rays stand for.
+/// Colours, and the parts of the sky and of surfaces that rays cover.
 #pragma once
 
 #include "scene/description.h"
 
 namespace kagero {
 
+/// Linear RGB colour.
 using Float3 = std::array<float, 3>;
 
-/// A small ellipse of directions: its axes, at right angles to each other, with their full lengths in radians.
+/// Small ellipse of directions on the sky that a ray or a pixel covers.
 struct Footprint {
-    Double3 major{}, minor{};
+    Double3 major{}, minor{};  ///< The two perpendicular axes; their lengths are those of the full axes, in radians.
 };
 
-/// The piece of a surface that a ray stands for: where its end moves to from one ray to the next on its right, and
-/// below it; scene lengths.
+/// Parallelogram on a surface that a ray covers, in scene lengths. Its sides are the displacements of the ray's end if
+/// the ray is moved on the picture by the mean distance between rays, to the right and down.
 struct Patch {
     Double3 right{}, below{};
 };

@@ -1,4 +1,4 @@
-/// One ray of a pixel, from the camera to its end, and what is known of it when its pixel is made.
+/// The data of one ray from which its pixel is computed.
 #pragma once
 
 #include "appearance/patch.h"
@@ -6,26 +6,26 @@
 
 namespace kagero {
 
-/// The start of a camera's ray, and the frequency of its light for the camera's observer: p · u for the momentum of
-/// `start`.
+/// Start of a camera ray, and the frequency of its light in the rest frame of the camera's observer. The frequency is
+/// p · u, with the momentum p of `start` and the 4-velocity u of the observer.
 struct CameraRay {
     RayStart start;
     double frequency;
 };
 
-/// How wrong the end of a ray may be, in pixels of the film; not a number where that is not known.
+/// Estimated errors of a ray end, in pixels of the film; NaN if unknown.
 struct EndError {
-    double position = 0;  ///< of method, step and precision
-    double rounding = 0;  ///< the most that precision alone can have done
+    double position = 0;  ///< Error caused by method, step and precision.
+    double rounding = 0;  ///< Bound on the error caused by precision alone.
 };
 
-/// Positions are relative to `space.center`.
+/// One ray of a pixel.
 struct PixelSample {
     const RayEnd* end = nullptr;
-    const CameraRay* ray = nullptr;   ///< only where a layer or an object needs it
-    const EndError* error = nullptr;  ///< only where a layer needs it
-    Patch patch{};                    ///< of the surface that it meets
-    SkyView sky{};                    ///< of a ray that escapes
+    const CameraRay* ray = nullptr;   ///< Set only if a layer or an object needs it.
+    const EndError* error = nullptr;  ///< Set only if a layer needs it.
+    Patch patch{};                    ///< Patch on the surface that the ray hits.
+    SkyView sky{};                    ///< Sky and direction if the ray escapes.
 };
 
 }  // namespace kagero

@@ -8,14 +8,15 @@
 namespace kagero {
 namespace {
 
-constexpr double most_probes = 16;
+constexpr double max_probes = 16;
 
-/// Adds `weight` × (a run of `count` × rgb) to another.
+/// Adds `weight` times the `count` values at `from` to the values at `to`.
 void accumulate(float* to, const float* from, double weight, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) to[i] += static_cast<float>(weight) * from[i];
 }
 
-/// Calls visit(source, target, overlap) for the cells of n that the cells of m < n cover; overlaps are in cells of n.
+/// Divides an interval into n source cells and into m ≤ n target cells, and calls visit(source, target, overlap) for
+/// every overlapping pair. The overlap is in source cells.
 template <class Visit>
 void for_overlaps(int n, int m, const Visit& visit) {
     const double ratio = static_cast<double>(n) / m;
@@ -26,25 +27,27 @@ void for_overlaps(int n, int m, const Visit& visit) {
     }
 }
 
-Image narrower(const Image& image, int width) {
+/// Returns the image reduced to `width` columns.
+Image with_columns(const Image& image, int width) {
     Image result{width, image.height,
                  std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(image.height))};
-    const double share = static_cast<double>(width) / image.width;
+    const double weight = static_cast<double>(width) / image.width;  // of a source column in a target column
     for (int y = 0; y < image.height; ++y) {
         const float* from = &image.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width)];
         float* to = &result.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
         for_overlaps(image.width, width, [&](int source, int target, double overlap) {
-            accumulate(to + 3 * target, from + 3 * source, overlap * share, 3);
+            accumulate(to + 3 * target, from + 3 * source, overlap * weight, 3);
         });
     }
     return result;
 }
 
-/// A row's share of the sphere goes with the sines of its edges' latitudes.
-Image lower(const Image& image, int height, Mapping mapping) {
+/// Returns the image reduced to `height` rows. Source rows are weighted by their areas. On a sphere, the area of a row
+/// is proportional to the difference of the sines of the latitudes of its edges.
+Image with_rows(const Image& image, int height, Mapping mapping) {
     const auto row = 3 * static_cast<std::size_t>(image.width);
     Image result{image.width, height, std::vector<float>(row * static_cast<std::size_t>(height))};
-    const auto band = [mapping](double top, double bottom, int rows) {
+    const auto area = [mapping](double top, double bottom, int rows) {
         if (mapping == Mapping::plane) return (bottom - top) / rows;
         return std::cos(std::numbers::pi * top / rows) - std::cos(std::numbers::pi * bottom / rows);
     };
@@ -52,40 +55,42 @@ Image lower(const Image& image, int height, Mapping mapping) {
     for_overlaps(image.height, height, [&](int source, int target, double) {
         const double top = std::max<double>(source, target * ratio),
                      bottom = std::min<double>(source + 1, (target + 1) * ratio);
-        const double share = band(top, bottom, image.height) / band(target, target + 1, height);
+        const double weight = area(top, bottom, image.height) / area(target, target + 1, height);
         accumulate(&result.rgb[static_cast<std::size_t>(target) * row],
-                   &image.rgb[static_cast<std::size_t>(source) * row], share, row);
+                   &image.rgb[static_cast<std::size_t>(source) * row], weight, row);
     });
     return result;
 }
 
-/// Level 0 is the image itself.
-Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const std::array<double, 2>& place,
-                 double level, Edges edges) {
-    const auto [u, v] = place;
-    const auto at = [&, u = u, v = v](std::size_t i) { return texture_color(i ? coarser[i - 1] : image, u, v, edges); };
+/// Returns the colour at `uv`, interpolated between the two levels next to `level`. Level 0 is the image, and level i
+/// is coarser[i − 1].
+Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const std::array<double, 2>& uv, double level,
+                 Edges edges) {
+    const auto [u, v] = uv;
+    const auto color_at = [&, u = u, v = v](std::size_t i) {
+        return texture_color(i ? coarser[i - 1] : image, u, v, edges);
+    };
     const double last = static_cast<double>(coarser.size());
-    if (!(level > 0)) return at(0);  // as where it is not a number
-    if (level >= last) return at(coarser.size());
+    if (!(level > 0)) return color_at(0);  // also if it is NaN
+    if (level >= last) return color_at(coarser.size());
     const auto fine = static_cast<std::size_t>(level);
-    const auto share = static_cast<float>(level - static_cast<double>(fine));
-    Float3 color = at(fine);
-    const Float3 next = at(fine + 1);
-    for (std::size_t k = 0; k < 3; ++k) color[k] += share * (next[k] - color[k]);
+    const auto weight = static_cast<float>(level - static_cast<double>(fine));
+    Float3 color = color_at(fine);
+    const Float3 next = color_at(fine + 1);
+    for (std::size_t k = 0; k < 3; ++k) color[k] += weight * (next[k] - color[k]);
     return color;
 }
 
-/// A line with a width, in lengths of a texel: what an average is taken over.
+/// A stripe over which an image is averaged. The width is at least one texel and 1/max_probes of the length.
 struct Stripe {
-    double along, across;
+    double along, across;  ///< Length and width in texels.
 
-    Stripe(double full_length, double width)
-        : along(full_length), across(std::max({width, full_length / most_probes, 1.0})) {}
+    Stripe(double length, double width) : along(length), across(std::max({width, length / max_probes, 1.0})) {}
     int probes() const { return std::max(1, static_cast<int>(std::ceil(along / across - 1e-9))); }
 };
 
-/// Of radians, in the shorter of a texel's sides on the equator. Towards the poles an image of a sphere holds nothing
-/// finer along its rows than across.
+/// Returns the stripe for a length and a width in radians. A texel counts as long as its shorter side on the equator.
+/// Texels near the poles are narrower along the rows, but the image resolves no finer detail there.
 Stripe stripe_on_sphere(const Image& image, double along, double across) {
     const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
     return {along / texel, across / texel};
@@ -94,17 +99,17 @@ Stripe stripe_of(const Image& image, const Footprint& footprint) {
     return stripe_on_sphere(image, length(footprint.major), length(footprint.minor));
 }
 
-/// place(t) is where the line is at t in −½…½.
-template <class Line>
+/// Returns the mean of the image along a stripe. position(t) returns u and v on the stripe's axis for t from −½ to ½.
+template <class Position>
 Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Stripe& stripe, Edges edges,
-                  const Line& place) {
+                  const Position& position) {
     const double level = std::log2(stripe.across);
     const int probes = stripe.probes();
-    if (probes == 1) return trilinear(image, coarser, place(0), level, edges);
+    if (probes == 1) return trilinear(image, coarser, position(0), level, edges);
     Float3 color{};
     for (int i = 0; i < probes; ++i) {
-        const Float3 seen = trilinear(image, coarser, place((i + 0.5) / probes - 0.5), level, edges);
-        for (std::size_t k = 0; k < 3; ++k) color[k] += seen[k] / static_cast<float>(probes);
+        const Float3 probe = trilinear(image, coarser, position((i + 0.5) / probes - 0.5), level, edges);
+        for (std::size_t k = 0; k < 3; ++k) color[k] += probe[k] / static_cast<float>(probes);
     }
     return color;
 }
@@ -114,15 +119,15 @@ Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const S
 std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
     std::vector<Image> images;
     for (const Image* last = &image; last->width > 1 || last->height > 1; last = &images.back()) {
-        Image next = narrower(*last, std::max(1, last->width / 2));
-        images.push_back(lower(next, std::max(1, last->height / 2), mapping));
+        Image next = with_columns(*last, std::max(1, last->width / 2));
+        images.push_back(with_rows(next, std::max(1, last->height / 2), mapping));
     }
     return images;
 }
 
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const Footprint& footprint) {
-    return mean_along(image, coarser, stripe_of(image, footprint), around, [&](double t) {
+    return mean_along(image, coarser, stripe_of(image, footprint), repeat_along_u, [&](double t) {
         return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes);
     });
 }
@@ -130,14 +135,14 @@ Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, 
 Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center,
                             const Double3& right, const Double3& below) {
     const double inverse = 1 / length(from_center);
-    const Double3 out = scaled(from_center, inverse);
-    const auto [e1, e2] = meridians(out);
+    const Double3 outward = scaled(from_center, inverse);
+    const auto [e1, e2] = meridians(outward);
     const PrincipalAxes axes = principal_axes(
         {{dot(right, e1) * inverse, dot(right, e2) * inverse}, {dot(below, e1) * inverse, dot(below, e2) * inverse}});
     const Double3 major = add(scaled(e1, axes.major[0]), scaled(e2, axes.major[1]));
-    return mean_along(image, coarser, stripe_on_sphere(image, axes.along, axes.across), around, [&](double t) {
-        const ChartPoint at = on_sphere(t == 0 ? out : add(out, scaled(major, t)));
-        return std::array{at.u, at.v};
+    return mean_along(image, coarser, stripe_on_sphere(image, axes.along, axes.across), repeat_along_u, [&](double t) {
+        const ChartPoint point = sphere_uv(t == 0 ? outward : add(outward, scaled(major, t)));
+        return std::array{point.u, point.v};
     });
 }
 

@@ -1,4 +1,4 @@
-/// Averages of images over what rays stand for.
+/// Averages of images over the footprints and patches of rays, from copies of decreasing resolution (mipmaps).
 #pragma once
 
 #include "film/image.h"
@@ -6,27 +6,30 @@
 
 namespace kagero {
 
-/// An image lies on a plane, or, equirectangular, on a sphere.
+/// Surface that an image covers: a plane, or a sphere in equirectangular projection.
 enum class Mapping { plane, sphere };
 
-/// Ever coarser copies of an image, each with half the rows and columns of the one before; the last has one texel, the
-/// mean over the plane or sphere. Texels are averaged by their areas there.
+/// Returns copies of an image with decreasing resolution. Each copy has half the rows and columns of the previous one,
+/// rounded down. The last copy has one texel, the mean over the plane or sphere. Texels are weighted by their areas on
+/// the plane or sphere.
 std::vector<Image> coarser_images(const Image& image, Mapping mapping = Mapping::sphere);
 
-/// The image around a direction, averaged over the footprint: trilinear between the copies that resolve its short side,
-/// and by up to 16 such probes along its long side (L. Williams, SIGGRAPH 1983; M. Kilgard's anisotropic filtering). A
-/// footprint smaller than a texel gives the image itself, bilinearly.
+/// Returns the image's mean colour over a footprint around a direction. The mean is that of up to 16 probes along the
+/// footprint's long axis. A probe interpolates trilinearly in the two copies whose texels are closest in size to the
+/// short axis (L. Williams, SIGGRAPH 1983). If the footprint is smaller than a
+/// texel, the result is the bilinear interpolation of the image.
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const Footprint& footprint);
 
-/// The same around a place on a sphere, relative to its centre, over a patch of it.
+/// Returns the image's mean colour over a patch around a point on a sphere, computed as in sky_texture_color.
+/// `from_center` is the point relative to the centre, and `right` and `below` are the sides of the patch.
 Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center,
                             const Double3& right, const Double3& below);
 
-/// How many probes the first takes.
+/// Returns the number of probes in sky_texture_color for a footprint.
 int sky_probes(const Image& image, const Footprint& footprint);
 
-/// The same around a place on a surface, over the patch of u and v.
+/// Returns the image's mean colour over a patch around the point (u, v) of a surface, computed as in sky_texture_color.
 Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v,
                              const UvPatch& patch, Edges edges);
 

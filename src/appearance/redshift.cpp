@@ -8,11 +8,11 @@
 namespace kagero {
 namespace {
 
-/// Not inlined: most rays end elsewhere.
+/// Returns g for a ray that ends on a disk. Not inlined, because most rays end elsewhere.
 [[gnu::noinline]] double redshift_of_disk(const Space& space, const PixelSample& ray, const ObjectDescription& disk) {
     const RayEnd& end = *ray.end;
-    const double sent = space.frequency(end, orbit_velocity(space, disk.normal, {end.q[0], end.q[1], end.q[2]}));
-    return sent > 0 ? ray.ray->frequency / sent : 0;
+    const double emitted = space.frequency(end, orbit_velocity(space, disk.normal, {end.q[0], end.q[1], end.q[2]}));
+    return emitted > 0 ? ray.ray->frequency / emitted : 0;
 }
 
 }  // namespace
@@ -21,7 +21,7 @@ Double3 orbit_velocity(const Space& space, const Double3& normal, const Double3&
     const Hole hole = space.hole();
     if (hole.mass == 0) return {0, 0, 0};
     const Double3 axis = unit(normal);
-    // On the equator |q|² = r² + a².
+    // In the equatorial plane, |q|² = r² + a².
     const double radius2 = std::max(0.0, dot(q, q) - hole.spin * hole.spin);
     const double root = std::sqrt(hole.mass), spin = axis[2] < 0 ? -hole.spin : hole.spin;
     return scaled(cross(axis, q), root / (std::pow(radius2, 0.75) + spin * root));
@@ -46,15 +46,16 @@ void check_disks(const Space& space, const SceneDescription& scene, double lengt
         if (object.shape != Shape::disk) continue;
         const std::string name = "object." + object.name;
         if (const Double3& center = scene.space.center; object.center != center)
-            throw InputError(object.center_place, name + ".center = " + written(scaled(object.center, length_unit)) +
-                                                      ": expected space.center, " +
-                                                      written(scaled(center, length_unit)) +
-                                                      ", as a disk's matter orbits the hole");
+            throw InputError(object.center_location,
+                             name + ".center = " + to_toml(scaled(object.center, length_unit)) +
+                                 ": expected space.center = " + to_toml(scaled(center, length_unit)) +
+                                 ", because the matter of a disk orbits the hole");
         const Double3 axis = unit(object.normal);
         if (hole.spin != 0 && (axis[0] != 0 || axis[1] != 0))
-            throw InputError(object.normal_place,
-                             name + ".normal = " + written(object.normal) +
-                                 ": expected one along z, as a spinning hole has circular orbits in its equator alone");
+            throw InputError(object.normal_location,
+                             name + ".normal = " + to_toml(object.normal) +
+                                 ": expected a vector along z, because a spinning hole has circular orbits only in its "
+                                 "equatorial plane");
     }
 }
 

@@ -1,23 +1,28 @@
-/// How the light of orbiting matter changes its frequency on the way to the camera.
+/// Redshift of the light that the camera receives from disks and skies.
 #pragma once
 
 #include "appearance/pixel_sample.h"
 
 namespace kagero {
 
-/// dx/dt of matter at q, relative to `space.center`, that orbits freely about `normal` through the centre: with the
-/// hole's mass M and angular momentum a, dφ/dt = √M / (r^{3/2} + a √M), r the radius of Boyer and Lindquist (Bardeen,
-/// Press and Teukolsky 1972, eq. 2.16; a counts along the normal). In spaces without a hole it is at rest.
+/// Returns the coordinate velocity dx/dt of matter on a free circular orbit around the axis `normal` through the
+/// centre. q is the position of the matter, relative to `space.center`. In Boyer-Lindquist coordinates, the angular
+/// velocity is dφ/dt = √M / (r^{3/2} + a √M) (Bardeen, Press and Teukolsky 1972, eq. 2.16). M is the mass of the hole,
+/// and a is the hole's angular momentum per mass along the normal. In spaces without a hole, the matter is at rest.
 Double3 orbit_velocity(const Space& space, const Double3& normal, const Double3& q);
 
-/// g, the frequency seen over the frequency sent, where a ray ends on a disk, or for a source at rest at infinity where
-/// it escapes; 0 elsewhere, and within the innermost orbit of light, where no matter can orbit: there a disk is dark.
-/// `spacetime`: the camera's observer has a rest frame.
+/// Returns g, the observed frequency divided by the emitted frequency. The light of a ray that ends on a disk comes
+/// from orbiting matter. The light of an escaped ray comes from a source at rest at infinity. For all other rays, g is
+/// 0. It is also 0 for the part of a disk inside the innermost light orbit: no matter can orbit there, so this part is
+/// dark.
+///
+/// `spacetime` is true if the camera's observer has a rest frame. Otherwise, escaped rays have g = 1.
 double redshift_of(const Space& space, bool spacetime, const std::vector<ObjectDescription>& objects,
                    const PixelSample& ray);
 
-/// Throws InputError for a disk whose matter has no orbits: a hole's disks lie about its centre, a spinning one's in
-/// its equator. Lengths of the scene are in `length_unit`.
+/// Throws InputError if the matter of a disk has no circular orbits. Around a hole, the centre of a disk must be that
+/// of the hole. Around a spinning hole, the disk must also lie in the equatorial plane. Messages contain lengths
+/// of the scene file: those of `scene` times `length_unit`.
 void check_disks(const Space& space, const SceneDescription& scene, double length_unit);
 
 }  // namespace kagero

@@ -9,37 +9,39 @@ namespace kagero {
 
 namespace {
 
-/// A place on a paint, and what a patch around it covers.
+/// A point on a surface and the sides of the patch around it, in texture coordinates.
 struct PaintedPatch {
     double u = 0, v = 0;
     UvPatch sides;
 };
 
-PaintedPatch painted(const ChartPoint& at, const Patch& patch) {
-    return {at.u, at.v, in_chart(at, patch)};
+PaintedPatch painted_patch(const ChartPoint& point, const Patch& patch) {
+    return {point.u, point.v, to_uv(point, patch)};
 }
 
-PaintedPatch painted(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Patch& patch) {
+PaintedPatch painted_patch(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
+                           const Patch& patch) {
     if (object.geometry->shape == Shape::sphere)
-        return painted(on_sphere(subtract(point, object.geometry->center)), patch);
+        return painted_patch(sphere_uv(subtract(point, object.geometry->center)), patch);
     if (object.geometry->shape == Shape::disk)
-        return painted(on_disk(object.normal, object.inner, object.outer, subtract(point, object.geometry->center)),
-                       patch);
+        return painted_patch(disk_uv(object.normal, object.inner, object.outer,
+                                     subtract(point, object.geometry->center)),
+                             patch);
     if (object.charts.empty()) return {};
     const TriangleChart& chart = object.charts[primitive];
-    const auto [u, v] = on_triangle(chart, point);
-    return {u, v, in_chart(chart, patch)};
+    const auto [u, v] = triangle_uv(chart, point);
+    return {u, v, to_uv(chart, patch)};
 }
 
 Float3 plain_color(const Paint& paint) {
     return {static_cast<float>(paint.color[0]), static_cast<float>(paint.color[1]), static_cast<float>(paint.color[2])};
 }
 
-/// The longitudes of a sphere and the angles of a disk go around; a mesh may lay an image out as often as it likes;
-/// what lies on a rectangle, or a face, ends with it.
+/// Returns how an image continues beyond its edges on a shape. The longitudes of a sphere and the angles of a disk are
+/// periodic. The u and v of a mesh may repeat an image. On a rectangle or on a face, an image ends at the edges.
 Edges edges_on(Shape shape) {
-    if (shape == Shape::mesh) return tiled;
-    return shape == Shape::sphere || shape == Shape::disk ? around : framed;
+    if (shape == Shape::mesh) return repeat_both;
+    return shape == Shape::sphere || shape == Shape::disk ? repeat_along_u : clamp_both;
 }
 
 Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::uint32_t primitive, const Double3& point,
@@ -48,14 +50,16 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
     if (loaded.image && object.geometry->shape == Shape::sphere)
         return sphere_texture_color(*loaded.image, *loaded.coarser, subtract(point, object.geometry->center),
                                     patch.right, patch.below);
-    const PaintedPatch at = painted(object, primitive, point, patch);
-    if (!loaded.image) return checker_color(loaded.paint, at.u, at.v, at.sides, edges_on(object.geometry->shape));
-    return surface_texture_color(*loaded.image, *loaded.coarser, at.u, at.v, at.sides,
+    const PaintedPatch painted = painted_patch(object, primitive, point, patch);
+    if (!loaded.image)
+        return checker_color(loaded.paint, painted.u, painted.v, painted.sides, edges_on(object.geometry->shape));
+    return surface_texture_color(*loaded.image, *loaded.coarser, painted.u, painted.v, painted.sides,
                                  edges_on(object.geometry->shape));
 }
 
-/// T ∝ r^(−3/4), far from the edge of a disk that radiates away what it gains by falling (Shakura and Sunyaev 1973).
-[[gnu::noinline]] Float3 glow(const ShadedObject& disk, const Double3& point, double redshift) {
+/// Returns the colour of a disk of black bodies. Its temperature is T ∝ r^(−3/4), which holds far from the inner edge
+/// of a disk that radiates away the gravitational energy of its matter (Shakura and Sunyaev 1973).
+[[gnu::noinline]] Float3 black_body_color(const ShadedObject& disk, const Double3& point, double redshift) {
     const double radius = std::max(length(subtract(point, disk.geometry->center)), disk.inner);
     const double kelvin = disk.temperature * std::pow(radius / disk.inner, -0.75) * redshift;
     if (!(kelvin > 0)) return {0, 0, 0};
@@ -65,7 +69,8 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
     return color;
 }
 
-/// Of a triangle as its vertices say, or else across it; of any length.
+/// Returns the normal of a triangle at a point, of any length. It is interpolated between the vertex normals, or it is
+/// the geometric normal if there are none.
 Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
     const std::uint32_t* index = &mesh.triangles[3 * std::size_t{primitive}];
     const Double3 a = vertex(mesh, index[0]);
@@ -90,7 +95,7 @@ Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Dou
     return normal_on(object.geometry->mesh, primitive, point);
 }
 
-void dim(Float3& color, double factor) {
+void multiply(Float3& color, double factor) {
     for (float& channel : color) channel *= static_cast<float>(factor);
 }
 
@@ -105,21 +110,22 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
     const std::size_t face = object.paints.size() == 6 ? primitive / 2 : 0;
     Float3 color;
     if (object.temperature > 0) {
-        color = glow(object, point, redshift);
+        color = black_body_color(object, point, redshift);
     } else {
         color = paint_color(object, object.paints[face], primitive, point, patch);
-        if (object.geometry->shape == Shape::disk) dim(color, redshift * redshift * (redshift * redshift));
+        if (object.geometry->shape == Shape::disk) multiply(color, redshift * redshift * (redshift * redshift));
     }
     if (object.shading == Shading::lambert)
-        dim(color, std::abs(dot(unit(normal_on(object, primitive, point)), toward)));
+        multiply(color, std::abs(dot(unit(normal_on(object, primitive, point)), toward)));
     return color;
 }
 
 Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint) {
     if (!has_pattern(paint)) return plain_color(paint.paint);
     if (paint.image) return sky_texture_color(*paint.image, *paint.coarser, direction, axes, footprint);
-    const ChartPoint at = on_sky(direction, axes);
-    return checker_color(paint.paint, at.u, at.v, in_chart(at, {footprint.major, footprint.minor}), around);
+    const ChartPoint point = sky_uv(direction, axes);
+    const UvPatch sides = to_uv(point, {footprint.major, footprint.minor});
+    return checker_color(paint.paint, point.u, point.v, sides, repeat_along_u);
 }
 
 }  // namespace kagero

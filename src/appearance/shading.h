@@ -1,4 +1,4 @@
-/// The colour of a surface at a point.
+/// Colours of surfaces and skies at a point.
 #pragma once
 
 #include "appearance/pyramid.h"
@@ -9,32 +9,36 @@ namespace kagero {
 /// A paint with its image.
 struct LoadedPaint {
     Paint paint;
-    std::shared_ptr<const Image> image;  ///< null unless a texture
-    std::shared_ptr<const std::vector<Image>> coarser;  ///< copies of the image
+    std::shared_ptr<const Image> image;                 ///< Null unless the paint is a texture.
+    std::shared_ptr<const std::vector<Image>> coarser;  ///< Copies of the image, as coarser_images returns them.
 };
 
-/// What shading needs to know of an object, in coordinates relative to `space.center`.
+/// Data of an object for shading, in coordinates relative to `space.center`.
 struct ShadedObject {
     const ObjectGeometry* geometry = nullptr;
     Shading shading{};
-    std::vector<LoadedPaint> paints;    ///< six of a box or room, else one
-    std::vector<TriangleChart> charts;  ///< of the mesh, if a paint depends on the place on it
-    Double3 normal{};                 ///< of a disk, as are those that follow
-    double inner = 0, outer = 0;
-    double temperature = 0, brightness = 0;  ///< brightness × luminance of a black body at that temperature = 1
+    std::vector<LoadedPaint> paints;    ///< Six for a box or room, otherwise one.
+    std::vector<TriangleChart> charts;  ///< Maps from the triangles of the mesh to u and v, if a paint has a pattern.
+    Double3 normal{};                   ///< Normal of a disk.
+    double inner = 0, outer = 0;        ///< Radii of a disk.
+    double temperature = 0;             ///< Temperature of a disk at its inner edge, in kelvin; 0 if it has a paint.
+    double brightness = 0;              ///< Inverse of the luminance of a black body at `temperature`.
 };
 
-/// Whether a paint looks different from place to place.
+/// Returns true if the colour of a paint depends on the position: if it is a texture or a checker.
 bool has_pattern(const LoadedPaint& paint);
 
-/// Linear colour; `redshift` is g, the frequency seen over the frequency sent. Light that a disk sends with intensity
-/// I(ν) is seen with g³ I(ν/g) (Liouville's theorem): a black body as one at g times its temperature, a colour g⁴ times
-/// as bright. `point` relative to `space.center`, `toward` the unit direction of the ray. A pattern is averaged over
-/// the patch. Head light: the colour times |normal · toward|.
+/// Returns the linear colour of a surface at `point`, relative to `space.center`. A pattern is averaged over the patch.
+/// `toward` is the unit direction of the ray. With the shading `lambert`, the light comes from the camera, and the
+/// colour is multiplied by |normal · toward|.
+///
+/// `redshift` is g, the observed frequency divided by the emitted one. If a disk emits light of intensity I(ν), the
+/// observed intensity is g³ I(ν/g) (Liouville's theorem). A black body then appears at g times its temperature, and a
+/// colour is g⁴ times as bright.
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Double3& toward,
                     double redshift, const Patch& patch);
 
-/// The sky in a unit direction; a pattern is averaged over the footprint.
+/// Returns the linear colour of the sky in a unit direction. A pattern is averaged over the footprint.
 Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint);
 
 }  // namespace kagero

@@ -11,7 +11,7 @@ SkyView sky_view(double radius, const Double3& q, const Double3& d) {
 }
 
 SkyView sky_view(const Space& space, const RayEnd& end) {
-    return sky_view(space.far_radius(), {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]});
+    return sky_view(space.throat_radius(), {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]});
 }
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Which sky an escaped ray sees, and where on it.
+/// The sky to which a ray escapes, and the direction of the ray on that sky.
 #pragma once
 
 #include "modules/space.h"
@@ -6,17 +6,20 @@
 
 namespace kagero {
 
+/// The sky to which a ray escapes, and the direction of the ray on that sky.
 struct SkyView {
-    bool far;           ///< the sky of a wormhole's other universe
-    Double3 direction;  ///< unit
+    bool far;           ///< True for the sky of a wormhole's second sheet ([sky.far]).
+    Double3 direction;  ///< Unit vector.
 };
 
-/// In isotropic coordinates a wormhole's other universe lies within a sphere |q| < R, turned inside out by the
-/// inversion q → q R²/|q|². Its differential mirrors directions at the plane across n = q/|q|, so that there the
-/// direction d of a ray is d − 2 (d·n) n of the other universe.
+/// Returns the sky and the direction of an escaped ray. In isotropic coordinates, the second sheet of a wormhole is the
+/// inside of the sphere |q| = R. The inversion q → q R²/|q|² maps it to coordinates of the same form as those of the
+/// first sheet. The differential of the inversion reflects directions at the plane perpendicular to n = q/|q|. A ray of
+/// direction d inside the sphere therefore has the direction d − 2 (d·n) n on the second sheet.
 SkyView sky_view(const Space& space, const RayEnd& end);
 
-/// The same with R, 0 where there is no other universe; q relative to `space.center`.
+/// Returns the same for a ray that ends at q, relative to `space.center`, with the unit direction d. `radius` is R, or
+/// 0 if there is no second sheet.
 SkyView sky_view(double radius, const Double3& q, const Double3& d);
 
 }  // namespace kagero

@@ -12,94 +12,109 @@ namespace kagero {
 
 namespace {
 
-/// As std::floor, which without SSE4.1 is a call.
+/// Returns std::floor(x). Without SSE4.1, std::floor itself is compiled to a function call, which is slower.
 double floor_of(double x) {
-    if (!(std::abs(x) < 4503599627370496.0)) return x;  // 2^52: all are whole
-    const auto whole = static_cast<double>(static_cast<std::int64_t>(x));
-    return whole > x ? whole - 1 : whole;
+    if (!(std::abs(x) < 4503599627370496.0)) return x;  // 2^52: all greater numbers are integers
+    const auto integer = static_cast<double>(static_cast<std::int64_t>(x));
+    return integer > x ? integer - 1 : integer;
 }
 
-int wrapped(double index, int size, BeyondEdge edge) {
+/// Returns the index of the texel that an image has at position `index`, which may be beyond its edges; 0 if the index
+/// is not finite.
+int texel_index(double index, int size, BeyondEdge edge) {
     if (!std::isfinite(index)) return 0;
     if (edge == BeyondEdge::clamp) return static_cast<int>(std::clamp(index, 0.0, size - 1.0));
     const double rest = index - floor_of(index / size) * size;
     return static_cast<int>(std::clamp(rest, 0.0, size - 1.0));
 }
 
-/// The two texels of a row or column around a place, and how far it is on the way from the first to the second.
+/// Indices of the two texels next to a position in a row or column, for linear interpolation.
 struct Neighbours {
     int first, second;
-    float share;
+    float weight;  ///< Weight of the second texel.
 
-    Neighbours(double place, int size, BeyondEdge edge) {
-        if (place >= 0 && place < size - 1)
-            first = static_cast<int>(place), second = first + 1, share = static_cast<float>(place - first);
-        else
-            wrap(place, size, edge);
+    Neighbours(double position, int size, BeyondEdge edge) {
+        if (position >= 0 && position < size - 1) {
+            first = static_cast<int>(position);
+            second = first + 1;
+            weight = static_cast<float>(position - first);
+        } else wrap(position, size, edge);
     }
 
 private:
-    /// Of a place that is not between two texels of the image: few are.
-    [[gnu::noinline]] void wrap(double place, int size, BeyondEdge edge) {
-        const double below = floor_of(place);
-        first = wrapped(below, size, edge), second = wrapped(below + 1, size, edge),
-        share = static_cast<float>(place - below);
+    /// Sets the members for a position that is not between two texels of the image, which is rare.
+    [[gnu::noinline]] void wrap(double position, int size, BeyondEdge edge) {
+        const double below = floor_of(position);
+        first = texel_index(below, size, edge);
+        second = texel_index(below + 1, size, edge);
+        weight = static_cast<float>(position - below);
     }
 };
 
-/// The square that a place is in: whether all within reach of the place is in it, and whether the sum of its numbers is
-/// odd. Both axes side by side.
+/// Square of a checker at a position. All loops run over both axes, so that the compiler can vectorize them.
 struct Square {
-    bool alone, odd = false;
+    bool contains_patch;  ///< All points within `reach` of the position along each axis lie in the square.
+    bool odd = false;     ///< The sum of the square's indices is odd.
 
-    Square(const std::array<double, 2>& place, const std::array<double, 2>& reach) {
-        // Rounds to a whole number, which the sum's last bits hold. A place on an edge is in no square alone.
+    Square(const std::array<double, 2>& position, const std::array<double, 2>& reach) {
+        // The sum with 1.5·2^52 is rounded to an integer, which its low bits contain. A patch that touches the upper
+        // edge of a square does not count as contained.
         constexpr double to_whole = 0x1.8p52;
         std::array<double, 2> sum, from_edge, most;
-        for (std::size_t k = 0; k < 2; ++k) sum[k] = place[k] - 0.5 + to_whole;
-        for (std::size_t k = 0; k < 2; ++k) from_edge[k] = place[k] - (sum[k] - to_whole), most[k] = 1 - reach[k];
-        unsigned within = 1;  // as numbers, and not step by step: which it is no processor foresees
+        for (std::size_t k = 0; k < 2; ++k) sum[k] = position[k] - 0.5 + to_whole;
         for (std::size_t k = 0; k < 2; ++k) {
-            within &= unsigned(std::abs(place[k]) < 0x1p51) & unsigned(from_edge[k] >= reach[k]) &
+            from_edge[k] = position[k] - (sum[k] - to_whole);
+            most[k] = 1 - reach[k];
+        }
+        unsigned within = 1;  // bit operations avoid branches, which would be unpredictable
+        for (std::size_t k = 0; k < 2; ++k) {
+            within &= unsigned(std::abs(position[k]) < 0x1p51) & unsigned(from_edge[k] >= reach[k]) &
                       unsigned(from_edge[k] < most[k]);
             odd ^= std::bit_cast<std::uint64_t>(sum[k]) & 1;
         }
-        alone = within;
+        contains_patch = within;
     }
 };
 
-/// The squares along one axis of a checker, and what follows the last of them: the first (around), nothing (framed), or
-/// more of them.
-struct Row {
-    enum class Beyond { first, nothing, more } beyond;
+/// Number of squares along one axis of a checker, and the continuation beyond the last square. The checker starts again
+/// with its first square (`wrap`, around a sphere or disk), ends (`nothing`, on a rectangle or face), or continues with
+/// more squares (`more`, on a mesh).
+struct CheckerAxis {
+    enum class Beyond { wrap, nothing, more } beyond;
     double count;
 };
 
-/// The mean over an interval of the wave that is 1 from even numbers on and −1 from odd ones on. Its integral is the
-/// distance to the nearest even number.
-double mean_wave(double middle, double width, const Row& row) {
+/// Returns the mean, over an interval, of the square wave that is 1 between an even number and the next integer, and −1
+/// elsewhere. The integral of the wave is the distance to the nearest even number.
+double mean_wave(double middle, double width, const CheckerAxis& axis) {
     const auto integral = [](double t) { return std::abs(t - 2 * floor_of(0.5 * t + 0.5)); };
-    const auto over = [&](double from, double to) { return integral(to) - integral(from); };
+    const auto integral_over = [&](double from, double to) { return integral(to) - integral(from); };
     double lower = middle - 0.5 * width, upper = middle + 0.5 * width;
-    if (row.beyond == Row::Beyond::nothing) lower = std::max(lower, 0.0), upper = std::min(upper, row.count);
-    if (!(upper - lower >= 1e-6)) return 1 - 2 * (floor_of(middle) - 2 * floor_of(0.5 * floor_of(middle)));
-    if (row.beyond == Row::Beyond::first) {
-        if (width >= row.count) return over(0, row.count) / row.count;
-        if (lower < 0) return (over(0, upper) + over(row.count + lower, row.count)) / width;
-        if (upper > row.count) return (over(lower, row.count) + over(0, upper - row.count)) / width;
+    if (axis.beyond == CheckerAxis::Beyond::nothing) {
+        lower = std::max(lower, 0.0);
+        upper = std::min(upper, axis.count);
     }
-    return over(lower, upper) / (upper - lower);
+    // The difference of integrals would be inaccurate for a short interval: the value at its middle is used.
+    if (!(upper - lower >= 1e-6)) return 1 - 2 * (floor_of(middle) - 2 * floor_of(0.5 * floor_of(middle)));
+    if (axis.beyond == CheckerAxis::Beyond::wrap) {
+        if (width >= axis.count) return integral_over(0, axis.count) / axis.count;
+        if (lower < 0) return (integral_over(0, upper) + integral_over(axis.count + lower, axis.count)) / width;
+        if (upper > axis.count)
+            return (integral_over(lower, axis.count) + integral_over(0, upper - axis.count)) / width;
+    }
+    return integral_over(lower, upper) / (upper - lower);
 }
 
-/// The mean over a parallelogram of a checker's sign, 1 and −1: over rectangles along the axes, the product of the
-/// means of two waves; as many of them in a row along the longer axis, up to 64, as it takes to lie askew. Few places
-/// need it.
-[[gnu::noinline]] double mean_sign(double x, double y, const UvPatch& sides, const Row& columns, const Row& rows) {
-    constexpr double most_pieces = 64;
+/// Returns the mean over a parallelogram of the sign of a checker, which is 1 or −1 in alternating squares. For a
+/// rectangle parallel to the axes, this is the product of the means of two square waves. An oblique parallelogram is
+/// approximated by a row of up to 64 such rectangles along its longer axis. Not inlined, because it is rarely called.
+[[gnu::noinline]] double mean_sign(double x, double y, const UvPatch& sides, const CheckerAxis& columns,
+                                   const CheckerAxis& rows) {
+    constexpr double max_pieces = 64;
     const PrincipalAxes axes = principal_axes(sides);
-    const double askew = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
-    const double across = std::max(axes.across, askew / most_pieces);
-    const double pieces = across > 0 ? std::clamp(std::ceil(askew / across - 1e-9), 1.0, most_pieces) : 1;
+    const double skew = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
+    const double across = std::max(axes.across, skew / max_pieces);
+    const double pieces = across > 0 ? std::clamp(std::ceil(skew / across - 1e-9), 1.0, max_pieces) : 1;
     const auto extent = [&](std::size_t axis) {
         const double of_piece = axes.major[axis] / pieces;
         return std::sqrt(of_piece * of_piece + axes.minor[axis] * axes.minor[axis]);
@@ -116,10 +131,10 @@ double mean_wave(double middle, double width, const Row& row) {
 }  // namespace
 
 Float3 texture_color(const Image& image, double u, double v, Edges edges) {
-    // Texel centres lie at half-integers; rows count from the top.
+    // Texel centres are at half-integers, and rows are counted from the top.
     const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
-    const Neighbours columns(x, image.width, edges.sides), rows(y, image.height, edges.ends);
-    const float right = columns.share, down = rows.share;
+    const Neighbours columns(x, image.width, edges.along_u), rows(y, image.height, edges.along_v);
+    const float right = columns.weight, down = rows.weight;
     const auto row = [&](int i) {
         return image.rgb.data() + 3 * static_cast<std::size_t>(i) * static_cast<std::size_t>(image.width);
     };
@@ -135,28 +150,31 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges) {
 }
 
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch, Edges edges) {
-    // From here on in squares.
-    const std::array<double, 2> place{u * paint.checker[0], v * paint.checker[1]};
+    // All lengths from here on are in squares.
+    const std::array<double, 2> position{u * paint.checker[0], v * paint.checker[1]};
     std::array<double, 2> reach;
     for (std::size_t k = 0; k < 2; ++k)
         reach[k] = 0.5 * paint.checker[k] * (std::abs(patch.a[k]) + std::abs(patch.b[k]));
-    const Square square(place, reach);
+    const Square square(position, reach);
     double brightness;
-    if (square.alone) {
+    if (square.contains_patch) {
         brightness = square.odd ? 0.25 : 1.0;
     } else {
         UvPatch sides;
-        for (std::size_t k = 0; k < 2; ++k)
-            sides.a[k] = patch.a[k] * paint.checker[k], sides.b[k] = patch.b[k] * paint.checker[k];
-        // A mesh goes on with more squares where an image would begin again.
-        const auto row = [&](BeyondEdge beyond, double count) {
-            return Row{beyond == BeyondEdge::clamp        ? Row::Beyond::nothing
-                       : edges.ends == BeyondEdge::repeat ? Row::Beyond::more
-                                                          : Row::Beyond::first,
-                       count};
+        for (std::size_t k = 0; k < 2; ++k) {
+            sides.a[k] = patch.a[k] * paint.checker[k];
+            sides.b[k] = patch.b[k] * paint.checker[k];
+        }
+        // Only a mesh repeats images along v.
+        const auto checker_axis = [&](BeyondEdge beyond, double count) {
+            using Beyond = CheckerAxis::Beyond;
+            const bool is_mesh = edges.along_v == BeyondEdge::repeat;
+            return CheckerAxis{beyond == BeyondEdge::clamp ? Beyond::nothing : is_mesh ? Beyond::more : Beyond::wrap,
+                               count};
         };
-        brightness = 0.625 + 0.375 * mean_sign(place[0], place[1], sides, row(edges.sides, paint.checker[0]),
-                                               row(edges.ends, paint.checker[1]));
+        const CheckerAxis columns = checker_axis(edges.along_u, paint.checker[0]),
+                          rows = checker_axis(edges.along_v, paint.checker[1]);
+        brightness = 0.625 + 0.375 * mean_sign(position[0], position[1], sides, columns, rows);
     }
     Float3 color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(brightness * paint.color[c]);
@@ -169,7 +187,7 @@ PrincipalAxes principal_axes(const UvPatch& patch) {
     const double xx = ax * ax + bx * bx, xy = ax * ay + bx * by, yy = ay * ay + by * by;
     const double mean = 0.5 * (xx + yy), half = 0.5 * (xx - yy), difference = std::sqrt(half * half + xy * xy);
     const double along = std::sqrt(mean + difference), across = std::sqrt(std::max(0.0, mean - difference));
-    // The major axis, at an angle the cosine of whose double is half / difference.
+    // The major axis is at the angle φ with cos 2φ = half / difference.
     const double twice = difference > 0 ? half / difference : 1;
     const double cosine = std::sqrt(std::max(0.0, 0.5 * (1 + twice))),
                  sine = std::copysign(std::sqrt(std::max(0.0, 0.5 * (1 - twice))), xy);

@@ -1,4 +1,4 @@
-/// Looking up colours in images and checkers.
+/// Colours of images and checkers at points and over patches.
 #pragma once
 
 #include "film/image.h"
@@ -6,33 +6,36 @@
 
 namespace kagero {
 
-/// What happens beyond an edge of an image.
+/// Continuation of an image beyond its edges.
 enum class BeyondEdge { repeat, clamp };
 
-/// … left and right of it, and above and below.
+/// Continuations of an image along u (to the left and right) and along v (above and below).
 struct Edges {
-    BeyondEdge sides, ends;
+    BeyondEdge along_u, along_v;
 };
-inline constexpr Edges tiled{BeyondEdge::repeat, BeyondEdge::repeat}, around{BeyondEdge::repeat, BeyondEdge::clamp},
-    framed{BeyondEdge::clamp, BeyondEdge::clamp};
+inline constexpr Edges repeat_both{BeyondEdge::repeat, BeyondEdge::repeat},
+    repeat_along_u{BeyondEdge::repeat, BeyondEdge::clamp}, clamp_both{BeyondEdge::clamp, BeyondEdge::clamp};
 
-/// Bilinear: (0,0) is the lower left corner of the image, (1,1) the upper right.
+/// Returns the colour of an image at (u, v), interpolated bilinearly. (0, 0) is the lower left corner of the image, and
+/// (1, 1) is the upper right corner.
 Float3 texture_color(const Image& image, double u, double v, Edges edges);
 
-/// `paint.checker` squares along u and v in 0…1; the square at (0,0) has the paint's colour, its neighbours a quarter
-/// of it. The mean over the patch around (u, v), as far as there are squares: exact where its longer side lies along u
-/// or v, or it touches one square alone.
-Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {}, Edges edges = tiled);
+/// Returns the mean colour of a checker over the patch around (u, v). `paint.checker` contains the numbers of squares
+/// for u from 0 to 1 and for v from 0 to 1. The square at (0, 0) has the paint's colour, and its neighbours have a
+/// quarter of it. Parts of the patch beyond the last square of a clamped axis are ignored. The mean is exact if the
+/// longer axis of the patch is parallel to u or v, or if the patch lies in one square.
+Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {}, Edges edges = repeat_both);
 
-/// The principal axes of the ellipse that has the variances of a parallelogram; the axes' full lengths are those of the
-/// sides of a rectangle with the same variances.
+/// Principal axes of a parallelogram: the sides of the rectangle that has the same covariance matrix.
 struct PrincipalAxes {
     std::array<double, 2> major, minor;
-    double along, across;  ///< their lengths
+    double along, across;  ///< Lengths of the major and of the minor axis.
 };
+/// Returns the principal axes of a patch.
 PrincipalAxes principal_axes(const UvPatch& patch);
 
-/// Image coordinates of a direction in an equirectangular sky: the pole is up, +x in the middle, east to the left.
+/// Returns u and v of a direction on an equirectangular sky. The pole is at the top, +x is in the middle, and east is
+/// to the left.
 std::array<double, 2> sky_coordinates(const Double3& direction, const SkyAxes& axes);
 
 }  // namespace kagero

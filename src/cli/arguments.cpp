@@ -18,9 +18,9 @@ namespace kagero {
 
 namespace {
 
-constexpr std::uint32_t most_threads = 4096;
+constexpr std::uint32_t max_threads = 4096;
 
-/// All of a text as a number; none where it is no such number.
+/// Parses the whole text as a number. Returns nothing if it is not a number of this type.
 template <class Number>
 std::optional<Number> parsed(const std::string& text) {
     Number number{};
@@ -29,160 +29,203 @@ std::optional<Number> parsed(const std::string& text) {
     return number;
 }
 
-/// A whole number as written; whether it is legal the scene's key says.
-std::string whole(const std::string& option, const std::string& text) {
+/// Returns a text that is a whole number, without leading zeros. Throws InputError for other texts. The reader of the
+/// scene checks the range.
+std::string checked_integer(const std::string& option, const std::string& text) {
     const auto number = parsed<std::int64_t>(text);
     if (!number) throw InputError(option + ": '" + text + "' is not a whole number");
     return std::to_string(*number);
 }
 
-/// What an option says that a variable of the environment may stand for, and which of the two said it.
-struct Said {
-    std::string by, text;
-    Said(const char* option, const std::string& given, const char* variable) : by(option), text(given) {
+/// The value of an option, or of an environment variable if the option is not given. `source` is the name of the option
+/// or variable that gave the value.
+struct OptionValue {
+    std::string source, text;
+    OptionValue(const char* option, const std::string& given, const char* variable) : source(option), text(given) {
         const char* value = std::getenv(variable);
-        if (given.empty() && value && *value) by = variable, text = value;
+        if (given.empty() && value && *value) {
+            source = variable;
+            text = value;
+        }
     }
 };
 
-/// -D, and the options that are short for a key of the scene.
+/// Returns the overrides of -D, followed by those of the options that set one key of the scene.
 std::vector<Override> overrides_of(const Arguments& arguments) {
     std::vector<Override> all(arguments.overrides.begin(), arguments.overrides.end());
     const auto add = [&](const char* option, const std::string& given, const char* key, const auto& value) {
         if (!given.empty()) all.emplace_back(std::string(key) + "=" + value(given), std::string(option) + " " + given);
     };
-    const auto word = [](const std::string& text) { return written(text); };
-    const auto count = [](const char* option) {
-        return [option](const std::string& text) { return whole(option, text); };
+    const auto word = [](const std::string& text) { return to_toml(text); };
+    const auto integer = [](const char* option) {
+        return [option](const std::string& text) { return checked_integer(option, text); };
     };
     add("--integrator", arguments.integrator, "integrator.method", word);
     add("--step", arguments.step, "integrator.step",
-        [](const std::string& text) { return written(finite_number("--step", text)); });
+        [](const std::string& text) { return to_toml(finite_number("--step", text)); });
     add("--lanes", arguments.lanes, "integrator.lanes",
-        [&](const std::string& text) { return text == "auto" ? word(text) : whole("--lanes", text); });
+        [&](const std::string& text) { return text == "auto" ? word(text) : checked_integer("--lanes", text); });
     add("--size", arguments.size, "film.size", [](const std::string& text) {
         const auto size = split(text, 'x');
-        if (size.size() != 2) throw InputError("--size: '" + text + "' is not a width and a height separated by 'x'");
-        return "[" + whole("--size", size[0]) + ", " + whole("--size", size[1]) + "]";
+        if (size.size() != 2)
+            throw InputError("--size: '" + text + "' is not a width and a height separated by 'x', such as 640x480");
+        return "[" + checked_integer("--size", size[0]) + ", " + checked_integer("--size", size[1]) + "]";
     });
-    add("--spp", arguments.spp, "film.spp", count("--spp"));
-    add("--seed", arguments.seed, "film.seed", count("--seed"));
+    add("--spp", arguments.spp, "film.spp", integer("--spp"));
+    add("--seed", arguments.seed, "film.seed", integer("--seed"));
     add("--layers", arguments.layers, "film.layers", [](const std::string& text) {
         std::string list;
-        for (const std::string& layer : split(text, ',')) enumerate(list, written(layer));
+        for (const std::string& layer : split(text, ',')) append_to_list(list, to_toml(layer));
         return "[" + list + "]";
     });
     return all;
 }
 
-/// Empty as scripts give it whose variable is not set, or another option where a value was forgotten.
-CLI::Validator a_value() {
-    const auto what_is_wrong = [](std::string& text) -> std::string {
-        if (text.empty()) return "an empty value";
-        return text.starts_with("--") ? "its value is missing: " + text + " follows" : "";
+/// Refuses an empty value, such as an unset variable of a script, and an option in place of a missing value.
+CLI::Validator value_validator() {
+    const auto find_error = [](std::string& text) -> std::string {
+        if (text.empty()) return "the value is empty";
+        return text.starts_with("--") ? "the value is missing; the next word is the option " + text : "";
     };
-    return {what_is_wrong, ""};
+    return {find_error, ""};
 }
 
 }  // namespace
 
-void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what,
+void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& help,
                 const std::string& type) {
-    verb.add_option(names, value, what)->type_name(type)->check(a_value());
+    verb.add_option(names, value, help)->type_name(type)->check(value_validator());
 }
 
-void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what,
+void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& help,
                 const std::string& type) {
-    verb.add_option(names, values, what)->type_name(type);
+    verb.add_option(names, values, help)->type_name(type);
 }
 
-void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& what) {
-    verb.add_flag(names, value, what);
+void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& help) {
+    verb.add_flag(names, value, help);
 }
 
 void add_messages(CLI::App& verb, Arguments& arguments) {
-    add_flag(verb, "--quiet", arguments.quiet, "No progress and no remarks");
-    add_flag(verb, "--verbose", arguments.verbose, "Say what runs and how long it takes");
+    add_flag(verb, "--quiet", arguments.quiet, "Print errors only: no progress, warnings or notes");
+    add_flag(verb, "--verbose", arguments.verbose, "Print details of the run, such as the kernel and the load time");
     add_option(verb, "--color", arguments.color,
-               "Colours on the terminal: auto, always or never (NO_COLOR is honoured)", "WHEN");
+               "Colours of messages on stderr: auto, always or never. auto: if stderr is a terminal and NO_COLOR is "
+               "empty or not set. Default: auto",
+               "WHEN");
 }
 
 void add_json(CLI::App& verb, Arguments& arguments) {
-    verb.add_option("--json", arguments.json, "A report in JSON, on stdout or in FILE")
+    verb.add_option("--json", arguments.json,
+                    "Write a report as JSON to FILE. Without FILE, or if FILE is '-', the JSON is written to stdout "
+                    "instead of other results")
         ->expected(0, 1)
         ->default_str("-")
         ->type_name("[FILE]");
 }
 
 void add_isa(CLI::App& verb, Arguments& arguments, bool several) {
-    const char* what =
-        several ? "Instruction sets, or all that this processor has; see `kagero list isas`; else what KAGERO_ISA says"
-                : "Instruction set; see `kagero list isas`; else what KAGERO_ISA says";
-    add_option(verb, "--isa", arguments.isa, what, several ? "A,B" : "NAME");
+    const char* help =
+        several ? "Instruction sets: names from `kagero list isas`, separated by commas, or all that this processor "
+                  "supports. Default: KAGERO_ISA if set, otherwise all for compare and the best one for stability"
+                : "Instruction set: auto (the best one) or a name from `kagero list isas` that this processor "
+                  "supports. Default: KAGERO_ISA if set, otherwise auto";
+    add_option(verb, "--isa", arguments.isa, help, several ? "A,B" : "NAME");
     if (several) verb.parse_complete_callback([&arguments] { arguments.several_isas = true; });
 }
 
 void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
-    add_option(verb, "SCENE", arguments.scene, "The scene, a TOML file", "");
-    verb.add_option("-D", arguments.overrides, "Set any key of the scene: -D space.rg=0.1; may be repeated")
+    add_option(verb, "SCENE", arguments.scene, "The scene: a TOML file", "");
+    verb.add_option("-D", arguments.overrides,
+                    "Set a key of the scene, for example -D space.rg=0.1. VALUE is TOML, or a word without quotes. The "
+                    "option may be repeated; the last value of a key counts")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->allow_extra_args(false)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_option(verb, "--integrator", arguments.integrator, "integrator.method; see `kagero list integrators`", "NAME");
-    add_option(verb, "--step", arguments.step, "integrator.step", "H");
-    add_option(verb, "--size", arguments.size, "film.size", "WxH");
-    add_option(verb, "--spp", arguments.spp, "film.spp: rays per pixel", "N");
-    add_option(verb, "--seed", arguments.seed, "film.seed: another choice of where in the pixel they lie", "N");
-    add_option(verb, "--layers", arguments.layers, "film.layers; see `kagero list layers`", "A,B");
+    add_option(verb, "--integrator", arguments.integrator,
+               "Integration method, a name from `kagero list integrators` (key integrator.method). Default: chosen for "
+               "the space",
+               "NAME");
+    add_option(verb, "--step", arguments.step,
+               "Step in the integration parameter, 0 < H <= 1e12; in radians for orbit-* methods (key "
+               "integrator.step). Methods with step control use it for their first step. Default: chosen for the space",
+               "H");
+    add_option(verb, "--size", arguments.size,
+               "Width and height of the film in pixels, each 1 to 65536 (key film.size). Default: the value in the "
+               "scene",
+               "WxH");
+    add_option(verb, "--spp", arguments.spp, "Rays per pixel, 1 to 65536 (key film.spp). Default: 1", "N");
+    add_option(verb, "--seed", arguments.seed,
+               "Seed of the positions of rays within a pixel, 0 to 4294967295 (key film.seed). It has an effect only "
+               "with several rays per pixel. Default: 0",
+               "N");
+    add_option(verb, "--layers", arguments.layers,
+               "Layers of the picture, names from `kagero list layers` separated by commas (key film.layers). Default: "
+               "color",
+               "A,B");
     add_isa(verb, arguments, several_isas);
 }
 
 void add_lanes(CLI::App& verb, Arguments& arguments) {
-    add_option(verb, "--lanes", arguments.lanes, "integrator.lanes: rays per packet; see `kagero list strategies`",
+    add_option(verb, "--lanes", arguments.lanes,
+               "Rays per packet: auto, or a number from `kagero list strategies` (key integrator.lanes). Default: auto",
                "N");
 }
 
-void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads) {
-    add_option(verb, "--threads", arguments.threads, "Threads; else what KAGERO_THREADS says, or " + threads, "N");
-    add_option(verb, "--strategy", arguments.strategy, "Vectorization: auto, scalar, per-ray or packet", "NAME");
+void add_execution(CLI::App& verb, Arguments& arguments, const std::string& threads) {
+    add_option(verb, "--threads", arguments.threads,
+               "Number of threads, 1 to 4096. Default: KAGERO_THREADS if set, otherwise " + threads, "N");
+    add_option(verb, "--strategy", arguments.strategy,
+               "Vectorization strategy: auto, scalar, per-ray or packet; see `kagero list strategies`. auto: packet "
+               "(scalar if integrator.lanes is 1); compare, error and stability measure several strategies. Default: "
+               "auto",
+               "NAME");
     add_option(verb, "--precision", arguments.precision,
-               "Of the integration: double, float, or auto: double, but for pictures that float draws as well", "NAME");
+               "Precision of the integration: auto, double or float. auto: double, except for pictures whose trial "
+               "rays show no visible difference in float; compare, error and stability measure both. Default: auto",
+               "NAME");
 }
 
 void add_schedule(CLI::App& verb, Arguments& arguments) {
     add_option(verb, "--schedule", arguments.schedule,
-               "How threads share the picture: scanline, tiles or predicted (costly tiles first); default: auto",
+               "Order in which threads process the picture: auto, scanline (rows), tiles (squares, row by row) or "
+               "predicted (squares, the costliest first). The picture does not depend on it. Default: auto",
                "NAME");
 }
 
 void add_crop(CLI::App& verb, Arguments& arguments) {
-    add_option(verb, "--crop", arguments.crop, "This part of the picture alone, half-open", "X0,Y0,X1,Y1");
+    add_option(verb, "--crop", arguments.crop,
+               "Render only the pixels with X0 <= x < X1 and Y0 <= y < Y1; pixel (0, 0) is at the top left. Default: "
+               "the whole film",
+               "X0,Y0,X1,Y1");
 }
 
 SceneDescription scene_of(const Arguments& arguments, const Options& options) {
     if (arguments.scene.empty())
-        throw InputError("which scene? Name a TOML file; `kagero list scenes` shows those that came along");
+        throw InputError(
+            "no scene was given; name a TOML file (`kagero list scenes` shows the scenes that are "
+            "distributed with kagero)");
     return load_scene(arguments.scene, overrides_of(arguments), catalogue(options.isa));
 }
 
-SceneDescription general_scene_of(Arguments arguments, const Options& options) {
+SceneDescription general_path_scene_of(Arguments arguments, const Options& options) {
     SceneDescription scene = scene_of(arguments, options);
     arguments.overrides.insert(arguments.overrides.begin(), "integrator.symmetry=none");
     try {
         return scene_of(arguments, options);
-    } catch (const InputError&) {  // what was right before is wrong for one reason alone
+    } catch (const InputError&) {  // The only possible reason is a method that excludes symmetry = "none".
         return scene;
     }
 }
 
 Options options_of(const Arguments& arguments) {
     Options options;
-    if (const Said isa("--isa", arguments.isa, "KAGERO_ISA"); !isa.text.empty()) {
+    if (const OptionValue isa("--isa", arguments.isa, "KAGERO_ISA"); !isa.text.empty()) {
         options.isa = isa.text;
-        if (!arguments.several_isas) require_isa(isa.by, isa.text);
+        if (!arguments.several_isas) require_isa(isa.source, isa.text);
         else if (isa.text != "all")
-            for (const std::string& one : split(isa.text, ',')) require_isa(isa.by, one);
+            for (const std::string& one : split(isa.text, ',')) require_isa(isa.source, one);
     }
     require_one_of("--strategy", arguments.strategy, {"auto", "scalar", "per-ray", "packet"});
     options.strategy = strategy_named(arguments.strategy);
@@ -192,12 +235,12 @@ Options options_of(const Arguments& arguments) {
     schedules.insert(schedules.begin(), "auto");
     require_one_of("--schedule", arguments.schedule, schedules);
     options.schedule = schedule_named(arguments.schedule);
-    if (const Said threads("--threads", arguments.threads, "KAGERO_THREADS"); !threads.text.empty())
-        options.threads = count_of(threads.by, threads.text, most_threads);
+    if (const OptionValue threads("--threads", arguments.threads, "KAGERO_THREADS"); !threads.text.empty())
+        options.threads = count_of(threads.source, threads.text, max_threads);
     if (!arguments.crop.empty()) {
         const auto edges = whole_numbers("--crop", arguments.crop, ',', 4);
         if (edges[0] >= edges[2] || edges[1] >= edges[3])
-            throw InputError("--crop: '" + arguments.crop + "' is empty; x0,y0,x1,y1 needs x0 < x1 and y0 < y1");
+            throw InputError("--crop: '" + arguments.crop + "' is empty; X0,Y0,X1,Y1 must have X0 < X1 and Y0 < Y1");
         options.crop = {edges[0], edges[1], edges[2], edges[3]};
     }
     return options;
@@ -206,8 +249,8 @@ Options options_of(const Arguments& arguments) {
 void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x,
                   std::uint32_t y) {
     if (x >= film.width || y >= film.height)
-        throw InputError(option + ": " + given + " lies outside the film of " + std::to_string(film.width) + "x" +
-                         std::to_string(film.height) + "; pixels count from 0");
+        throw InputError(option + ": " + given + " is outside the film of " + std::to_string(film.width) + "x" +
+                         std::to_string(film.height) + " pixels; pixel coordinates start at 0");
 }
 
 void check_crop(const Arguments& arguments, const Options& options, const FilmDescription& film) {
@@ -217,10 +260,8 @@ void check_crop(const Arguments& arguments, const Options& options, const FilmDe
 std::vector<std::string> split(const std::string& text, char separator) {
     std::vector<std::string> parts(1);
     for (const char c : text) {
-        if (c == separator)
-            parts.emplace_back();
-        else
-            parts.back() += c;
+        if (c == separator) parts.emplace_back();
+        else parts.back() += c;
     }
     return parts;
 }
@@ -240,11 +281,11 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
     return numbers;
 }
 
-std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t most) {
+std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t max) {
     const auto number = parsed<std::uint32_t>(text);
-    if (!number || *number < 1 || *number > most)
+    if (!number || *number < 1 || *number > max)
         throw InputError(option + ": '" + text + "' is " + (number ? "out of range" : "not a whole number") +
-                         "; legal is 1 to " + std::to_string(most));
+                         "; it must be from 1 to " + std::to_string(max));
     return *number;
 }
 
@@ -254,17 +295,17 @@ double finite_number(const std::string& option, const std::string& text) {
     return *number;
 }
 
-void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& known) {
-    if (std::find(known.begin(), known.end(), word) != known.end()) return;
-    throw InputError(option + ": there is no \"" + word + "\"" + suggestion(word, known));
+void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& words) {
+    if (std::find(words.begin(), words.end(), word) != words.end()) return;
+    throw InputError(option + ": \"" + word + "\" is not a possible value" + suggestion(word, words));
 }
 
-bool json_took_word(const std::string& json, const std::vector<std::string>& known, const std::string& kind) {
-    if (std::find(known.begin(), known.end(), json) != known.end()) return true;
-    const std::string near = json.find_first_of("./") == std::string::npos ? near_match(json, known) : "";
+bool json_holds_positional(const std::string& json, const std::vector<std::string>& words, const std::string& kind) {
+    if (std::find(words.begin(), words.end(), json) != words.end()) return true;
+    const std::string near = json.find_first_of("./") == std::string::npos ? near_match(json, words) : "";
     if (!near.empty())
-        throw InputError("--json: \"" + json + "\" is neither a file's name nor " + kind + "; did you mean " + near +
-                         "?");
+        throw InputError("--json: \"" + json + "\" is not " + kind + "; did you mean " + near +
+                         "? (A file of this name is written as ./" + json + ")");
     return false;
 }
 

@@ -1,4 +1,4 @@
-/// Everything the command line can say, and the options that several verbs share.
+/// The arguments of the command line, and the options that several verbs share.
 #pragma once
 
 #include "plan/plan.h"
@@ -13,10 +13,11 @@ class App;
 
 namespace kagero {
 
-/// The command line as written; `x_of` functions below turn it into values. Empty means not given.
+/// The texts of the command line. Functions such as `options_of` convert them to values. An empty string means that the
+/// option was not given.
 struct Arguments {
     std::string scene, output, topic;
-    std::string json;  ///< "-": stdout
+    std::string json;  ///< File name; "-" is stdout.
     std::vector<std::string> overrides, cases;
     std::string threads, isa, strategy = "auto", precision = "auto";
     std::string integrator, step, size, spp, seed, layers, crop, pixel, lanes;
@@ -24,52 +25,65 @@ struct Arguments {
                 time_limit;
     std::string color = "auto";
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
-    bool several_isas = false;  ///< the verb takes a list of them, or all
+    bool several_isas = false;  ///< True if the verb accepts several names in --isa, or "all".
 };
 
-// What CLI11 does, in one place: it takes the compiler longer than everything that a verb says.
-void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& what,
+// Wrappers of CLI11. They are in one file because templates of CLI11 take long to compile. `type` names the value in
+// the help text.
+/// Adds an option with one value, which must not be empty or begin with "--".
+void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& help,
                 const std::string& type);
-void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& what,
+/// Adds an option or positional argument with any number of values.
+void add_option(CLI::App& verb, const std::string& names, std::vector<std::string>& values, const std::string& help,
                 const std::string& type);
-void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& what);
+/// Adds an option without a value.
+void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& help);
 
-// Declare options that several verbs share. `add_scene` also takes those that are short for a key of the scene.
+/// Adds --quiet, --verbose and --color.
 void add_messages(CLI::App& verb, Arguments& arguments);
+/// Adds --json.
 void add_json(CLI::App& verb, Arguments& arguments);
+/// Adds --isa. `several` is true if the verb accepts a list of instruction sets.
 void add_isa(CLI::App& verb, Arguments& arguments, bool several);
+/// Adds the scene, -D, --isa, and the options that set one key of the scene.
 void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas = false);
+/// Adds --lanes.
 void add_lanes(CLI::App& verb, Arguments& arguments);
-void add_machine(CLI::App& verb, Arguments& arguments, const std::string& threads = "all");
+/// Adds --threads, --strategy and --precision. `threads` describes the default number of threads in the help text.
+void add_execution(CLI::App& verb, Arguments& arguments, const std::string& threads = "the number of processors");
+/// Adds --schedule.
 void add_schedule(CLI::App& verb, Arguments& arguments);
+/// Adds --crop.
 void add_crop(CLI::App& verb, Arguments& arguments);
 
-/// Reads the scene, with -D and what is short for it. Throws InputError.
+/// Reads the scene and applies -D and the options that set a key. Throws InputError.
 SceneDescription scene_of(const Arguments& arguments, const Options& options);
-/// The same without the plane of the orbit, unless the scene states a method that follows it.
-SceneDescription general_scene_of(Arguments arguments, const Options& options);
-/// Threads, instruction set and strategy, and the crop. Throws InputError.
+/// Reads the scene with integrator.symmetry = "none", so that rays follow the general path. If the scene states a
+/// method that needs the orbit plane, the scene is read without this change.
+SceneDescription general_path_scene_of(Arguments arguments, const Options& options);
+/// Returns instruction set, strategy, precision, schedule, threads and crop. Throws InputError.
 Options options_of(const Arguments& arguments);
-/// --crop and --pixel name pixels that the film has. Throws InputError.
+/// Checks that pixel (x, y) lies in the film. `given` is the value of the option as written. Throws InputError.
 void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x,
                   std::uint32_t y);
-/// … and --crop, if it is given.
+/// Checks that --crop, if given, lies in the film. Throws InputError.
 void check_crop(const Arguments& arguments, const Options& options, const FilmDescription& film);
 
-/// The words between separators, empty ones included.
+/// Returns the parts of a text between separators, empty parts included.
 std::vector<std::string> split(const std::string& text, char separator);
-/// Whole numbers between separators: "640x480", "1,2". Throws InputError naming the option unless there are exactly
-/// `count`.
+/// Parses whole numbers between separators, such as "640x480" or "1,2". Throws InputError with the name of the option
+/// unless the text contains exactly `count` numbers.
 std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator,
                                          std::size_t count);
-/// How many, from 1 to `most`. Throws InputError naming the option.
-std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t most);
-/// A finite number. Throws InputError naming the option.
+/// Parses a whole number from 1 to `max`. Throws InputError with the name of the option.
+std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t max);
+/// Parses a finite number. Throws InputError with the name of the option.
 double finite_number(const std::string& option, const std::string& text);
-/// Throws InputError, with a near match, unless `word` is one of `known`.
-void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& known);
-/// `--json` takes a file if a word follows it. Whether the word is one of `known`; throws InputError where it looks
-/// like one misspelt. `kind` is "a topic".
-bool json_took_word(const std::string& json, const std::vector<std::string>& known, const std::string& kind);
+/// Throws InputError, with the nearest of the `words`, unless `word` is one of them.
+void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& words);
+/// Returns true if the value of `--json` is one of `words`, which are the positional arguments that the verb accepts.
+/// The value of `--json` is optional, so CLI11 takes a positional argument that follows `--json` as its value. Throws
+/// InputError if the value resembles one of the words. `kind` names the words in the message, for example "a topic".
+bool json_holds_positional(const std::string& json, const std::vector<std::string>& words, const std::string& kind);
 
 }  // namespace kagero

@@ -7,53 +7,45 @@ namespace kagero {
 
 namespace {
 
-// Signal handlers can reach nothing else; they live here and nowhere else.
-std::atomic<bool> interrupted{false}, snapshot_wanted{false};
+// Signal handlers can access only static variables, which must be lock-free.
+std::atomic<bool> interrupted{false}, snapshot_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// Handlers that were there before, which come back.
-struct sigaction before[NSIG];
+/// Handlers before the guards were created, by signal. The destructors of the guards restore them.
+struct sigaction previous[NSIG];
 
 void set(int signal, void (*handler)(int), int flags) {
     struct sigaction action {};
     action.sa_handler = handler;
     action.sa_flags = flags;
-    sigaction(signal, &action, &before[signal]);
+    sigaction(signal, &action, &previous[signal]);
 }
 
-void restore(int signal) {
-    sigaction(signal, &before[signal], nullptr);
-}
+void restore(int signal) { sigaction(signal, &previous[signal], nullptr); }
 
 }  // namespace
 
 InterruptGuard::InterruptGuard() {
     interrupted = false;
-    const auto note = [](int) { interrupted = true; };
-    // SA_RESETHAND: the second signal finds the default handler.
-    for (const int signal : {SIGINT, SIGTERM}) set(signal, note, SA_RESETHAND | SA_RESTART);
+    const auto handler = [](int) { interrupted = true; };
+    // SA_RESETHAND restores the default handler before the second signal.
+    for (const int signal : {SIGINT, SIGTERM}) set(signal, handler, SA_RESETHAND | SA_RESTART);
 }
 
 InterruptGuard::~InterruptGuard() {
     for (const int signal : {SIGINT, SIGTERM}) restore(signal);
 }
 
-const std::atomic<bool>* InterruptGuard::requested() {
-    return &interrupted;
-}
+const std::atomic<bool>* InterruptGuard::requested() { return &interrupted; }
 
 SnapshotGuard::SnapshotGuard() {
-    snapshot_wanted = false;
+    snapshot_requested = false;
     set(
-        SIGUSR1, [](int) { snapshot_wanted = true; }, SA_RESTART);
+        SIGUSR1, [](int) { snapshot_requested = true; }, SA_RESTART);
 }
 
-SnapshotGuard::~SnapshotGuard() {
-    restore(SIGUSR1);
-}
+SnapshotGuard::~SnapshotGuard() { restore(SIGUSR1); }
 
-std::atomic<bool>* SnapshotGuard::wanted() {
-    return &snapshot_wanted;
-}
+std::atomic<bool>* SnapshotGuard::requested() { return &snapshot_requested; }
 
 }  // namespace kagero

@@ -1,12 +1,12 @@
-/// What other programs and Ctrl-C say to this one.
+/// Signals that interrupt the program or request a snapshot.
 #pragma once
 
 #include <atomic>
 
 namespace kagero {
 
-/// While it lives, the first SIGINT (or SIGTERM) sets `requested`; a second one ends the program as if nobody had
-/// listened.
+/// Handler of SIGINT and SIGTERM during the lifetime of the object. The first signal sets `requested`; a second one
+/// terminates the program.
 class InterruptGuard {
 public:
     InterruptGuard();
@@ -16,14 +16,15 @@ public:
     static const std::atomic<bool>* requested();
 };
 
-/// While it lives, SIGUSR1 sets `wanted`; whoever answers takes it back. Without it that signal ends the program.
+/// Handler of SIGUSR1 during the lifetime of the object. The signal sets `requested`; the code that takes the snapshot
+/// resets it. Without a handler SIGUSR1 terminates the program.
 class SnapshotGuard {
 public:
     SnapshotGuard();
     ~SnapshotGuard();
     SnapshotGuard(const SnapshotGuard&) = delete;
     SnapshotGuard& operator=(const SnapshotGuard&) = delete;
-    static std::atomic<bool>* wanted();
+    static std::atomic<bool>* requested();
 };
 
 }  // namespace kagero

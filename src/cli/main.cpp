@@ -14,32 +14,32 @@ namespace {
 
 using namespace kagero;
 
-// One row is one more verb.
+// A new verb needs one more row here.
 const Verb* const verbs[] = {&render_verb,  &trace_verb, &explain_verb,   &check_verb,   &print_verb,
                              &compare_verb, &error_verb, &stability_verb, &profile_verb, &list_verb};
 
 constexpr const char* exit_statuses =
     "`kagero VERB --help` shows the options of a verb.\n"
-    "Exit status: 0 done; 1 failed while running; 2 wrong command line, scene or data; 4 a stated bound or case "
-    "failed; 130 "
-    "interrupted (what was done is "
-    "written).";
+    "Exit status: 0 finished; 1 failed while running; 2 wrong command line, scene or data; 4 finished, but a stated "
+    "bound or a stability case failed; 130 interrupted (the results so far are written).";
 
 [[noreturn]] void refuse_verb(const std::string& word) {
-    if (word.starts_with('-')) throw InputError("options stand behind the verb; \"" + word + "\" stands before it");
+    if (word.starts_with('-'))
+        throw InputError("the option \"" + word + "\" precedes the verb; write `kagero VERB [OPTIONS]`");
     std::vector<std::string> names;
     for (const Verb* verb : verbs) names.push_back(verb->name);
     throw InputError("there is no verb \"" + word + "\"" + suggestion(word, names));
 }
 
-/// What the library could not place, in our words.
-void refuse_leftovers(const CLI::App& app) {
-    const std::vector<std::string> left = app.remaining();
-    if (left.empty()) return;
-    const auto option = std::find_if(left.begin(), left.end(),
+/// Throws InputError if the verb was given words that CLI11 could not assign to an option or positional argument.
+void refuse_unknown_words(const CLI::App& app) {
+    const std::vector<std::string> unknown = app.remaining();
+    if (unknown.empty()) return;
+    const auto option = std::find_if(unknown.begin(), unknown.end(),
                                      [](const std::string& word) { return word.size() > 1 && word[0] == '-'; });
-    if (option == left.end())
-        throw InputError(app.get_name() + " does not know what to do with \"" + left.front() + "\"");
+    if (option == unknown.end())
+        throw InputError(app.get_name() + ": unexpected argument \"" + unknown.front() + "\"; `kagero " +
+                         app.get_name() + " --help` shows the usage");
     std::vector<std::string> known;
     for (const CLI::Option* each : app.get_options())
         for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
@@ -47,25 +47,27 @@ void refuse_leftovers(const CLI::App& app) {
     throw InputError(app.get_name() + " has no option \"" + word + "\"" + suggestion(word, known));
 }
 
-/// The library takes an empty word for none.
+/// Throws InputError for `--json ''`. CLI11 does not distinguish an empty value from a missing one.
 void refuse_empty_json(const CLI::App& verb, const Arguments& arguments) {
     const CLI::Option* json = verb.get_option_no_throw("--json");
-    if (json && json->count() > 0 && arguments.json.empty()) throw InputError("--json: an empty value");
+    if (json && json->count() > 0 && arguments.json.empty()) throw InputError("--json: the value is empty");
 }
 
-/// `--json` takes a file if one follows, so in `render --json room.toml` it took the scene. Give it back.
-void return_what_json_took(Arguments& arguments, const std::string& verb) {
-    std::string& wanted = verb == "list" ? arguments.topic : arguments.scene;
-    if (!wanted.empty()) return;
-    const bool took =
-        verb == "list" ? json_took_word(arguments.json, list_topics(), "a topic") : arguments.json.ends_with(".toml");
-    if (!took) return;
-    wanted = arguments.json;
+/// Moves the value of `--json` to the scene, or to the topic of `list`, if none was given and the value is the name of
+/// a scene file or of a topic. In `render --json room.toml`, CLI11 assigns room.toml to --json, because the value of
+/// --json is optional.
+void restore_positional(Arguments& arguments, const std::string& verb) {
+    std::string& positional = verb == "list" ? arguments.topic : arguments.scene;
+    if (!positional.empty()) return;
+    const bool misplaced = verb == "list" ? json_holds_positional(arguments.json, list_topics(), "a topic")
+                                          : arguments.json.ends_with(".toml");
+    if (!misplaced) return;
+    positional = arguments.json;
     arguments.json = "-";
 }
 
-/// The words behind the program's name, last first as the library wants them. Behind "--" there are only files,
-/// whatever they begin with.
+/// Returns the command line without the program name in reverse order, as CLI11 expects it. Words after "--" are files,
+/// also if they begin with '-'.
 std::vector<std::string> words_of(int argc, char** argv) {
     std::vector<std::string> words;
     bool options = true;
@@ -86,14 +88,14 @@ int run(int argc, char** argv, Arguments& arguments) {
     app.require_subcommand(0, 1);
     app.allow_extras();
     app.option_defaults()->multi_option_policy(
-        CLI::MultiOptionPolicy::TakeLast);  // so that a script's options can be overruled
+        CLI::MultiOptionPolicy::TakeLast);  // The last value of an option counts, so that users can override scripts.
     for (const Verb* verb : verbs)
-        verb->declare(*app.add_subcommand(verb->name, verb->what)->group("Verbs")->allow_extras(), arguments);
+        verb->declare(*app.add_subcommand(verb->name, verb->description)->group("Verbs")->allow_extras(), arguments);
     try {
         app.parse(words_of(argc, argv));
-    } catch (const CLI::Success& asked) {  // help or version
-        const int status = app.exit(asked);
-        if (!std::cout.flush()) throw RunError("cannot write all of the result to stdout");
+    } catch (const CLI::Success& success) {  // --help or --version
+        const int status = app.exit(success);
+        if (!std::cout.flush()) throw RunError("writing the result to stdout failed");
         return status;
     } catch (const CLI::ArgumentMismatch& error) {  // "--size: 1 required WxH missing"
         const std::string text = error.what();
@@ -103,11 +105,11 @@ int run(int argc, char** argv, Arguments& arguments) {
     }
     const auto chosen = app.get_subcommands();
     if (!app.remaining().empty()) refuse_verb(app.remaining().front());
-    if (chosen.empty()) throw InputError("what shall be done? `kagero --help` shows the verbs");
-    refuse_leftovers(*chosen.front());
+    if (chosen.empty()) throw InputError("no verb was given; `kagero --help` shows the verbs");
+    refuse_unknown_words(*chosen.front());
     require_one_of("--color", arguments.color, {"auto", "always", "never"});
     refuse_empty_json(*chosen.front(), arguments);
-    return_what_json_took(arguments, chosen.front()->get_name());
+    restore_positional(arguments, chosen.front()->get_name());
     const auto verb = std::find_if(std::begin(verbs), std::end(verbs),
                                    [&](const Verb* v) { return chosen.front()->get_name() == v->name; });
     return (*verb)->run(arguments, Terminal(arguments));
@@ -126,7 +128,7 @@ int main(int argc, char** argv) {
         Terminal(arguments).note(interrupted.what());
         return exit_interrupted;
     } catch (const std::bad_alloc&) {
-        Terminal(arguments).error("there is not enough memory");
+        Terminal(arguments).error("not enough memory");
         return exit_failed;
     } catch (const std::exception& error) {
         Terminal(arguments).error(error.what());

@@ -14,12 +14,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool is_file(const NamedFile& file) {
-    return !file.second.empty() && file.second != "-";
-}
+bool is_file(const NamedFile& file) { return !file.second.empty() && file.second != "-"; }
 
-/// Whether two names stand, or will stand, for one regular file.
-bool is_same(const std::string& a, const std::string& b) {
+/// Returns true if both paths name the same regular file. If one of them does not exist yet, compares the paths.
+bool is_same_file(const std::string& a, const std::string& b) {
     std::error_code ignored;
     if (fs::exists(a, ignored) && fs::exists(b, ignored))
         return fs::is_regular_file(a, ignored) && fs::equivalent(a, b, ignored);
@@ -34,7 +32,8 @@ void add_texture(const Paint& paint, const std::string& name, std::vector<NamedF
 
 std::vector<NamedFile> files_of(const SceneDescription& scene) {
     std::vector<NamedFile> files{{"the scene", scene.path}};
-    add_texture(scene.sky.paint, "sky", files), add_texture(scene.far_sky.paint, "sky.far", files);
+    add_texture(scene.sky.paint, "sky", files);
+    add_texture(scene.far_sky.paint, "sky.far", files);
     for (const ObjectDescription& object : scene.objects) {
         const std::string name = "object." + object.name;
         add_texture(object.paint, name, files);
@@ -49,9 +48,9 @@ void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<Name
         if (!is_file(*output)) continue;
         check_file_writable(output->second);
         const auto refuse_same = [&](const NamedFile& other) {
-            if (is_file(other) && is_same(output->second, other.second))
+            if (is_file(other) && is_same_file(output->second, other.second))
                 throw InputError(output->first + " and " + other.first + " are the same file, '" + output->second +
-                                 "'");
+                                 "'; choose another output file");
         };
         std::for_each(inputs.begin(), inputs.end(), refuse_same);
         std::for_each(output + 1, outputs.end(), refuse_same);
@@ -61,7 +60,7 @@ void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<Name
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write) {
     if (path == "-") {
         write(std::cout);
-        if (!std::cout.flush()) throw RunError("cannot write all of the result to stdout");
+        if (!std::cout.flush()) throw RunError("writing the result to stdout failed");
         return;
     }
     write_file(path, write);
@@ -85,11 +84,11 @@ ReportDirectory::ReportDirectory(const std::string& directory, const std::vector
                                  const std::string& json, const std::vector<NamedFile>& inputs) {
     std::error_code failure, ignored;
     for (fs::path path = directory; !path.empty() && !fs::exists(path, ignored); path = path.parent_path())
-        made_.push_back(path.string());
+        created_.push_back(path.string());
     fs::create_directories(directory, failure);
     if (failure || !fs::is_directory(directory))
-        throw InputError("cannot make the directory '" + directory + "'" +
-                         (failure ? ": " + failure.message() : "; a file bears its name"));
+        throw InputError("cannot create the directory '" + directory + "'" +
+                         (failure ? ": " + failure.message() : ": a file has this name"));
     std::vector<NamedFile> outputs{{"--json", json}};
     for (const std::string& file : files) outputs.emplace_back(file + " of the report", path_in(directory, file));
     try {
@@ -102,7 +101,7 @@ ReportDirectory::ReportDirectory(const std::string& directory, const std::vector
 
 void ReportDirectory::remove_empty() const {
     std::error_code ignored;
-    for (const std::string& path : made_) fs::remove(path, ignored);
+    for (const std::string& path : created_) fs::remove(path, ignored);
 }
 
 }  // namespace kagero

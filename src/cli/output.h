@@ -1,4 +1,4 @@
-/// Where results go: stdout, files, and directories of reports.
+/// Output of results to stdout, files and report directories.
 #pragma once
 
 #include "cli/arguments.h"
@@ -10,21 +10,21 @@
 
 namespace kagero {
 
-/// Calls `write` with stdout for "-", else with a file that appears when it is complete. Throws RunError when not all
-/// could be written.
+/// Calls `write` with stdout if the path is "-". Otherwise calls it with a file that gets its name only when it is
+/// complete. Throws RunError if writing fails.
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
-/// Writes a film, and says how many seconds that took.
+/// Writes a film and returns the seconds that this took.
 double save_film(const Film& film, const std::string& path, const Metadata& metadata);
 
-/// A file, and what messages call it: "--json", "the texture of object.floor".
+/// Description and path of a file. Messages use the description, such as "--json" or "the texture of object.floor".
 using NamedFile = std::pair<std::string, std::string>;
-/// The files that a scene comes from: its own, images and meshes.
+/// Returns all files that the scene consists of: the scene file, images and meshes.
 std::vector<NamedFile> files_of(const SceneDescription& scene);
-/// Throws InputError when one of the outputs cannot be written, or is the same file as another of them, or as an input.
-/// Empty and "-" are none.
+/// Throws InputError if an output cannot be written, or if it is the same file as an input or another output. Ignores
+/// paths that are empty or "-".
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs = {});
-/// Makes the directory of a report of these files, which stays empty until they are written, and checks them as
-/// check_outputs does, and `--json` with them. At its end what it made is taken away again, if nothing was written.
+/// The directory of a report. The constructor creates the directory and checks its files and `--json` as check_outputs
+/// does. The destructor removes the directories that the constructor created, unless they contain files.
 class ReportDirectory {
 public:
     ReportDirectory(const std::string& directory, const std::vector<std::string>& files, const std::string& json,
@@ -35,10 +35,11 @@ public:
 
 private:
     void remove_empty() const;
-    std::vector<std::string> made_;  ///< the innermost first
+    std::vector<std::string> created_;  ///< Directories that the constructor created, the innermost first.
 };
-/// The directory that -o names, or SCENE-kind here.
+/// Returns the directory of option -o, or by default SCENE-kind in the working directory.
 std::string report_directory(const Arguments& arguments, const std::string& kind);
+/// Returns the path of a file in a directory.
 std::string path_in(const std::string& directory, const std::string& file);
 
 }  // namespace kagero

@@ -11,16 +11,19 @@
 namespace kagero {
 namespace {
 
-/// Rays without a single step.
-class Pathless {
+/// Number of rays without any step, and the first of them.
+class RaysWithoutSteps {
 public:
-    /// Of the rays from number `first` on.
+    /// Counts the rays of one batch. `first` is the index of its first ray in the whole list.
     void count(std::size_t first, const std::vector<RayEnd>& ends, const std::vector<PathPoint>& points) {
-        std::vector<bool> without(ends.size(), true);
-        for (const PathPoint& point : points) without[point.ray - first] = false;
+        std::vector<bool> has_steps(ends.size(), false);
+        for (const PathPoint& point : points) has_steps[point.ray - first] = true;
         for (std::size_t i = 0; i < ends.size(); ++i) {
-            if (!without[i] || ends[i].failure == Failure::untraced) continue;
-            if (count_++ == 0) first_ = first + i, end_ = ends[i];
+            if (has_steps[i] || ends[i].failure == Failure::untraced) continue;
+            if (count_++ == 0) {
+                first_ = first + i;
+                end_ = ends[i];
+            }
         }
     }
     void warn(const Terminal& terminal) const {
@@ -31,8 +34,8 @@ public:
 
 private:
     std::string reason() const {
-        if (end_.status == Status::failed) return " fails where it starts: " + std::string(describe(end_.failure));
-        return std::string(" is ") + name_of(end_.status) + " where it starts";
+        if (end_.status == Status::failed) return " failed at its start: " + std::string(describe(end_.failure));
+        return std::string(" is ") + name_of(end_.status) + " at its start";
     }
     std::size_t count_ = 0, first_ = 0;
     RayEnd end_{};
@@ -41,22 +44,22 @@ private:
 }  // namespace
 
 void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output,
-                    const Watch& watch, const Terminal& terminal) {
-    constexpr std::size_t at_once = 4096;
-    Pathless pathless;
+                    const RunControl& control, const Terminal& terminal) {
+    constexpr std::size_t batch_size = 4096;  // rays
+    RaysWithoutSteps without_steps;
     write_output(output, [&](std::ostream& out) {
         write_path_header(out);
-        for (std::size_t first = 0; first < starts.size() && !*watch.stop; first += at_once) {
+        for (std::size_t first = 0; first < starts.size() && !*control.stop; first += batch_size) {
             const auto begin = starts.begin() + std::ptrdiff_t(first),
-                       end = starts.begin() + std::ptrdiff_t(std::min(first + at_once, starts.size()));
+                       end = starts.begin() + std::ptrdiff_t(std::min(first + batch_size, starts.size()));
             std::vector<RayEnd> ends;
-            auto points = trace_paths(plan, {begin, end}, ends, watch);
+            auto points = trace_paths(plan, {begin, end}, ends, control);
             for (PathPoint& point : points) point.ray += first;
             write_paths(out, points);
-            pathless.count(first, ends, points);
+            without_steps.count(first, ends, points);
         }
     });
-    pathless.warn(terminal);
+    without_steps.warn(terminal);
 }
 
 }  // namespace kagero

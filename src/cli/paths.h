@@ -1,4 +1,4 @@
-/// The table of every step of rays.
+/// Output of ray paths, step by step.
 #pragma once
 
 #include "cli/terminal.h"
@@ -9,10 +9,10 @@
 
 namespace kagero {
 
-/// Follows the rays, some thousands at a time, and writes their steps to `output`, "-" for stdout. Rays that end where
-/// they start have none: a warning says how many, and why the first. After an interruption: the rays that were followed
-/// to their ends.
+/// Traces the rays in batches of 4096 and writes their steps as CSV to `output`; "-" is stdout. Rays that end at their
+/// start have no steps: a warning states their number and the reason for the first one. After an interruption, only the
+/// rays that had ended are written.
 void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output,
-                    const Watch& watch, const Terminal& terminal);
+                    const RunControl& control, const Terminal& terminal);
 
 }  // namespace kagero

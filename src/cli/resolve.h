@@ -1,4 +1,4 @@
-/// Plans of pictures, with the progress of trial rays and the remarks shown to the user.
+/// Resolution of picture plans, with progress of trial rays and remarks on stderr.
 #pragma once
 
 #include "cli/terminal.h"
@@ -6,9 +6,9 @@
 
 namespace kagero {
 
-/// As resolve() of tuning/resolve.h; shows the progress of trials that take long, then prints the plan's remarks as
-/// warnings.
-Plan resolve_watched(SceneDescription scene, const Options& options, const Terminal& terminal,
-                     double time_limit = std::numeric_limits<double>::infinity());
+/// Calls resolve() of tuning/resolve.h. Shows the progress of trials that take more than a second, then prints the
+/// remarks of the plan as warnings. `time_limit` bounds the trials, in seconds.
+Plan resolve_with_progress(SceneDescription scene, const Options& options, const Terminal& terminal,
+                           double time_limit = std::numeric_limits<double>::infinity());
 
 }  // namespace kagero

@@ -11,7 +11,7 @@ namespace kagero {
 
 namespace {
 
-bool wants_color(const std::string& choice, bool interactive) {
+bool uses_color(const std::string& choice, bool interactive) {
     if (choice == "always") return true;
     if (choice == "never") return false;
     const char* no_color = std::getenv("NO_COLOR");
@@ -25,7 +25,7 @@ std::string time_text(double seconds) {
     return std::to_string(whole / 3600) + " h " + std::to_string(whole / 60 % 60) + " min";
 }
 
-/// Empty while too little is done to tell.
+/// Returns ", … left" with an estimate of the remaining time. Empty below 1 % of the work, where the estimate is poor.
 std::string time_left(double done, double seconds) {
     return done > 0.01 && done < 1 ? ", " + time_text(seconds * (1 - done) / done) + " left" : "";
 }
@@ -33,40 +33,36 @@ std::string time_left(double done, double seconds) {
 }  // namespace
 
 Terminal::Terminal(const Arguments& arguments)
-    : quiet_(arguments.quiet),
-      verbose_(arguments.verbose),
-      interactive_(isatty(STDERR_FILENO) == 1),
-      color_(wants_color(arguments.color, interactive_)) {}
+    : quiet_(arguments.quiet), verbose_(arguments.verbose), interactive_(isatty(STDERR_FILENO) == 1),
+      color_(uses_color(arguments.color, interactive_)) {}
 
-void Terminal::say(const char* color, const char* kind, const std::string& message) const {
+void Terminal::print(const char* color, const char* kind, const std::string& message) const {
     std::cerr << "kagero: ";
     if (*kind) std::cerr << (color_ ? color : "") << kind << (color_ ? "\033[0m" : "");
     std::cerr << message << std::endl;
 }
 
-void Terminal::error(const std::string& message) const {
-    say("\033[1;31m", "error: ", message);
-}
+void Terminal::error(const std::string& message) const { print("\033[1;31m", "error: ", message); }
 void Terminal::warning(const std::string& message) const {
-    if (!quiet_) say("\033[1;33m", "warning: ", message);
+    if (!quiet_) print("\033[1;33m", "warning: ", message);
 }
 void Terminal::note(const std::string& message) const {
-    if (!quiet_) say("", "", message);
+    if (!quiet_) print("", "", message);
 }
 void Terminal::detail(const std::string& message) const {
-    if (verbose_) say("", "", message);
+    if (verbose_) print("", "", message);
 }
 
 void ProgressLine::show(double done, double seconds) {
     constexpr int width = 30;
-    constexpr double least_interval = 0.1;
+    constexpr double least_interval = 0.1;  // seconds between two updates of the line
     if (terminal_.quiet()) return;
     done = std::clamp(done, 0.0, 1.0);
     const std::lock_guard lock(writing_);
     const int tenths = static_cast<int>(10 * done);
     if (!terminal_.interactive()) {
         if (tenths > tenths_)
-            terminal_.note(std::to_string(10 * tenths) + " %" + of_what_ + " done" + time_left(done, seconds));
+            terminal_.note(std::to_string(10 * tenths) + " %" + subject_ + " done" + time_left(done, seconds));
         tenths_ = std::max(tenths, tenths_);
         return;
     }
@@ -74,24 +70,24 @@ void ProgressLine::show(double done, double seconds) {
     drawn_at_ = seconds;
     const int filled = static_cast<int>(width * done);
     std::cerr << "\r\033[K[" << std::string(filled, '#') << std::string(width - filled, '.') << "] "
-              << static_cast<int>(100 * done) << " %" << of_what_ << time_left(done, seconds) << std::flush;
-    drawn_ = true;
+              << static_cast<int>(100 * done) << " %" << subject_ << time_left(done, seconds) << std::flush;
+    visible_ = true;
 }
 
 void ProgressLine::clear() {
     const std::lock_guard lock(writing_);
-    wipe();
+    erase();
 }
 
-void ProgressLine::aside(const std::function<void()>& say) {
+void ProgressLine::print_message(const std::function<void()>& print) {
     const std::lock_guard lock(writing_);
-    wipe();
-    say();
+    erase();
+    print();
 }
 
-void ProgressLine::wipe() {
-    if (drawn_) std::cerr << "\r\033[K" << std::flush;
-    drawn_ = false;
+void ProgressLine::erase() {
+    if (visible_) std::cerr << "\r\033[K" << std::flush;
+    visible_ = false;
 }
 
 }  // namespace kagero

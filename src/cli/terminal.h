@@ -1,4 +1,4 @@
-/// What the program says to people, on stderr.
+/// Messages and progress on stderr.
 #pragma once
 
 #include "cli/arguments.h"
@@ -10,45 +10,48 @@
 
 namespace kagero {
 
+/// Prints messages with the prefix "kagero: ", in colour if this is selected.
 class Terminal {
 public:
     explicit Terminal(const Arguments& arguments);
     void error(const std::string& message) const;
-    void warning(const std::string& message) const;  ///< unless --quiet
-    void note(const std::string& message) const;     ///< unless --quiet
-    void detail(const std::string& message) const;   ///< only with --verbose
+    void warning(const std::string& message) const;  ///< Prints nothing with --quiet.
+    void note(const std::string& message) const;     ///< Prints nothing with --quiet.
+    void detail(const std::string& message) const;   ///< Prints only with --verbose.
     bool quiet() const { return quiet_; }
-    bool interactive() const { return interactive_; }
+    bool interactive() const { return interactive_; }  ///< Returns true if stderr is a terminal.
 
 private:
-    void say(const char* color, const char* kind, const std::string& message) const;
+    void print(const char* color, const char* kind, const std::string& message) const;
     bool quiet_, verbose_, interactive_, color_;
 };
 
-/// The progress of a render: a line that overwrites itself on a terminal, else a line for each 10 %. Any thread may
-/// call it.
+/// The progress of a run. On a terminal it is one line that is overwritten; elsewhere it is a line for each 10 %. All
+/// functions may be called from any thread.
 class ProgressLine {
 public:
-    /// `of_what` follows the per cent, where that is not the work that was asked for.
-    explicit ProgressLine(const Terminal& terminal, const char* of_what = "")
-        : terminal_(terminal), of_what_(of_what) {}
+    /// `subject` is printed after the percentage, for example " of the trial rays".
+    explicit ProgressLine(const Terminal& terminal, const char* subject = "")
+        : terminal_(terminal), subject_(subject) {}
     ~ProgressLine() { clear(); }
     ProgressLine(const ProgressLine&) = delete;
     ProgressLine& operator=(const ProgressLine&) = delete;
+    /// Shows the finished share (0…1) and an estimate of the remaining time; `seconds` have passed since the start.
     void show(double done, double seconds);
+    /// Erases the line.
     void clear();
-    /// Calls `say`, which may write lines of its own, where the line has made room.
-    void aside(const std::function<void()>& say);
+    /// Erases the line and calls `print`, which may print messages.
+    void print_message(const std::function<void()>& print);
 
 private:
-    void wipe();
+    void erase();
 
     const Terminal& terminal_;
-    const char* of_what_;
+    const char* subject_;
     std::mutex writing_;
-    bool drawn_ = false;
-    int tenths_ = 0;          ///< last one told
-    double drawn_at_ = -1e9;  ///< seconds
+    bool visible_ = false;
+    int tenths_ = 0;          ///< Tenths of the work at the last printed line.
+    double drawn_at_ = -1e9;  ///< Time at which the line was last drawn, in seconds since the start.
 };
 
 }  // namespace kagero

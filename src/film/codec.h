@@ -1,5 +1,6 @@
-/// Image files. OpenImageIO reads and writes them, in a module of its own (openimageio/module.cpp): with the libraries
-/// it brings it takes longer to load than a small picture to render, and many verbs never need it.
+/// The interface of the image module (openimageio/module.cpp), which reads and writes image files with OpenImageIO. It
+/// is a separate shared library, because loading OpenImageIO takes longer than rendering a small picture, and many
+/// commands do not need it.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +11,14 @@
 
 namespace kagero {
 
-/// What a file holds: one channel or three, as floats row by row from the top.
+/// A decoded image: floats with one or three channels, row by row from the top.
 struct DecodedImage {
     int width = 0, height = 0, channels = 0;
-    bool srgb = false;  ///< encoded so; linear otherwise
+    bool srgb = false;  ///< True for sRGB-encoded values; false for linear values.
     std::vector<float> values;
 };
 
-/// A picture to be written; pixels row by row from the top, channels interleaved.
+/// A picture to encode. Pixels are stored row by row from the top, with interleaved channels.
 struct PictureToEncode {
     enum class Samples { bytes, floats };
 
@@ -25,30 +26,32 @@ struct PictureToEncode {
     Samples samples;
     const void* pixels;
     std::vector<std::pair<std::string, std::string>> attributes{};
-    std::vector<std::string> names{};  ///< of the channels; empty: red, green and blue
-    std::vector<bool> half{};          ///< which of the named channels are stored as 16-bit floats
-    int x = 0, y = 0, whole_width = 0,
-        whole_height = 0;              ///< where it lies in a larger picture, and the size of that; 0: it is the whole
-    int quality = 0;                   ///< percent, of what compresses with a loss; 0: as the format has it
+    std::vector<std::string> names{};  ///< Names of the channels; empty: red, green, blue.
+    std::vector<bool> half{};          ///< True for each named channel that is stored as a 16-bit float.
+    int x = 0, y = 0;                  ///< Position of a crop in the whole picture.
+    int whole_width = 0, whole_height = 0;  ///< Size of the whole picture; 0: this picture is not a crop.
+    int quality = 0;                   ///< Quality of lossy compression, percent; 0: default of the format.
 };
 
-/// What the module offers. Each call returns why it failed, in words, or nothing.
+/// The functions of the image module. Each returns "" on success, otherwise the reason for the failure.
 struct Codec {
     std::uint32_t abi;
+    /// Reads an image file.
     std::string (*read)(const std::string& path, DecodedImage& image);
-    /// The bytes of a file with this extension (".png").
+    /// Encodes a picture as the bytes of a file with this extension, such as ".png".
     std::string (*encode)(const std::string& extension, const PictureToEncode& picture,
                           std::vector<unsigned char>& file);
-    /// Shares in [0, 1] from dark to bright, as linear RGB.
-    std::string (*false_colors)(const std::vector<float>& shares, std::vector<float>& rgb);
+    /// Maps numbers in [0, 1] to false colours from dark to bright, with three floats per number.
+    std::string (*false_colors)(const std::vector<float>& numbers, std::vector<float>& rgb);
 };
 
 inline constexpr std::uint32_t codec_abi = 3;
 using KageroCodec = const Codec* (*)();
 
-/// Loads the module when it is first asked for. Throws RunError where it is missing.
+/// Returns the functions of the image module; the first call loads it. Throws RunError if the module is missing or
+/// belongs to another version.
 const Codec& codec();
-/// Writes a picture in the format that the extension of `path` says. Throws RunError.
+/// Writes a picture to a file, in the format that the extension of `path` selects. Throws RunError if that fails.
 void write_picture(const std::string& path, const PictureToEncode& picture);
 
 }  // namespace kagero

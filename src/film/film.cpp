@@ -23,47 +23,62 @@ const LayerInfo& find_layer(const std::string& name) {
     for (const LayerInfo& layer : all_layers())
         if (layer.name == name) return layer;
     const std::string near = near_match(name, layer_names());
-    throw InputError("there is no layer '" + name + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+    throw InputError("there is no layer named '" + name + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
 }
 
 }  // namespace
 
-// One row is one more layer: it can then be asked for in `film.layers`, is allocated, written and listed. What its
-// pixels hold is filled in where rays become pixels (src/render). A layer is `name.channel` in the file; only colours,
-// which nobody counts with, are HALF.
+// Each row defines a layer, which `film.layers` can select; it is then allocated and written. src/pixels computes the
+// values. In EXR files, the channels are named `layer.channel`. Only colours are stored as HALF, because other layers
+// are used for computations.
 const std::vector<LayerInfo>& all_layers() {
     using Scale = LayerInfo::Scale;
     static const std::vector<LayerInfo> layers{
-        {"color", red_green_blue, Scale::colors, "what the rays meet, linear RGB; the mean of the pixel's rays"},
-        {"status", number_channel, Scale::linear, "how the pixel's first ray ended: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
-        {"steps", number_channel, Scale::linear, "integration steps taken; mean"},
-        {"gradients", number_channel, Scale::linear, "evaluations of the derivatives of H; mean"},
-        {"energy_error", number_channel, Scale::logarithmic, "greatest |H - H0| / (|p . dH/dp| + |H0|) along any of the pixel's rays"},
+        {"color", red_green_blue, Scale::colors, "linear RGB colour of the objects that the pixel's rays meet; mean"},
+        {"status", number_channel, Scale::linear,
+         "status of the pixel's first ray: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
+        {"steps", number_channel, Scale::linear, "number of integration steps; mean"},
+        {"gradients", number_channel, Scale::linear, "number of evaluations of the derivatives of H; mean"},
+        {"energy_error", number_channel, Scale::logarithmic,
+         "greatest |H - H0| / (|p . dH/dp| + |H0|) on the pixel's rays"},
         {"position_error", number_channel, Scale::logarithmic,
-         "estimated error of the ends of the pixel's rays, pixels, the greatest: against half the step, or another method; nan where that ends otherwise"},
+         "greatest estimated error of the ends of the pixel's rays, in pixels, from a comparison with half the step or "
+         "with another method; nan if the compared ray ends otherwise"},
         {"rounding_error", number_channel, Scale::logarithmic,
-         "the most that rounding can have done to these ends, pixels, the greatest: the sum of |adjoint * ulp| by a reverse sweep along the ray"},
-        {"newton", number_channel, Scale::linear, "iterations of implicit solves; mean"},
-        {"occupancy", number_channel, Scale::linear, "share of active lanes over the steps of the packet that traced the first ray; packets change with --schedule and --crop"},
-        {"depth", number_channel, Scale::linear, "straight distance from the first ray's start to its hit, scene units; 0 without a hit"},
+         "greatest bound on the effect of rounding on the ends of the pixel's rays, in pixels: the sum of "
+         "|adjoint * ulp| by a reverse sweep along the ray"},
+        {"newton", number_channel, Scale::linear, "number of iterations of implicit solves; mean"},
+        {"occupancy", number_channel, Scale::linear,
+         "fraction of active lanes over the steps of the packet that traced the first ray; packets depend on "
+         "--schedule and --crop"},
+        {"depth", number_channel, Scale::linear,
+         "straight distance from the start of the first ray to its hit, in scene units; 0 without a hit"},
         {"redshift", number_channel, Scale::linear,
-         "frequency seen over frequency sent where the first ray hits a disk, or from rest at infinity where it escapes; else 0"},
-        {"footprint", number_channel, Scale::logarithmic, "longest axis of the ellipse of sky that the pixel stands for, radians (a pixel's side, where rays are straight); 0 where its first ray does not escape, or is the only one of its 2x2 block that does"},
-        {"magnification", number_channel, Scale::logarithmic, "solid angle of the pixel over that of the sky it shows; 0 where its first ray does not escape, or is the only one of its 2x2 block that does, and for the parallel rays of an orthographic camera, whose pixels have none"},
-        {"object", number_channel, Scale::linear, "place in the scene file of the object that the first ray hits, counted from 1; 0 without a hit"},
+         "observed frequency over emitted frequency, if the first ray hits a disk, or if it escapes, with emission at "
+         "rest at infinity; else 0"},
+        {"footprint", number_channel, Scale::logarithmic,
+         "longest axis of the ellipse of sky that the pixel covers, in radians (the edge of the pixel for straight "
+         "rays); 0 if its first ray does not escape, or is the only one in its 2x2 block that escapes"},
+        {"magnification", number_channel, Scale::logarithmic,
+         "solid angle of the pixel over the solid angle of the sky that it covers; 0 if its first ray does not escape "
+         "or is the only one in its 2x2 block that escapes; 0 for an orthographic camera, whose pixels have no solid "
+         "angle"},
+        {"object", number_channel, Scale::linear,
+         "number of the object that the first ray hits, in the order of the scene file, from 1; 0 without a hit"},
     };
     return layers;
 }
 
-Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const FilmPlace& place)
-    : width_(width), height_(height), place_(place) {
+Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const CropWindow& window)
+    : width_(width), height_(height), window_(window) {
     for (const std::string& name : layers) {
         if (has(name)) continue;
         const LayerInfo& layer = find_layer(name);
         layers_.push_back(&layer);
-        // What was never traced is black, and has no number.
-        const float nothing = layer.scale == LayerInfo::Scale::colors ? 0.0f : std::numeric_limits<float>::quiet_NaN();
-        planes_.emplace_back(std::size_t{width} * height * layer.channels.size(), nothing);
+        // Pixels that are never traced are black in layers of colours, and NaN in other layers.
+        constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+        const float initial_value = layer.scale == LayerInfo::Scale::colors ? 0.0f : nan;
+        planes_.emplace_back(std::size_t{width} * height * layer.channels.size(), initial_value);
     }
 }
 

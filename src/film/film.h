@@ -1,4 +1,4 @@
-/// The picture being made: one plane of floats per channel, and its way to disk.
+/// The picture in memory: one plane of floats per layer.
 #pragma once
 
 #include <cstdint>
@@ -8,44 +8,47 @@
 
 namespace kagero {
 
-/// One output layer; a new one is one row of the table in film.cpp.
+/// An output layer. A new layer requires one row of the table in film.cpp.
 struct LayerInfo {
     enum class Scale { colors, linear, logarithmic };
 
     std::string name;
-    std::vector<std::string> channels;  ///< "R","G","B" or one channel
-    Scale scale;  ///< how it is mapped to false colours; colours are not, and HALF in EXR, all others FLOAT
-    const char* what;
+    std::vector<std::string> channels;  ///< "R", "G", "B", or one channel.
+    Scale scale;       ///< Scale of the false-colour map of the layer; a layer of colours has no map.
+    const char* what;  ///< Meaning of the layer, one line.
 
+    /// Returns true if the layer is stored as HALF in EXR files; other layers are stored as FLOAT.
     bool half() const { return scale == Scale::colors; }
 };
+/// Returns all layers.
 const std::vector<LayerInfo>& all_layers();
 
-/// Where a film lies that is a part (crop) of a larger picture: its first pixel there, and how large that is. All 0: it
-/// is the whole.
-struct FilmPlace {
-    std::uint32_t x = 0, y = 0, width = 0, height = 0;
+/// The position of a crop in the whole picture. All numbers are 0 if the film is not a crop.
+struct CropWindow {
+    std::uint32_t x = 0, y = 0;           ///< Position of the first pixel of the crop.
+    std::uint32_t width = 0, height = 0;  ///< Size of the whole picture.
 };
 
-/// Planes of the chosen layers for a window (crop) of the whole picture.
+/// The planes of the selected layers, for a picture or a crop of it.
 class Film {
 public:
     Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers,
-         const FilmPlace& place = {});
+         const CropWindow& window = {});
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
-    const FilmPlace& place() const { return place_; }
+    const CropWindow& window() const { return window_; }
     const std::vector<const LayerInfo*>& layers() const { return layers_; }
     bool has(const std::string& layer) const;
-    /// First float of pixel (x, y) of a layer; its channels follow each other. Layer must be present.
+    /// Returns the first float of pixel (x, y) of a layer; its channels are consecutive. The layer must be present.
     float* pixel(const std::string& layer, std::uint32_t x, std::uint32_t y);
-    /// All floats of a layer, row by row, channels interleaved; null when absent.
+    /// Returns all floats of a layer, row by row with interleaved channels, or nullptr if the film does not have the
+    /// layer.
     float* plane(const std::string& layer);
     const float* plane(const std::string& layer) const;
 
 private:
     std::uint32_t width_, height_;
-    FilmPlace place_;
+    CropWindow window_;
     std::vector<const LayerInfo*> layers_;
     std::vector<std::vector<float>> planes_;
 };

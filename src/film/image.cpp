@@ -14,16 +14,17 @@ float linear_from_srgb(float s) {
 
 }  // namespace
 
-Image read_image(const std::string& path, const Place& place) {
+Image read_image(const std::string& path, const FileLocation& location) {
     DecodedImage decoded;
-    const std::string why = codec().read(path, decoded);
-    if (!why.empty()) throw InputError(place, "\"" + path + "\" " + why);
+    const std::string reason = codec().read(path, decoded);
+    if (!reason.empty()) throw InputError(location, "\"" + path + "\" " + reason);
     const auto pixels = static_cast<std::size_t>(decoded.width) * static_cast<std::size_t>(decoded.height);
     Image image{decoded.width, decoded.height, std::vector<float>(3 * pixels)};
     for (std::size_t i = 0; i < pixels; ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
             const float value = decoded.values[decoded.channels == 1 ? i : 3 * i + c];
-            if (!std::isfinite(value)) throw InputError(place, "\"" + path + "\" has a pixel that is not finite");
+            if (!std::isfinite(value))
+                throw InputError(location, "\"" + path + "\" has a pixel value that is not finite; correct the image");
             image.rgb[3 * i + c] = decoded.srgb ? linear_from_srgb(value) : value;
         }
     }

@@ -1,4 +1,4 @@
-/// Images in memory and on disk.
+/// Images in memory, and reading of image files.
 #pragma once
 
 #include "error.h"
@@ -8,17 +8,18 @@
 
 namespace kagero {
 
-/// Linear RGB, row by row from the top, three floats per pixel.
+/// An image: linear RGB, three floats per pixel, row by row from the top.
 struct Image {
     int width = 0, height = 0;
     std::vector<float> rgb;
 };
 
-/// Reads any format OpenImageIO knows; 8-bit images are sRGB-decoded, EXR and other float images are taken as linear;
-/// grey becomes RGB, alpha is dropped. Throws InputError at `place` when the file is missing, unreadable or empty.
-Image read_image(const std::string& path, const Place& place);
+/// Reads an image file of any format that OpenImageIO supports. sRGB-encoded images are decoded to linear values; EXR
+/// and other float images are linear. Grey becomes RGB, and alpha is ignored. Throws InputError at `location` if the
+/// file is missing or unreadable, or if a value is not finite.
+Image read_image(const std::string& path, const FileLocation& location);
 
-/// sRGB of a linear colour; what is not a number is black.
+/// Encodes one linear colour component as sRGB. NaN becomes 0.
 unsigned char encode_srgb(float linear);
 
 }  // namespace kagero

@@ -13,10 +13,10 @@
 namespace kagero {
 namespace {
 
-// Pixels.
-constexpr int gap = 8, bar = 14, glyph_width = 6, glyph_height = 7, label_width = 9 * glyph_width;
+// Sizes in pixels. The colour bar is `gap` pixels to the right of the film.
+constexpr int gap = 8, bar_width = 14, glyph_width = 6, glyph_height = 7, label_width = 9 * glyph_width;
 
-/// The characters that numbers are made of, five columns by seven rows, a bit each from the left.
+/// Bitmaps of the characters of numbers: seven rows of five bits each; the highest bit is the leftmost column.
 constexpr const char* glyph_names = "0123456789.e-+";
 constexpr unsigned char glyphs[][glyph_height] = {
     {14, 17, 19, 21, 25, 17, 14}, {4, 12, 4, 4, 4, 4, 14},     {14, 17, 1, 2, 4, 8, 31},     {31, 2, 4, 2, 1, 17, 14},
@@ -24,7 +24,7 @@ constexpr unsigned char glyphs[][glyph_height] = {
     {14, 17, 17, 14, 17, 17, 14}, {14, 17, 17, 15, 1, 2, 12},  {0, 0, 0, 0, 0, 12, 12},      {0, 0, 14, 17, 31, 16, 14},
     {0, 0, 0, 31, 0, 0, 0},       {0, 4, 4, 31, 4, 4, 0}};
 
-/// Values to [0, 1] and back.
+/// Maps values to [0, 1] and back, linearly or logarithmically.
 class ColorScale {
 public:
     ColorScale(const float* values, std::size_t count, bool logarithmic) : logarithmic_(logarithmic) {
@@ -37,12 +37,15 @@ public:
         if (!(greatest_ > least_)) greatest_ = least_ > 0 ? 2 * least_ : 1;
         if (logarithmic_ && !(least_ > 0)) least_ = 1e-3 * greatest_;
     }
+    /// Returns true if the value is on the scale: finite, and positive if the scale is logarithmic.
     bool has(double value) const { return std::isfinite(value) && (!logarithmic_ || value > 0); }
-    double share(double value) const {
+    /// Returns the position of a value on the scale, in [0, 1].
+    double position(double value) const {
         return logarithmic_ ? std::log(value / least_) / std::log(greatest_ / least_) : value / greatest_;
     }
-    double value(double share) const {
-        return logarithmic_ ? least_ * std::pow(greatest_ / least_, share) : share * greatest_;
+    /// Returns the value at a position on the scale.
+    double value(double position) const {
+        return logarithmic_ ? least_ * std::pow(greatest_ / least_, position) : position * greatest_;
     }
 
 private:
@@ -50,7 +53,7 @@ private:
     double least_ = 0, greatest_ = 0;
 };
 
-/// A picture of bytes that begins white.
+/// A white RGB picture with one byte per channel.
 struct Canvas {
     int width, height;
     std::vector<unsigned char> rgb = std::vector<unsigned char>(std::size_t(3) * width * height, 255);
@@ -58,6 +61,7 @@ struct Canvas {
     unsigned char* pixel(int x, int y) { return &rgb[3 * (std::size_t(y) * width + x)]; }
 };
 
+/// Draws a number with its upper left corner at (x, y).
 void write_number(Canvas& canvas, int x, int y, double value) {
     char text[32];
     const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4).ptr;
@@ -71,14 +75,15 @@ void write_number(Canvas& canvas, int x, int y, double value) {
     }
 }
 
-/// Shares of the range, of the picture and of the bar beside it, as one plane; below zero where there is no value.
-std::vector<float> shares(const Film& film, const float* values, const ColorScale& range, int width) {
+/// Returns the positions on the scale of all pixels of the map: those of the film and, at the right, the colour bar.
+/// Pixels whose value is not on the scale are −1.
+std::vector<float> scale_positions(const Film& film, const float* values, const ColorScale& scale, int width) {
     const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height());
     std::vector<float> plane(std::size_t(width) * h, 0);
     for (int y = 0; y < h; ++y) {
         for (int x = 0; x < w; ++x) {
             const double value = values[std::size_t(y) * w + x];
-            plane[std::size_t(y) * width + x] = range.has(value) ? float(range.share(value)) : -1.0f;
+            plane[std::size_t(y) * width + x] = scale.has(value) ? float(scale.position(value)) : -1.0f;
         }
         for (int x = w + gap; x < width; ++x)
             plane[std::size_t(y) * width + x] = h > 1 ? 1 - float(y) / float(h - 1) : 1;
@@ -95,21 +100,21 @@ std::string map_path(const std::string& picture, const LayerInfo& layer) {
 
 void write_map(const Film& film, const LayerInfo& layer, const std::string& path) {
     const float* const values = film.plane(layer.name);
-    const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height()), mapped = w + gap + bar;
-    const ColorScale range(values, std::size_t(w) * h, layer.scale == LayerInfo::Scale::logarithmic);
-    const std::vector<unsigned char> colored = false_colored(shares(film, values, range, mapped));
+    const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height()), map_width = w + gap + bar_width;
+    const ColorScale scale(values, std::size_t(w) * h, layer.scale == LayerInfo::Scale::logarithmic);
+    const std::vector<unsigned char> colored = false_colored(scale_positions(film, values, scale, map_width));
 
-    Canvas canvas{mapped + gap / 2 + label_width, h};
+    Canvas canvas{map_width + gap / 2 + label_width, h};
     for (int y = 0; y < h; ++y) {
-        const unsigned char* const row = &colored[std::size_t(3) * y * mapped];
+        const unsigned char* const row = &colored[std::size_t(3) * y * map_width];
         std::copy_n(row, 3 * w, canvas.pixel(0, y));
-        std::copy_n(row + 3 * (w + gap), 3 * bar, canvas.pixel(w + gap, y));
+        std::copy_n(row + 3 * (w + gap), 3 * bar_width, canvas.pixel(w + gap, y));
     }
     const int labels = std::clamp(h / 24, 2, 5);
     for (int i = 0; i < labels && h >= glyph_height; ++i) {
-        const double share = double(i) / (labels - 1);
-        write_number(canvas, mapped + gap / 2, static_cast<int>(std::lround((1 - share) * (h - glyph_height))),
-                     range.value(share));
+        const double position = double(i) / (labels - 1);
+        write_number(canvas, map_width + gap / 2, static_cast<int>(std::lround((1 - position) * (h - glyph_height))),
+                     scale.value(position));
     }
     write_picture(path, {canvas.width, h, 3, PictureToEncode::Samples::bytes, canvas.rgb.data()});
 }

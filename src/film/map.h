@@ -1,15 +1,16 @@
-/// Layers in false colours, for people to look at.
+/// Maps: pictures of single layers in false colours.
 #pragma once
 
 #include "film/film.h"
 
 namespace kagero {
 
-/// The file that the map of a layer goes to: PICTURE-LAYER.png beside the picture.
+/// Returns the path of the map of a layer: PICTURE-LAYER.png beside the picture.
 std::string map_path(const std::string& picture, const LayerInfo& layer);
 
-/// Writes a layer of one channel, dark to bright, with the scale beside it: from zero, or from the least positive value
-/// where the layer's scale is logarithmic, to the greatest. Pixels without a value are grey. Throws RunError.
+/// Writes the map of a layer with one channel, with false colours from dark to bright and a colour bar at the right. A
+/// linear scale extends from zero to the greatest value; a logarithmic scale begins at the least positive value. Pixels
+/// whose value is not on the scale, such as NaN, are grey. Throws RunError if the file cannot be written.
 void write_map(const Film& film, const LayerInfo& layer, const std::string& path);
 
 }  // namespace kagero

@@ -15,14 +15,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The file that a symbolic link names, whether or not it is there.
+/// Returns the path to which symbolic links at `path` lead, whether or not it exists.
 fs::path target_of(fs::path path) {
-    constexpr int most_links = 40;
+    constexpr int max_links = 40;
     std::error_code failure;
-    for (int i = 0; i < most_links && fs::is_symlink(path, failure); ++i) {
+    for (int i = 0; i < max_links && fs::is_symlink(path, failure); ++i) {
         const fs::path named = fs::read_symlink(path, failure);
         if (failure) break;
-        path = path.parent_path() / named;  // or `named`, where that is absolute
+        path = path.parent_path() / named;  // an absolute `named` replaces the whole path
     }
     return path;
 }
@@ -31,7 +31,7 @@ fs::path target_of(fs::path path) {
 
 void check_file_writable(const std::string& path) {
     std::error_code ignored;
-    if (path.empty()) throw InputError("cannot write a file with an empty name");
+    if (path.empty()) throw InputError("the name of the file to write is empty");
     std::error_code failure;
     if (const fs::file_status found = fs::status(path, failure); found.type() == fs::file_type::none)
         throw InputError("cannot write '" + path + "': " + failure.message());
@@ -39,32 +39,35 @@ void check_file_writable(const std::string& path) {
         throw InputError("cannot write '" + path + "': it is a directory; name a file");
     fs::path directory = target_of(path).parent_path();
     if (directory.empty()) directory = ".";
-    const std::string shown = directory.string();
+    const std::string directory_name = directory.string();
     if (!fs::exists(directory, ignored))
-        throw InputError("cannot write '" + path + "': the directory '" + shown + "' does not exist; create it first");
+        throw InputError("cannot write '" + path + "': the directory '" + directory_name +
+                         "' does not exist; create it first");
     if (!fs::is_directory(directory, ignored))
-        throw InputError("cannot write '" + path + "': '" + shown + "' is not a directory");
+        throw InputError("cannot write '" + path + "': '" + directory_name + "' is not a directory");
     const bool special = fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
-    if (access(special ? path.c_str() : shown.c_str(), W_OK) != 0)
-        throw InputError("cannot write '" + path + "': no permission to write to '" + (special ? path : shown) + "'");
+    if (access(special ? path.c_str() : directory_name.c_str(), W_OK) != 0)
+        throw InputError("cannot write '" + path + "': no permission to write to '" +
+                         (special ? path : directory_name) + "'");
 }
 
 namespace {
 
-/// A file being written beside its final place, which it takes by `complete`; else it is removed.
+/// A temporary file in the folder of the final file. `complete` renames it to the final name; otherwise it is removed.
 class PartialFile {
 public:
     explicit PartialFile(const std::string& path);
     ~PartialFile();
     PartialFile(const PartialFile&) = delete;
     PartialFile& operator=(const PartialFile&) = delete;
-    /// The name to write to.
+    /// Returns the name of the temporary file.
     const std::string& temporary() const { return temporary_; }
+    /// Renames the temporary file to its final name. Throws RunError.
     void complete();
 
 private:
     std::string final_, temporary_;
-    bool direct_ = false;
+    bool direct_ = false;  ///< True if the path is not a regular file and is written directly.
     bool completed_ = false;
 };
 
@@ -75,12 +78,12 @@ PartialFile::PartialFile(const std::string& path) : final_(path) {
         temporary_ = path;
         return;
     }
-    // Through a symbolic link, the file that it names is replaced, not the link.
+    // If `path` is a symbolic link, its target is replaced, and the link remains.
     const fs::path target = target_of(path);
     final_ = target.string();
-    constexpr std::size_t longest_stem = 100;  // of 255 bytes that a name may have
+    constexpr std::size_t max_stem = 100;  // bytes, below the limit of 255 bytes for a name
     const std::string name =
-        "." + target.filename().string().substr(0, longest_stem) + ".part" + std::to_string(getpid());
+        "." + target.filename().string().substr(0, max_stem) + ".part" + std::to_string(getpid());
     temporary_ = (target.parent_path() / name).string();
 }
 
@@ -93,7 +96,7 @@ void PartialFile::complete() {
     if (!direct_) {
         std::error_code failure;
         fs::rename(temporary_, final_, failure);
-        if (failure) throw RunError("cannot give the finished file its name '" + final_ + "': " + failure.message());
+        if (failure) throw RunError("cannot rename the complete file to '" + final_ + "': " + failure.message());
     }
     completed_ = true;
 }
@@ -106,7 +109,7 @@ void write_file(const std::string& path, const std::function<void(std::ostream&)
     if (!out) throw RunError("cannot write '" + path + "': " + std::strerror(errno));
     write(out);
     out.close();
-    if (!out) throw RunError("cannot write '" + path + "': is the disk full?");
+    if (!out) throw RunError("cannot write '" + path + "': writing failed; the disk may be full");
     file.complete();
 }
 

@@ -1,4 +1,4 @@
-/// Files that appear under their name only when they are complete.
+/// Writes files under a temporary name, and renames them when they are complete.
 #pragma once
 
 #include <functional>
@@ -7,14 +7,15 @@
 
 namespace kagero {
 
-/// Throws InputError when no file can be put at `path`: its directory is missing or closed, a directory bears its name,
-/// or no file can bear it.
+/// Throws InputError if no file can be written at `path`: the path is empty or invalid, its folder is missing or not
+/// writable, or it is itself a folder.
 void check_file_writable(const std::string& path);
 
-/// Calls `write` with a file that appears at `path` when it is complete, and replaces what was there. A path that is
-/// not a regular file (a pipe, /dev/null) is written directly. Throws RunError when not all could be written; then what
-/// was there stays.
+/// Writes a file by calling `write` with a stream. The new file replaces an existing file at `path` when it is
+/// complete. A path that is not a regular file (a pipe, /dev/null) is written directly. Throws RunError if writing
+/// fails; an existing file is then unchanged.
 void write_file(const std::string& path, const std::function<void(std::ostream&)>& write);
+/// Writes a file with the given text, as write_file does.
 void write_text_file(const std::string& path, const std::string& text);
 
 }  // namespace kagero

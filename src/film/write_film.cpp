@@ -15,15 +15,17 @@ namespace kagero {
 
 namespace {
 
+/// The content of a file: all layers, or only colours: 8-bit sRGB, linear floats, or the portable float map.
 enum class Encoding { layers, srgb8, linear, pfm };
 
+/// A picture format, which the extension of the file name selects.
 struct Format {
     const char* extension;
     Encoding encoding;
-    std::uint32_t most = 0xffffffffu;  ///< pixels along an edge
+    std::uint32_t max_edge = 0xffffffffu;  ///< Greatest width and height, pixels.
 };
 
-// One row is one more file format (of those OpenImageIO writes).
+// All picture formats. A row may be added for any format that OpenImageIO writes.
 constexpr Format formats[] = {
     {".exr", Encoding::layers},        {".png", Encoding::srgb8},        {".jpg", Encoding::srgb8, 65500},
     {".jpeg", Encoding::srgb8, 65500}, {".tif", Encoding::srgb8},        {".tiff", Encoding::srgb8},
@@ -31,29 +33,31 @@ constexpr Format formats[] = {
     {".webp", Encoding::srgb8, 16383}, {".pfm", Encoding::pfm},          {".hdr", Encoding::linear},
 };
 
-// OpenImageIO would write the time of day; the same pixels give the same bytes.
+// Replaces the date that OpenImageIO would write, so that the same pixels give the same bytes.
 constexpr const char* fixed_date = "";
-constexpr float greatest_half = 65504.0f;
+constexpr float max_half = 65504.0f;  ///< Greatest finite value of HALF.
 
+/// Returns the format for the extension of a path. Throws InputError if there is none.
 const Format& format_of(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension().string();
     std::string lower = extension;
     for (char& c : lower)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    std::string known;
+    std::string extensions;
     for (const Format& format : formats) {
         if (lower == format.extension) return format;
-        enumerate(known, format.extension);
+        append_to_list(extensions, format.extension);
     }
     throw InputError("cannot write '" + path + "': " +
-                     (extension.empty() ? "its name has no extension that says which kind of picture it is"
-                                        : "'" + extension + "' is not a kind of picture that can be written") +
-                     "; use one of " + known);
+                     (extension.empty() ? "its name has no extension, which selects the picture format"
+                                        : "'" + extension + "' is not a supported picture format") +
+                     "; use one of the extensions " + extensions);
 }
 
+/// Returns the plane of the layer `color`. Throws RunError if the film does not have it.
 const float* color_plane(const Film& film, const std::string& path) {
     const float* color = film.plane("color");
-    if (!color) throw RunError("cannot write '" + path + "': only .exr can hold a picture without the layer 'color'");
+    if (!color) throw RunError("cannot write '" + path + "': only .exr can store a picture without the layer 'color'");
     return color;
 }
 
@@ -63,7 +67,7 @@ PictureToEncode picture_of(const Film& film, PictureToEncode::Samples samples, c
             {{"oiio:ColorSpace", color_space}, {"DateTime", fixed_date}}};
 }
 
-/// Channels of all layers, interleaved.
+/// Returns the channels of all layers, interleaved.
 std::vector<float> interleave(const Film& film, std::size_t stride) {
     const std::size_t pixels = std::size_t{film.width()} * film.height();
     std::vector<float> all(pixels * stride);
@@ -74,8 +78,9 @@ std::vector<float> interleave(const Film& film, std::size_t stride) {
         for (std::size_t i = 0; i < pixels; ++i)
             for (std::size_t c = 0; c < channels; ++c) {
                 const float value = plane[i * channels + c];
-                // Beyond the range of HALF lies infinity, which no viewer shows as bright. NaN stays NaN.
-                all[i * stride + first + c] = layer->half() ? std::clamp(value, -greatest_half, greatest_half) : value;
+                // Values beyond the range of HALF would become infinite, which viewers do not show as bright. NaN stays
+                // NaN.
+                all[i * stride + first + c] = layer->half() ? std::clamp(value, -max_half, max_half) : value;
             }
         first += channels;
     }
@@ -90,9 +95,11 @@ void write_layers(const Film& film, const std::string& path, const Metadata& met
             picture.half.push_back(layer->half());
         }
     picture.channels = static_cast<int>(picture.names.size());
-    const FilmPlace& place = film.place();
-    picture.x = static_cast<int>(place.x), picture.y = static_cast<int>(place.y);
-    picture.whole_width = static_cast<int>(place.width), picture.whole_height = static_cast<int>(place.height);
+    const CropWindow& window = film.window();
+    picture.x = static_cast<int>(window.x);
+    picture.y = static_cast<int>(window.y);
+    picture.whole_width = static_cast<int>(window.width);
+    picture.whole_height = static_cast<int>(window.height);
     picture.attributes.emplace_back("compression", "zip");
     for (const auto& [name, value] : metadata) picture.attributes.emplace_back("kagero/" + name, value);
     const std::vector<float> pixels = interleave(film, picture.names.size());
@@ -110,14 +117,15 @@ void write_srgb8(const Film& film, const std::string& path) {
     write_picture(path, picture);
 }
 
-/// Portable float map, which OpenImageIO 2.4 reads but does not write: three floats per pixel, rows from the bottom.
+/// Writes a portable float map, which OpenImageIO 2.4 reads but does not write: three floats per pixel, rows from the
+/// bottom.
 void write_pfm(const Film& film, const std::string& path) {
-    static_assert(std::endian::native == std::endian::little, "the -1 in the header says little-endian");
+    static_assert(std::endian::native == std::endian::little, "the -1 in the header means little-endian");
     const float* color = color_plane(film, path);
     const std::size_t row = std::size_t{film.width()} * 3;
     write_file(path, [&](std::ostream& out) {
         out << "PF\n" + std::to_string(film.width()) + ' ' + std::to_string(film.height()) +
-                   "\n-1.0\n";  // in any locale
+                   "\n-1.0\n";  // std::to_string, because streams depend on the locale
         for (std::size_t y = film.height(); y-- > 0;)
             out.write(reinterpret_cast<const char*>(color + y * row),
                       static_cast<std::streamsize>(row * sizeof(float)));
@@ -126,7 +134,7 @@ void write_pfm(const Film& film, const std::string& path) {
 
 }  // namespace
 
-bool holds_layers(const std::string& path) {
+bool stores_all_layers(const std::string& path) {
     return format_of(path).encoding == Encoding::layers;
 }
 
@@ -136,11 +144,11 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
     const Format& format = format_of(path);
     if (format.encoding != Encoding::layers && std::find(layers.begin(), layers.end(), "color") == layers.end())
         throw InputError("cannot write '" + path +
-                         "': only .exr can hold a picture without the layer 'color'; add it to film.layers");
-    if (std::max(width, height) > format.most)
+                         "': only .exr can store a picture without the layer 'color'; add it to film.layers");
+    if (std::max(width, height) > format.max_edge)
         throw InputError("cannot write '" + path + "': the picture has " + std::to_string(width) + " x " +
-                         std::to_string(height) + " pixels, and " + format.extension + " holds at most " +
-                         std::to_string(format.most) + " along an edge; .exr holds it");
+                         std::to_string(height) + " pixels, and " + format.extension + " allows at most " +
+                         std::to_string(format.max_edge) + " along an edge; use .exr");
 }
 
 void prepare_to_write(const std::string& path) {
@@ -157,9 +165,9 @@ void write_film(const Film& film, const std::string& path, const Metadata& metad
             return write_pfm(film, path);
         case Encoding::linear: {
             const float* color = color_plane(film, path);
-            std::vector<float> light(color, color + std::size_t{film.width()} * film.height() * 3);
-            for (float& channel : light) channel = std::max(channel, 0.0f);  // a shared exponent has no sign
-            return write_picture(path, picture_of(film, PictureToEncode::Samples::floats, light.data(), "Linear"));
+            std::vector<float> clamped(color, color + std::size_t{film.width()} * film.height() * 3);
+            for (float& channel : clamped) channel = std::max(channel, 0.0f);  // the shared-exponent format has no sign
+            return write_picture(path, picture_of(film, PictureToEncode::Samples::floats, clamped.data(), "Linear"));
         }
     }
 }

@@ -1,27 +1,29 @@
-/// A film's way to disk.
+/// Writes films to picture files.
 #pragma once
 
 #include "film/film.h"
 
 namespace kagero {
 
-/// Name and value of one `kagero/*` attribute of the written file.
+/// Names and values of attributes. In an EXR file, their names begin with "kagero/".
 using Metadata = std::vector<std::pair<std::string, std::string>>;
 
-/// Whether a picture of this name holds every layer, and metadata. Throws InputError when its extension is that of no
-/// picture.
-bool holds_layers(const std::string& path);
-/// Throws InputError when `path` has no extension that can be written, no file can be put there, or the format cannot
-/// hold so many pixels or the layers: those without layers need `color`. Called before rendering.
+/// Returns true if a picture with this name stores all layers and metadata. Throws InputError if its extension is not
+/// that of a supported picture format.
+bool stores_all_layers(const std::string& path);
+/// Throws InputError if the extension of `path` is not supported, if no file can be written there, or if the format
+/// cannot store the picture. Formats other than EXR require the layer `color`, and some limit the width and height.
+/// This check precedes rendering, so that no rendering is lost.
 void check_writable(const std::string& path, const std::vector<std::string>& layers, std::uint32_t width,
                     std::uint32_t height);
 
-/// Loads what write_film will need, which takes a moment that others may use. Throws RunError.
+/// Loads the image module if write_film needs it for this path. A separate thread may call this function, because
+/// loading takes some time. Throws RunError if the module cannot be loaded.
 void prepare_to_write(const std::string& path);
 
-/// Writes `.exr` with all layers (`layer.channel`), its place in the whole picture and metadata, other formats with the
-/// color layer alone (8-bit formats sRGB-encoded). The file appears under its name only when it is complete. Throws
-/// RunError.
+/// Writes a film to a file. `.exr` stores all layers (`layer.channel`), the position of a crop, and metadata. Other
+/// formats store only the layer `color`; 8-bit formats are sRGB-encoded. The file appears under its name only when it
+/// is complete. Throws RunError if it cannot be written.
 void write_film(const Film& film, const std::string& path, const Metadata& metadata);
 
 }  // namespace kagero

@@ -8,7 +8,8 @@
 namespace kagero {
 namespace {
 
-/// A constant. Its functions are those of the standard library, so that it is the same on every instruction set.
+/// A constant. Its functions are those of the standard library, so that constants are the same for every instruction
+/// set.
 struct Number {
     double x;
     Number(double value) : x(value) {}
@@ -41,7 +42,8 @@ struct Number {
     [[maybe_unused]] friend Number max(Number a, Number b) { return a.x > b.x ? a : b; }
 };
 
-/// The result of an operation that formulas have, which has a name.
+/// Returns the result of operation F on constants. Operations without a name do not occur in formulas; their result is
+/// `a`.
 template <class F>
 Number folded(Number a, [[maybe_unused]] Number b) {
     if constexpr (F::name[0] == '\0') return a;
@@ -57,6 +59,7 @@ double value_of(const FormulaScope& scope, std::int32_t node) {
     return scope.nodes[static_cast<std::size_t>(node)].value;
 }
 
+/// Appends a node with its dependence on the variables. Returns its index.
 std::int32_t append(FormulaScope& scope, const FormulaNode& node) {
     std::uint8_t variables = 0;
     const bool leaf = node.op == Op::constant || node.op == Op::input;
@@ -68,8 +71,8 @@ std::int32_t append(FormulaScope& scope, const FormulaNode& node) {
     return static_cast<std::int32_t>(scope.nodes.size() - 1);
 }
 
-/// base^n by repeated squaring.
-std::int32_t whole_power(FormulaScope& scope, std::int32_t base, int n) {
+/// Appends base^n by repeated squaring.
+std::int32_t append_whole_power(FormulaScope& scope, std::int32_t base, int n) {
     std::int32_t result = -1;
     for (std::int32_t square = base;; square = operation(scope, Op::mul, square, square)) {
         if (n & 1) result = result < 0 ? square : operation(scope, Op::mul, square, result);
@@ -99,16 +102,17 @@ std::int32_t operation(FormulaScope& scope, Op op, std::int32_t a, std::int32_t 
 }
 
 std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent) {
-    // Whole powers are products and halves products with a root, so that even a negative number has the former. The
-    // rest is left to the logarithm: halves beyond 64, and whole powers beyond 2^30, of which odd ones thus want a base
-    // above 0.
-    constexpr double greatest = 1 << 30, greatest_half = 64;
+    // A whole power becomes a product, which is defined for negative bases too. A half-integer power becomes a product
+    // with a square root. All other powers are computed by the logarithm, as are half-integer powers above 64 and whole
+    // powers above 2^30. An odd whole power above 2^30 therefore requires a positive base.
+    constexpr double max_exponent = 1 << 30, max_half_exponent = 64;
     if (is_number(scope, base) && is_number(scope, exponent))
         return number_node(scope, std::pow(value_of(scope, base), value_of(scope, exponent)));
-    if (is_number(scope, exponent) && std::abs(value_of(scope, exponent)) <= greatest) {
+    if (is_number(scope, exponent) && std::abs(value_of(scope, exponent)) <= max_exponent) {
         const double size = std::abs(value_of(scope, exponent)), whole = std::floor(size);
-        if (size == whole || (size == whole + 0.5 && size < greatest_half)) {
-            std::int32_t result = size > 0 && whole == 0 ? -1 : whole_power(scope, base, static_cast<int>(whole));
+        if (size == whole || (size == whole + 0.5 && size < max_half_exponent)) {
+            std::int32_t result =
+                size > 0 && whole == 0 ? -1 : append_whole_power(scope, base, static_cast<int>(whole));
             if (size != whole) {
                 const std::int32_t root = operation(scope, Op::sqrt, base);
                 result = result < 0 ? root : operation(scope, Op::mul, result, root);
@@ -117,8 +121,8 @@ std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent
         }
     }
     const bool even = is_number(scope, exponent) && std::fmod(value_of(scope, exponent), 2) == 0;
-    const std::int32_t size = even ? operation(scope, Op::abs, base) : base;
-    return operation(scope, Op::exp, operation(scope, Op::mul, exponent, operation(scope, Op::log, size)));
+    const std::int32_t magnitude = even ? operation(scope, Op::abs, base) : base;
+    return operation(scope, Op::exp, operation(scope, Op::mul, exponent, operation(scope, Op::log, magnitude)));
 }
 
 FormulaScope formula_scope() {

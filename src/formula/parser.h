@@ -1,22 +1,23 @@
-/// From the text of a formula to nodes.
+/// Parses the text of a formula into nodes. The grammar is
 ///
 ///     expression = term { (+|-) term }      term  = factor { (*|/) factor }
 ///     factor     = (+|-) factor | power     power = primary [ ^ factor ]
-///     primary    = number | name | function ( expression , … ) | ( expression )
+///     primary    = number | name | function ( expression { , expression } ) | ( expression )
 ///
-/// So −x^2 = −(x²) and 2^3^2 = 2⁹. Powers with whole exponents become products, with half ones square roots; others
-/// exp(b log a).
+/// Therefore −x^2 = −(x²) and 2^3^2 = 2⁹. Powers with whole exponents become products, those with half-integer
+/// exponents contain a square root, and a^b is exp(b log a) otherwise.
 #pragma once
 
 #include "formula/formula.h"
 
 namespace kagero {
 
-/// Gives a constant or a helper a name. Throws InputError for one that is taken, or is no name.
-void define(FormulaScope& scope, const std::string& name, std::int32_t node, const Place& place);
+/// Defines a name for a node, such as that of a constant or a helper. Throws InputError with `location` if the name is
+/// already defined or is not legal.
+void define(FormulaScope& scope, const std::string& name, std::int32_t node, const FileLocation& location);
 
-/// Appends the nodes of a formula and returns the last of them. Throws InputError with place, position, and a line with
-/// a caret.
+/// Appends the nodes of a formula and returns the index of its root. Throws InputError with the position in the file,
+/// the position in the formula, and a line with a caret.
 std::int32_t parse_formula(FormulaScope& scope, const FormulaText& formula);
 
 }  // namespace kagero

@@ -9,17 +9,18 @@ namespace kagero {
 
 namespace {
 
+/// Indices of a cell along x, y and z.
 using Cell = std::array<std::int32_t, 3>;
 
-/// The cells from `lower` to before `upper`.
+/// Range of cells; `lower` is inclusive and `upper` is exclusive.
 struct CellBox {
     Cell lower, upper;
 };
 
-/// Which cells of a grid have a surface.
-class Occupancy {
+/// Summed-volume table of the cells that contain a surface. It gives their number in any range of cells.
+class OccupiedCells {
 public:
-    Occupancy(const Cell& counts, const std::vector<SurveyedCell>& cells)
+    OccupiedCells(const Cell& counts, const std::vector<CellClearance>& cells)
         : cells_(counts), sums_(std::size_t(counts[0] + 1) * std::size_t(counts[1] + 1) * std::size_t(counts[2] + 1)) {
         auto cell = cells.begin();
         for (std::int32_t z = 1; z <= cells_[2]; ++z)
@@ -31,6 +32,7 @@ public:
                 }
     }
     const Cell& cells() const { return cells_; }
+    /// Returns true if no cell of the range contains a surface.
     bool is_empty(const CellBox& box) const {
         const auto &a = box.lower, &b = box.upper;
         const auto face = [&](std::int32_t z) {
@@ -47,12 +49,12 @@ private:
     }
 
     Cell cells_;
-    std::vector<std::int32_t> sums_;  ///< occupied cells of all boxes that begin at the grid's first corner
+    std::vector<std::int32_t> sums_;  ///< For each cell corner: number of occupied cells below it in x, y and z.
 };
 
-/// The empty cell grows by a layer on every side as long as that is empty: as a cube until it touches something, and on
-/// along it.
-CellBox grown(const Occupancy& occupancy, const Cell& cell) {
+/// Grows a range of empty cells from an empty cell. In each round, every side advances by one layer of cells if that
+/// layer is in the grid and empty. The range is a cube until one side stops; the other sides continue.
+CellBox grow_box(const OccupiedCells& occupied, const Cell& cell) {
     CellBox box{cell, {cell[0] + 1, cell[1] + 1, cell[2] + 1}};
     bool grows[3][2] = {{true, true}, {true, true}, {true, true}};
     for (bool any = true; any;) {
@@ -61,10 +63,14 @@ CellBox grown(const Occupancy& occupancy, const Cell& cell) {
             for (const bool up : {false, true}) {
                 if (!grows[k][up]) continue;
                 CellBox layer = box;
-                if (up) layer.lower[k] = box.upper[k], layer.upper[k] = box.upper[k] + 1;
-                else layer.upper[k] = box.lower[k], layer.lower[k] = box.lower[k] - 1;
-                grows[k][up] =
-                    layer.lower[k] >= 0 && layer.upper[k] <= occupancy.cells()[k] && occupancy.is_empty(layer);
+                if (up) {
+                    layer.lower[k] = box.upper[k];
+                    layer.upper[k] = box.upper[k] + 1;
+                } else {
+                    layer.upper[k] = box.lower[k];
+                    layer.lower[k] = box.lower[k] - 1;
+                }
+                grows[k][up] = layer.lower[k] >= 0 && layer.upper[k] <= occupied.cells()[k] && occupied.is_empty(layer);
                 if (!grows[k][up]) continue;
                 up ? ++box.upper[k] : --box.lower[k];
                 any = true;
@@ -76,67 +82,78 @@ CellBox grown(const Occupancy& occupancy, const Cell& cell) {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-/// Finds boxes for all cells of a grid.
-class Grower {
+/// Finds the clear boxes of all cells of a grid.
+class ClearBoxBuilder {
 public:
-    Grower(const std::array<std::uint32_t, 3>& counts, const std::vector<SurveyedCell>& cells)
+    ClearBoxBuilder(const std::array<std::uint32_t, 3>& counts, const std::vector<CellClearance>& cells)
         : counts_{std::int32_t(counts[0]), std::int32_t(counts[1]), std::int32_t(counts[2])},
           stride_{1, std::size_t{counts[0]}, std::size_t{counts[0]} * counts[1]}, cells_(cells),
-          occupancy_(counts_, cells) {
+          occupied_(counts_, cells) {
         for (std::size_t k = 0; k < 3; ++k) {
             GridBox below{{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}}, above = below;
-            below.upper[k] = 0, above.lower[k] = float(counts[k]);
-            add(below), add(above);
+            below.upper[k] = 0;
+            above.lower[k] = float(counts[k]);
+            add(below);
+            add(above);
         }
         add({{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}});
-        found_.box.assign(cells.size(), nothing);
+        result_.box_index.assign(cells.size(), empty_box);
     }
     ClearBoxes operator()() {
-        for (const std::uint32_t i : widest_first()) {
+        for (const std::uint32_t i : farthest_first()) {
             const Cell cell{std::int32_t(i % stride_[1]), std::int32_t(i % stride_[2] / stride_[1]),
                             std::int32_t(i / stride_[2])};
-            const float cube = cells_[i].distance * 0.577f - 0.5f;  // half of its edge, and not quite that
-            if (!take_from_neighbours(i, cell, std::max(cube, 0.0f)) && cells_[i].content.empty()) {
-                found_.box[i] = float(found_.boxes.size() / 6);
-                add(bounds_of(grown(occupancy_, cell)));
+            // A neighbour's box is used if its faces are at least this far from the centre. The distance is half the
+            // edge of the cube in the clear sphere, radius/√3, less half a cell.
+            const float least = cells_[i].distance * 0.577f - 0.5f;
+            if (!use_neighbour_box(i, cell, std::max(least, 0.0f)) && cells_[i].content.empty()) {
+                result_.box_index[i] = float(result_.boxes.size() / 6);
+                add(bounds_of(grow_box(occupied_, cell)));
             }
         }
-        return std::move(found_);
+        return std::move(result_);
     }
 
 private:
-    static constexpr float nothing = 6;  ///< the box's number
+    static constexpr float empty_box = 6;  ///< Index of the empty box.
 
-    /// All cells, so that one finds the boxes of its wider neighbours; by halves of a cell's edge.
-    std::vector<std::uint32_t> widest_first() const {
-        const auto width = [](const SurveyedCell& cell) { return std::size_t(2 * std::min(cell.distance, 500.0f)); };
-        std::array<std::uint32_t, 1001> wider{};  // cells that are, of each width
-        for (const SurveyedCell& cell : cells_) ++wider[width(cell)];
-        std::exclusive_scan(wider.rbegin(), wider.rend(), wider.rbegin(), 0u);
+    /// Returns all cells in order of decreasing CellClearance::distance, so that a cell can use the box of a neighbour
+    /// with a greater distance. This is a counting sort in steps of half a cell edge.
+    std::vector<std::uint32_t> farthest_first() const {
+        const auto steps = [](const CellClearance& cell) { return std::size_t(2 * std::min(cell.distance, 500.0f)); };
+        std::array<std::uint32_t, 1001> first{};  // cells per step; after the scan, position of the step's first cell
+        for (const CellClearance& cell : cells_) ++first[steps(cell)];
+        std::exclusive_scan(first.rbegin(), first.rend(), first.rbegin(), 0u);
         std::vector<std::uint32_t> order(cells_.size());
-        for (std::uint32_t i = 0; i < cells_.size(); ++i) order[wider[width(cells_[i])]++] = i;
+        for (std::uint32_t i = 0; i < cells_.size(); ++i) order[first[steps(cells_[i])]++] = i;
         return order;
     }
     void add(const GridBox& box) {
         for (const auto& corner : {box.lower, box.upper})
-            found_.boxes.insert(found_.boxes.end(), corner.begin(), corner.end());
+            result_.boxes.insert(result_.boxes.end(), corner.begin(), corner.end());
     }
 
-    /// The box of a neighbour that leaves most room around the cell's middle, `least` at least; false if there is none.
-    bool take_from_neighbours(std::uint32_t i, const Cell& cell, float least) {
+    /// Gives cell i the box of one of its six neighbours: that whose faces are farthest from the cell's centre. Returns
+    /// false if the faces of no neighbour's box are at least `least` cell edges away.
+    bool use_neighbour_box(std::uint32_t i, const Cell& cell, float least) {
         bool found = false;
         for (std::size_t k = 0; k < 3; ++k) {
             for (const bool up : {false, true}) {
                 if (cell[k] == (up ? counts_[k] - 1 : 0)) continue;
-                const float box = found_.box[up ? i + stride_[k] : i - stride_[k]],
-                            room = room_around(&found_.boxes[6 * std::size_t(box)], cell);
-                if (room >= least) least = room, found_.box[i] = box, found = true;
+                const float neighbour_box = result_.box_index[up ? i + stride_[k] : i - stride_[k]],
+                            distance = distance_to_faces(&result_.boxes[6 * std::size_t(neighbour_box)], cell);
+                if (distance >= least) {
+                    least = distance;
+                    result_.box_index[i] = neighbour_box;
+                    found = true;
+                }
             }
         }
         return found;
     }
-    /// How far the bounds are from the middle of a cell; below 0 where it is outside.
-    static float room_around(const float* bounds, const Cell& cell) {
+    /// Returns the distance from a cell's centre to the nearest face of a box, in cell edges; negative if the centre is
+    /// outside the box.
+    static float distance_to_faces(const float* bounds, const Cell& cell) {
         float least = infinity;
         for (std::size_t k = 0; k < 3; ++k) {
             const float middle = float(cell[k]) + 0.5f;
@@ -144,20 +161,24 @@ private:
         }
         return least;
     }
-    /// Of these cells, and in every direction as far as what lies in the next layer; where no cells follow as far as
-    /// can be.
+    /// Returns the box of a range of cells, extended on every side into the next layer of cells up to the parts of
+    /// surfaces in that layer. A side on the grid's boundary is extended to infinity.
     GridBox bounds_of(const CellBox& cells) const {
         GridBox box;
-        for (std::size_t k = 0; k < 3; ++k) box.lower[k] = float(cells.lower[k]), box.upper[k] = float(cells.upper[k]);
         for (std::size_t k = 0; k < 3; ++k) {
-            box.lower[k] = -(cells.lower[k] > 0 ? reach(box, k, -1, cells.lower[k] - 1) : infinity);
-            box.upper[k] = cells.upper[k] < counts_[k] ? reach(box, k, 1, cells.upper[k]) : infinity;
+            box.lower[k] = float(cells.lower[k]);
+            box.upper[k] = float(cells.upper[k]);
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            box.lower[k] = -(cells.lower[k] > 0 ? extension_bound(box, k, -1, cells.lower[k] - 1) : infinity);
+            box.upper[k] = cells.upper[k] < counts_[k] ? extension_bound(box, k, 1, cells.upper[k]) : infinity;
         }
         return box;
     }
-    /// How far the box can be extended along axis k, up or down, into the layer of cells there: sign times the bound.
-    float reach(const GridBox& box, std::size_t k, int sign, std::int32_t layer) const {
-        constexpr float spare = 0.01f;  // for the roundings of those who look
+    /// Returns the coordinate along axis k up to which the box can be extended into a layer of cells, multiplied by
+    /// `sign`. The sign is 1 for the upper side of the box and −1 for the lower side.
+    float extension_bound(const GridBox& box, std::size_t k, int sign, std::int32_t layer) const {
+        constexpr float margin = 0.01f;  // in cell edges; covers the rounding of kernels that test a position
         float bound = sign > 0 ? float(layer + 1) : -float(layer);
         Cell from, to;
         for (std::size_t j = 0; j < 3; ++j) {
@@ -170,10 +191,10 @@ private:
                     for (const GridBox& content :
                          cells_[std::size_t(z) * stride_[2] + std::size_t(y) * stride_[1] + std::size_t(x)].content)
                         if (overlap_beside(box, content, k))
-                            bound = std::min(bound, (sign > 0 ? content.lower[k] : -content.upper[k]) - spare);
+                            bound = std::min(bound, (sign > 0 ? content.lower[k] : -content.upper[k]) - margin);
         return bound;
     }
-    /// Whether boxes overlap along the axes other than k.
+    /// Returns true if two boxes overlap along both axes other than k.
     static bool overlap_beside(const GridBox& a, const GridBox& b, std::size_t k) {
         for (std::size_t j = 0; j < 3; ++j)
             if (j != k && !(a.lower[j] <= b.upper[j] && b.lower[j] <= a.upper[j])) return false;
@@ -182,15 +203,15 @@ private:
 
     const Cell counts_;
     const std::array<std::size_t, 3> stride_;
-    const std::vector<SurveyedCell>& cells_;
-    const Occupancy occupancy_;
-    ClearBoxes found_;
+    const std::vector<CellClearance>& cells_;
+    const OccupiedCells occupied_;
+    ClearBoxes result_;
 };
 
 }  // namespace
 
-ClearBoxes grow_clear_boxes(const std::array<std::uint32_t, 3>& counts, const std::vector<SurveyedCell>& cells) {
-    return Grower(counts, cells)();
+ClearBoxes grow_clear_boxes(const std::array<std::uint32_t, 3>& counts, const std::vector<CellClearance>& cells) {
+    return ClearBoxBuilder(counts, cells)();
 }
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Boxes without a surface, grown from the cells of a grid.
+/// Boxes that contain no surface, found for the cells of a grid.
 #pragma once
 
 #include <array>
@@ -7,26 +7,29 @@
 
 namespace kagero {
 
-/// Boxes as ClearanceGrid has them.
+/// Clear boxes in the layout of ClearanceGrid.
 struct ClearBoxes {
-    std::vector<float> box;    ///< of each cell, x fastest: its number
-    std::vector<float>
-        boxes;  ///< six numbers each; the first six boxes are half spaces beyond the grid, the next one holds nothing
+    std::vector<float> box_index;  ///< For each cell: index of its clear box in `boxes`; x varies fastest.
+    /// Six numbers per box: lower x, y, z and upper x, y, z, in cells from the grid's lower corner. The first six boxes
+    /// are the half spaces beyond the grid's faces −x, +x, −y, +y, −z and +z. The seventh box is empty.
+    std::vector<float> boxes;
 };
 
-/// A box, in edges of a cell from the grid's first corner.
+/// Box whose corners are given in cells from the grid's lower corner.
 struct GridBox {
     std::array<float, 3> lower, upper;
 };
 
-/// What surfaces there are around a cell's middle, and in the cell.
-struct SurveyedCell {
-    float distance;                ///< of the nearest one from the middle, at least; in edges of a cell
-    std::vector<GridBox> content;  ///< that holds all that lies in the cell
+/// Result of the surface search for one grid cell; lengths are in cell edges.
+struct CellClearance {
+    float distance;  ///< Lower bound on the distance from the cell's centre to the nearest surface.
+    /// Boxes that together contain all parts of surfaces in the cell; empty if the cell contains no surface.
+    std::vector<GridBox> content;
 };
 
-/// Every cell whose middle is clear gets a box in which surfaces are no nearer to it, along any axis, than in the
-/// largest cube that fits into its distance.
-ClearBoxes grow_clear_boxes(const std::array<std::uint32_t, 3>& counts, const std::vector<SurveyedCell>& cells);
+/// Finds clear boxes for a grid with `counts` cells along x, y and z. The clear box of a cell contains the cell's
+/// centre. On every side, it extends at least about as far from the centre as the largest axis-aligned cube inside the
+/// sphere of radius `CellClearance::distance`. A cell gets the empty box if no clear box contains its centre.
+ClearBoxes grow_clear_boxes(const std::array<std::uint32_t, 3>& counts, const std::vector<CellClearance>& cells);
 
 }  // namespace kagero

@@ -9,7 +9,8 @@
 
 namespace kagero {
 
-// C. Ericson, Real-Time Collision Detection (2005), 5.1.5: the region of the triangle that q projects to decides.
+// C. Ericson, Real-Time Collision Detection (2005), section 5.1.5: finds the corner, edge or interior of the triangle
+// onto which q projects.
 Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, const Double3& c) {
     const Double3 ab = subtract(b, a), ac = subtract(c, a), aq = subtract(q, a);
     const double d1 = dot(ab, aq), d2 = dot(ac, aq);
@@ -31,21 +32,23 @@ Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, cons
 
 namespace {
 
+/// Returns q with its components multiplied by those of `stretch`.
 Double3 stretched_by(const Double3& stretch, const Double3& q) {
     return {stretch[0] * q[0], stretch[1] * q[1], stretch[2] * q[2]};
 }
 
-/// Finds the surface nearest to a point of stretched space.
-struct Search {
+/// State of the search for the triangle nearest to a point q. All coordinates and distances are in stretched space.
+struct NearestSearch {
     const Geometry* geometry;
     Double3 stretch, q;
-    double nearest;
+    double nearest;  ///< Least distance found so far.
 
-    /// The way to a triangle is no shorter than that to its plane, n·x = d in unstretched space.
+    /// Returns true if the plane of a triangle is at most `nearest` away from q; the triangle cannot be closer than its
+    /// plane. `plane` contains n and d of the plane n·x = d in unstretched space.
     bool may_be_nearest(const double* plane) const {
         const Double3 normal{plane[0] / stretch[0], plane[1] / stretch[1], plane[2] / stretch[2]};
         const double height = dot(normal, q) - plane[3];
-        return !(height * height > nearest * nearest * dot(normal, normal));  // where there is no normal it may
+        return !(height * height > nearest * nearest * dot(normal, normal));  // true if the normal is zero or NaN
     }
 
     Double3 corner(const Surface& surface, std::uint32_t index) const {
@@ -54,28 +57,32 @@ struct Search {
     }
 };
 
-/// Embree's search radius in its own units, rounded up.
+/// Returns a distance in Embree's coordinates, rounded up to single precision.
 float search_radius(const Geometry& geometry, double distance) {
     const auto radius = static_cast<float>(distance * geometry.scale);
     return std::nextafter(radius, std::numeric_limits<float>::infinity());
 }
 
-/// Visits the triangles whose boxes in stretched space are within `distance` of the point that is q here.
+/// Calls `visit` for the triangles whose bounding boxes in stretched space are within `distance` of a point. q is the
+/// point in unstretched coordinates.
 void query_around(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q, double distance,
                   RTCPointQueryFunction visit, void* user) {
     const auto coordinate = [&](std::size_t k) {
         return static_cast<float>((q[k] - geometry.shift[k]) * geometry.scale * stretch[k]);
     };
     RTCPointQuery point{};
-    point.x = coordinate(0), point.y = coordinate(1), point.z = coordinate(2);
+    point.x = coordinate(0);
+    point.y = coordinate(1);
+    point.z = coordinate(2);
     point.radius = search_radius(geometry, distance);
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(scene, &point, &context, visit, user);
 }
 
-bool measure(RTCPointQueryFunctionArguments* arguments) {
-    auto& search = *static_cast<Search*>(arguments->userPtr);
+/// Updates the search with one triangle of a point query. Returns true if the search radius has become smaller.
+bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
+    auto& search = *static_cast<NearestSearch*>(arguments->userPtr);
     const Surface& surface = search.geometry->surfaces[arguments->geomID];
     if (surface.kind != Surface::Kind::triangles ||
         !search.may_be_nearest(surface.planes + 4 * std::size_t{arguments->primID}))
@@ -83,16 +90,16 @@ bool measure(RTCPointQueryFunctionArguments* arguments) {
     const std::uint32_t* index = surface.triangles + 3 * std::size_t{arguments->primID};
     const Double3 point = closest_point(search.q, search.corner(surface, index[0]), search.corner(surface, index[1]),
                                         search.corner(surface, index[2]));
-    const Double3 way = subtract(search.q, point);
-    const double distance = std::sqrt(dot(way, way));
+    const Double3 offset = subtract(search.q, point);
+    const double distance = std::sqrt(dot(offset, offset));
     if (distance >= search.nearest) return false;
     search.nearest = distance;
     arguments->query->radius = search_radius(*search.geometry, distance);
     return true;
 }
 
-/// Embree's point queries pass over SPHERE_POINT, and a scene has few spheres. Nothing is nearer in stretched space
-/// than it is here.
+/// Returns the distance from q to the nearest sphere, or `limit` if that is smaller. Embree's point queries ignore
+/// SPHERE_POINT, so all spheres are tested; scenes have few. Distances in stretched space are never smaller than these.
 double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];
@@ -103,78 +110,85 @@ double distance_to_spheres(const Geometry& geometry, const Double3& q, double li
     return limit;
 }
 
-/// The same in stretched space, from the point that is q here; not greater than `limit`.
+/// Returns a lower bound, in stretched space, on the distance to the nearest surface, or `limit` if that is smaller.
+/// q is given in unstretched coordinates. The bound is exact for triangles.
 double stretched_distance(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q,
                           double limit) {
-    Search search{&geometry, stretch, stretched_by(stretch, q), distance_to_spheres(geometry, q, limit)};
-    query_around(geometry, scene, stretch, q, search.nearest, measure, &search);
+    NearestSearch search{&geometry, stretch, stretched_by(stretch, q), distance_to_spheres(geometry, q, limit)};
+    query_around(geometry, scene, stretch, q, search.nearest, update_nearest, &search);
     return search.nearest;
 }
 
-/// Collects what lies in a cell.
-struct Collection {
+/// Collects boxes that contain the parts of surfaces in one grid cell, in cells from the grid's lower corner.
+struct ContentCollector {
     const Geometry* geometry;
-    Double3 first_corner, edges;  ///< of the cell
+    Double3 lower_corner, edges;  ///< Lower corner and edge lengths of the cell.
     std::array<std::uint32_t, 3> cell;
     std::vector<GridBox>* content;
 
+    /// Adds the intersection of `bounds` and the cell. After eight boxes, further boxes are merged with the last one.
     void add(const Bounds& bounds) const {
-        constexpr std::size_t most = 8;
+        constexpr std::size_t max_boxes = 8;
         GridBox box;
         for (std::size_t k = 0; k < 3; ++k) {
-            const double lower = (bounds.lower[k] - first_corner[k]) / edges[k],
-                         upper = (bounds.upper[k] - first_corner[k]) / edges[k];
+            const double lower = (bounds.lower[k] - lower_corner[k]) / edges[k],
+                         upper = (bounds.upper[k] - lower_corner[k]) / edges[k];
             if (lower > 1 || upper < 0) return;
-            box.lower[k] = float(cell[k] + std::max(lower, 0.0)), box.upper[k] = float(cell[k] + std::min(upper, 1.0));
+            box.lower[k] = float(cell[k] + std::max(lower, 0.0));
+            box.upper[k] = float(cell[k] + std::min(upper, 1.0));
         }
-        if (content->size() == most) {
-            GridBox& all = content->back();
-            for (std::size_t k = 0; k < 3; ++k)
-                all.lower[k] = std::min(all.lower[k], box.lower[k]),
-                all.upper[k] = std::max(all.upper[k], box.upper[k]);
+        if (content->size() == max_boxes) {
+            GridBox& last = content->back();
+            for (std::size_t k = 0; k < 3; ++k) {
+                last.lower[k] = std::min(last.lower[k], box.lower[k]);
+                last.upper[k] = std::max(last.upper[k], box.upper[k]);
+            }
         } else content->push_back(box);
     }
 };
 
-bool collect(RTCPointQueryFunctionArguments* arguments) {
-    const auto& collection = *static_cast<const Collection*>(arguments->userPtr);
-    const Surface& surface = collection.geometry->surfaces[arguments->geomID];
+/// Adds the bounding box of one triangle of a point query. Returns false, because the search radius stays the same.
+bool collect_triangle(RTCPointQueryFunctionArguments* arguments) {
+    const auto& collector = *static_cast<const ContentCollector*>(arguments->userPtr);
+    const Surface& surface = collector.geometry->surfaces[arguments->geomID];
     if (surface.kind != Surface::Kind::triangles) return false;
     Bounds bounds;
     for (std::size_t k = 0; k < 3; ++k) {
         const double* v = surface.vertices + 3 * std::size_t{surface.triangles[3 * std::size_t{arguments->primID} + k]};
-        bounds.include({v[0], v[1], v[2]});
+        bounds.extend({v[0], v[1], v[2]});
     }
-    collection.add(bounds);
+    collector.add(bounds);
     return false;
 }
 
-/// Boxes that hold all of what lies in a cell around `center`, nothing of which is farther from there than `reach` in
-/// stretched space.
+/// Returns boxes that together contain all parts of surfaces in the cell with the given centre. No point of the cell is
+/// farther than `radius` from the centre in stretched space.
 std::vector<GridBox> content_of(const Geometry& geometry, RTCScene scene, const Double3& stretch,
                                 const ClearanceGrid& grid, const std::array<std::uint32_t, 3>& cell,
-                                const Double3& center, double reach) {
+                                const Double3& center, double radius) {
     std::vector<GridBox> content;
     const Double3 edges{grid.cell[0], grid.cell[1], grid.cell[2]};
-    Collection collection{&geometry, subtract(center, scaled(edges, 0.5)), edges, cell, &content};
+    ContentCollector collector{&geometry, subtract(center, scaled(edges, 0.5)), edges, cell, &content};
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];
         if (surface.kind != Surface::Kind::sphere) continue;
         const Double3 middle{surface.center[0], surface.center[1], surface.center[2]};
-        // Nothing is nearer in stretched space than it is here.
-        if (std::abs(length(subtract(center, middle)) - surface.radius) > reach) continue;
+        // Distances in stretched space are never smaller than this one.
+        if (std::abs(length(subtract(center, middle)) - surface.radius) > radius) continue;
         Bounds bounds;
-        bounds.include(middle, surface.radius);
-        collection.add(bounds);
+        bounds.extend(middle, surface.radius);
+        collector.add(bounds);
     }
-    query_around(geometry, scene, stretch, center, reach, collect, &collection);
+    query_around(geometry, scene, stretch, center, radius, collect_triangle, &collector);
     return content;
 }
 
-/// One row of cells along x. Distance changes by at most the way gone, so each cell limits the next one's search.
-void survey_row(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid,
-                std::uint32_t y, std::uint32_t z, SurveyedCell* row) {
-    // Of Embree's boxes, whose coordinates are of order one, 2^-18; and of what kernels make of these numbers in float.
+/// Measures one row of cells along x. From one cell to the next, the distance to the nearest surface increases by at
+/// most one cell edge. This bound limits the search of the next cell.
+void measure_row(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid,
+                 std::uint32_t y, std::uint32_t z, CellClearance* row) {
+    // Bound on single-precision errors: 5e-6 in Embree's coordinates, which are of order one. The errors of Embree's
+    // bounding boxes are at most 2^-18; the rest covers the kernels, which use the results in single precision.
     const double float_error = 5e-6 / geometry.scale, edge = stretch[0] * grid.cell[0], half_diagonal = 0.8661 * edge;
     double limit = std::numeric_limits<double>::infinity();
     for (std::uint32_t x = 0; x < grid.cells[0]; ++x) {
@@ -195,12 +209,13 @@ double distance_to_surfaces(const Geometry& geometry, const Double3& q, double l
 }
 
 Double3 clearance_stretch(const Bounds& bounds) {
-    constexpr double most = 32, share = 0.5;
+    constexpr double max_stretch = 32, least_ratio = 0.5;  // ratio of a stretched axis to the longest one
     const Double3 size = subtract(bounds.upper, bounds.lower);
     const double longest = std::max({size[0], size[1], size[2]});
     Double3 stretch;
     for (std::size_t i = 0; i < 3; ++i)
-        stretch[i] = size[i] * most > share * longest ? std::max(1.0, share * longest / size[i]) : most;
+        stretch[i] = size[i] * max_stretch > least_ratio * longest ? std::max(1.0, least_ratio * longest / size[i])
+                                                                   : max_stretch;
     return stretch;
 }
 
@@ -218,15 +233,16 @@ Clearance build_clearance(const Geometry& geometry, void* stretched, const Doubl
         grid.cell[i] = edge / stretch[i];
         grid.origin[i] = 0.5 * (bounds.lower[i] + bounds.upper[i] - grid.cells[i] * grid.cell[i]);
     }
-    std::vector<SurveyedCell> survey(std::size_t{grid.cells[0]} * grid.cells[1] * grid.cells[2]);
+    std::vector<CellClearance> measured(std::size_t{grid.cells[0]} * grid.cells[1] * grid.cells[2]);
     tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells[1] * grid.cells[2]), [&](const auto& rows) {
         for (std::uint32_t row = rows.begin(); row != rows.end(); ++row) {
-            survey_row(geometry, static_cast<RTCScene>(stretched), stretch, grid, row % grid.cells[1],
-                       row / grid.cells[1], &survey[std::size_t{row} * grid.cells[0]]);
+            measure_row(geometry, static_cast<RTCScene>(stretched), stretch, grid, row % grid.cells[1],
+                        row / grid.cells[1], &measured[std::size_t{row} * grid.cells[0]]);
         }
     });
-    clearance.boxes = grow_clear_boxes({grid.cells[0], grid.cells[1], grid.cells[2]}, survey);
-    grid.box = clearance.boxes.box.data(), grid.boxes = clearance.boxes.boxes.data();
+    clearance.boxes = grow_clear_boxes({grid.cells[0], grid.cells[1], grid.cells[2]}, measured);
+    grid.box_index = clearance.boxes.box_index.data();
+    grid.boxes = clearance.boxes.boxes.data();
     return clearance;
 }
 

@@ -1,4 +1,4 @@
-/// The clearance grid: where a ray can go without meeting anything.
+/// Construction of the clearance grid, with which the kernels leave out queries that cannot find a hit.
 #pragma once
 
 #include "kernels/abi.h"
@@ -7,25 +7,26 @@
 
 namespace kagero {
 
-/// Clear boxes and the grid that points to them.
+/// Clear boxes of a scene, and the grid that assigns one to each cell. The grid points into `boxes`.
 struct Clearance {
     ClearBoxes boxes;
     ClearanceGrid grid{};
 };
 
-/// The point of the triangle abc that is the nearest to q.
+/// Returns the point of the triangle abc that is closest to q.
 Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, const Double3& c);
 
-/// Distance from q to the nearest surface, not greater than `limit`; to the rounding of Embree's float boxes.
+/// Returns the distance from q to the nearest surface, or `limit` if that is smaller. The error is the rounding error
+/// of Embree's single-precision bounding boxes.
 double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit);
 
-/// How the axes of a scene are stretched so that the shorter ones have half as many cells as the longest, if that takes
-/// no more than a factor of 32.
+/// Returns the factors, from 1 to 32, by which the axes of a scene are stretched before it is divided into cubic cells.
+/// Each shorter axis then has at least half as many cells as the longest one, unless the limit of 32 prevents it.
 Double3 clearance_stretch(const Bounds& bounds);
 
-/// The grid covers `bounds`, slightly enlarged, with `cells` cells along the longest edge of the stretched space in
-/// which they are cubes. `stretched` is the committed RTCScene in which coordinates are stretched as well: its point
-/// queries tell how far surfaces are.
+/// Builds the clearance grid over `bounds`, slightly enlarged. The cells are cubes after the axes are multiplied by
+/// `stretch`, and there are `cells` of them along the longest axis. `stretched` is a committed RTCScene whose
+/// coordinates are multiplied by `stretch`; it is used for point queries.
 Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds,
                           std::uint32_t cells);
 

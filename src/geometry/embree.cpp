@@ -10,10 +10,12 @@ float to_embree(double q, double shift, double scale) {
     return static_cast<float>((q - shift) * scale);
 }
 
-void throw_on_error(RTCDevice device, const char* what) {
+/// Throws RunError if Embree has reported an error. `action` describes the failed action in the message.
+void throw_on_error(RTCDevice device, const char* action) {
     const RTCError error = rtcGetDeviceError(device);
     if (error != RTC_ERROR_NONE)
-        throw RunError(std::string("Embree: ") + what + " failed, error " + std::to_string(error));
+        throw RunError(std::string("Embree failed while ") + action + ": RTCError " + std::to_string(error) +
+                       " (4 means out of memory, 5 an unsupported processor)");
 }
 
 RTCGeometry triangles_geometry(RTCDevice device, const Surface& surface, std::size_t vertices, std::size_t triangles,
@@ -32,7 +34,8 @@ RTCGeometry triangles_geometry(RTCDevice device, const Surface& surface, std::si
     return geometry;
 }
 
-/// SPHERE_POINT reports the far side to rays that start inside (checked on 3.13.5 for single rays and packets).
+/// Creates a sphere. A ray that starts inside the sphere hits it where the ray leaves it (verified with Embree 3.13.5
+/// for single rays and packets).
 RTCGeometry sphere_geometry(RTCDevice device, const Surface& surface, const double shift[3], double scale) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
     auto* sphere = static_cast<float*>(
@@ -44,8 +47,8 @@ RTCGeometry sphere_geometry(RTCDevice device, const Surface& surface, const doub
     return geometry;
 }
 
-/// Refuses hits beside a ring; the ray goes on.
-void keep_ring(const RTCFilterFunctionNArguments* arguments) {
+/// Rejects hits that are not between the radii of a ring. Embree then searches for hits farther along the ray.
+void filter_ring_hits(const RTCFilterFunctionNArguments* arguments) {
     const auto& ring = *static_cast<const EmbreeScene::FloatRing*>(arguments->geometryUserPtr);
     RTCRayN* ray = arguments->ray;
     const unsigned n = arguments->N;
@@ -63,15 +66,15 @@ void keep_ring(const RTCFilterFunctionNArguments* arguments) {
 }  // namespace
 
 void EmbreeScene::attach_rings(const std::vector<Ring>& rings, const double shift[3], double scale) {
-    rings_.reserve(rings.size());  // Embree keeps pointers
+    rings_.reserve(rings.size());  // Embree stores pointers to the elements
     for (const Ring& ring : rings) {
-        FloatRing& own = rings_.emplace_back();
-        for (std::size_t i = 0; i < 3; ++i) own.center[i] = to_embree(ring.center[i], shift[i], scale);
-        own.inner2 = static_cast<float>(ring.inner * ring.inner * scale * scale);
-        own.outer2 = static_cast<float>(ring.outer * ring.outer * scale * scale);
+        FloatRing& float_ring = rings_.emplace_back();
+        for (std::size_t i = 0; i < 3; ++i) float_ring.center[i] = to_embree(ring.center[i], shift[i], scale);
+        float_ring.inner2 = static_cast<float>(ring.inner * ring.inner * scale * scale);
+        float_ring.outer2 = static_cast<float>(ring.outer * ring.outer * scale * scale);
         RTCGeometry geometry = rtcGetGeometry(scene_, ring.surface);
-        rtcSetGeometryUserData(geometry, &own);
-        rtcSetGeometryIntersectFilterFunction(geometry, keep_ring);
+        rtcSetGeometryUserData(geometry, &float_ring);
+        rtcSetGeometryIntersectFilterFunction(geometry, filter_ring_hits);
         rtcCommitGeometry(geometry);
     }
 }
@@ -79,10 +82,10 @@ void EmbreeScene::attach_rings(const std::vector<Ring>& rings, const double shif
 EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
                          const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings,
                          const double shift[3], const Double3& scale) {
-    // No configuration: "threads=" would limit TBB for the whole program.
+    // The configuration string is empty: "threads=" in it would limit TBB for the whole program.
     device_ = rtcNewDevice("");
-    if (!device_) throw_on_error(nullptr, "rtcNewDevice");
-    if (!device_) throw RunError("Embree: no device");
+    if (!device_) throw_on_error(nullptr, "creating a device");
+    if (!device_) throw RunError("Embree returned neither a device nor an error code");
     try {
         scene_ = rtcNewScene(device_);
         rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | KAGERO_EMBREE_QUERY_FILTER));

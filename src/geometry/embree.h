@@ -1,4 +1,4 @@
-/// The Embree scene that kernels query.
+/// Construction of the Embree scene that the kernels query.
 #pragma once
 
 #include "geometry/bounds.h"
@@ -7,18 +7,19 @@
 
 namespace kagero {
 
-/// A flat ring within a surface of triangles: only what lies between its radii is there, to the rounding of float.
+/// Ring to which a surface of triangles is restricted: hits outside the ring are rejected, in single precision.
 struct Ring {
-    std::uint32_t surface;
+    std::uint32_t surface;  ///< Index of the surface.
     Double3 center;
-    double inner, outer;
+    double inner, outer;  ///< Radii.
 };
 
-/// Owns a device and one committed scene; geometry identifiers are indices of surfaces.
+/// Owns an Embree device and one committed scene. Embree's geometry IDs are indices of surfaces.
 class EmbreeScene {
 public:
-    /// Surfaces in coordinates relative to `space.center`; Embree's are (q − shift)·scale, where spheres and rings want
-    /// one scale for all axes. Throws RunError when Embree refuses.
+    /// Builds the scene. Surface coordinates q are relative to `space.center`; Embree's coordinates are
+    /// (q − shift)·scale. With spheres or rings, the scale must be the same for all axes. The counts have one entry per
+    /// surface. Throws RunError if Embree reports an error.
     EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
                 const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3],
                 const Double3& scale);
@@ -28,7 +29,7 @@ public:
 
     RTCScene scene() const { return scene_; }
 
-    /// A ring in Embree's coordinates, for the filter that sees every hit.
+    /// Ring in Embree's coordinates, with squared radii; read by the intersection filter.
     struct FloatRing {
         float center[3], inner2, outer2;
     };

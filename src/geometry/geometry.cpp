@@ -39,7 +39,7 @@ ObjectGeometry load(const ObjectDescription& object, const Double3& space_center
     return loaded;
 }
 
-/// Points into `loaded`, which must stay where it is.
+/// Returns a surface that points into `loaded`. `loaded` must not be moved, and it must outlive the surface.
 Surface surface_of(const ObjectDescription& object, const ObjectGeometry& loaded) {
     Surface surface{};
     surface.kind = object.shape == Shape::sphere ? Surface::Kind::sphere : Surface::Kind::triangles;
@@ -61,19 +61,20 @@ std::vector<Ring> rings_of(const std::vector<ObjectDescription>& descriptions,
     return rings;
 }
 
-void include(const ObjectGeometry& object, const Surface& surface, Bounds& bounds) {
-    for (const std::uint32_t index : object.mesh.triangles) bounds.include(vertex(object.mesh, index));
-    if (surface.kind == Surface::Kind::sphere) bounds.include(object.center, surface.radius);
+void extend_bounds(Bounds& bounds, const ObjectGeometry& object, const Surface& surface) {
+    for (const std::uint32_t index : object.mesh.triangles) bounds.extend(vertex(object.mesh, index));
+    if (surface.kind == Surface::Kind::sphere) bounds.extend(object.center, surface.radius);
 }
 
 Bounds bounds_of(const std::vector<ObjectGeometry>& objects, const std::vector<Surface>& surfaces) {
     Bounds bounds;
-    for (std::size_t i = 0; i < objects.size(); ++i) include(objects[i], surfaces[i], bounds);
+    for (std::size_t i = 0; i < objects.size(); ++i) extend_bounds(bounds, objects[i], surfaces[i]);
     return bounds;
 }
 
-/// Brings the objects into [−1, 1] by a power of two, and the middle near 0 by multiples of an eighth of the size, so
-/// that round numbers stay round.
+/// Chooses the scale and shift of Embree's coordinates. The scale is a power of two that brings half the size of all
+/// objects into [½, 1). The shift is the multiple of ¼ of Embree's unit that is nearest to the middle of the objects.
+/// With these values, coordinates with few binary digits are exact in single precision.
 void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geometry& geometry) {
     const Double3 size = subtract(bounds.upper, bounds.lower);
     const double half = 0.5 * std::max({size[0], size[1], size[2]});
@@ -81,10 +82,12 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
     const double farthest =
         std::max({scene.integrator.escape_radius, camera, length(bounds.lower), length(bounds.upper)});
     if (half <= 1e-12 * farthest) {
-        throw InputError(scene.objects.front().place, "the objects together are " + written(half / farthest) +
-                                                          " times as large as the greatest of integrator.escape_radius "
-                                                          "and of the distances of camera and objects from "
-                                                          "space.center: expected more than 1e-12");
+        throw InputError(scene.objects.front().location,
+                         "the objects are too small: half the size of all objects together is " +
+                             to_toml(half / farthest) +
+                             " times the greatest of integrator.escape_radius and the distances of the camera and the "
+                             "objects from space.center. The ratio must be greater than 1e-12. Enlarge the objects, or "
+                             "reduce the escape radius and the distances");
     }
     geometry.scale = std::scalbn(1.0, -(std::ilogb(half) + 1));
     for (std::size_t i = 0; i < 3; ++i) {
@@ -93,24 +96,25 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
     }
 }
 
-/// Embree's numbers are of single precision and of all objects together: of what is small and lies far off they are too
-/// few.
+/// Adds a remark if rounding to single precision visibly displaces an object. All objects share the scale and shift of
+/// Embree's coordinates, so a small object far from the middle is resolved by few bits.
 void remark_on_small(const ObjectDescription& description, const ObjectGeometry& object, const Surface& surface,
                      const Geometry& geometry, std::vector<std::string>& remarks) {
-    constexpr double visible = 1e-3;
-    Bounds own;
-    include(object, surface, own);
+    constexpr double visible = 1e-3;  // displacement, relative to the size of the object
+    Bounds bounds;
+    extend_bounds(bounds, object, surface);
     double size = 0, farthest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-        size = std::max(size, own.upper[i] - own.lower[i]);
+        size = std::max(size, bounds.upper[i] - bounds.lower[i]);
         farthest = std::max(
-            {farthest, std::abs(own.lower[i] - geometry.shift[i]), std::abs(own.upper[i] - geometry.shift[i])});
+            {farthest, std::abs(bounds.lower[i] - geometry.shift[i]), std::abs(bounds.upper[i] - geometry.shift[i])});
     }
-    const double rounded = 0.5 * double(std::numeric_limits<float>::epsilon()) * farthest / size;
-    if (rounded > visible)
-        remarks.push_back("object " + description.name +
-                          ": it is so small beside all objects together that it is met up to " + written(rounded) +
-                          " of its size off, as Embree has single precision");
+    const double displacement = 0.5 * double(std::numeric_limits<float>::epsilon()) * farthest / size;
+    if (displacement > visible)
+        remarks.push_back("object " + description.name + ": Embree's single precision displaces it by up to " +
+                          to_toml(displacement) +
+                          " of its size, because it is small and far from the middle of all objects. Enlarge it, or "
+                          "move it closer to the other objects");
 }
 
 }  // namespace
@@ -168,20 +172,20 @@ bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive,
     if (primitive == other_primitive) return true;
     const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
     if (object.shape != Shape::mesh) return !has_faces || primitive / 2 == other_primitive / 2;
-    constexpr double steepest = 0.5;  // sine of the angle between the way and the triangles
-    const Double3 way = subtract(other, point);
-    const auto leads_along = [&](std::uint32_t triangle) {
+    constexpr double max_sine = 0.5;  // sine of the angle between the segment and the plane of each triangle
+    const Double3 segment = subtract(other, point);
+    const auto is_nearly_parallel = [&](std::uint32_t triangle) {
         const double* plane = &object.planes[4 * std::size_t{triangle}];
-        return std::abs(dot({plane[0], plane[1], plane[2]}, way)) <= steepest * length(way);
+        return std::abs(dot({plane[0], plane[1], plane[2]}, segment)) <= max_sine * length(segment);
     };
-    return leads_along(primitive) && leads_along(other_primitive);
+    return is_nearly_parallel(primitive) && is_nearly_parallel(other_primitive);
 }
 
 const std::vector<std::string>& SceneGeometry::remarks() const {
     return content_->remarks;
 }
 
-double SceneGeometry::nearest(double limit) const {
+double SceneGeometry::distance_from_center(double limit) const {
     return content_->embree ? distance_to_surfaces(content_->geometry, {0, 0, 0}, limit) : limit;
 }
 

@@ -1,4 +1,4 @@
-/// A scene's surfaces as Embree geometry for the kernels.
+/// The surfaces of a scene, as an Embree scene and as data for the kernels.
 #pragma once
 
 #include "geometry/shapes.h"
@@ -7,40 +7,44 @@
 
 namespace kagero {
 
-/// One object in coordinates relative to `space.center`; surface i of the kernels is object i.
+/// Geometry of one object, relative to `space.center`. Object i is surface i of the kernels.
 struct ObjectGeometry {
     Shape shape{};
-    TriangleMesh mesh;           ///< empty for a sphere
-    std::vector<double> planes;  ///< of its triangles
-    Double3 center{};            ///< of a sphere or disk
+    TriangleMesh mesh;           ///< Triangles; none for a sphere.
+    std::vector<double> planes;  ///< Planes of the triangles, as planes_of returns them.
+    Double3 center{};            ///< Centre of a sphere or disk.
 };
 
 /// Owns the Embree scene, the double-precision vertices and the clearance grid. Immutable after construction, so any
-/// number of threads may use it at once.
+/// number of threads may use it concurrently.
 class SceneGeometry {
 public:
-    /// Cells along the longest edge of the clearance grid, at most.
-    static constexpr std::uint32_t most_clearance_cells = 48;
+    /// Maximum number of cells along the longest edge of the clearance grid.
+    static constexpr std::uint32_t max_clearance_cells = 48;
 
-    /// Loads meshes, and builds the Embree scene and a clearance grid of so many cells along its longest edge; no grid
-    /// for 0 cells, or if the scene culls nothing. Throws InputError for data that cannot be used.
-    explicit SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells = most_clearance_cells);
+    /// Loads the meshes, and builds the Embree scene and the clearance grid. `clearance_cells` is the number of cells
+    /// along the grid's longest edge. No grid is built if it is 0, or if the scene switches culling off. Throws
+    /// InputError if the data cannot be used.
+    explicit SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells = max_clearance_cells);
     ~SceneGeometry();
 
-    /// What the kernels need, in coordinates relative to `space.center`; null when the scene has no objects.
+    /// Returns the data for the kernels, relative to `space.center`; null if the scene has no objects.
     const Geometry* kernel_view() const;
+    /// Returns the objects in the order of the scene file.
     const std::vector<ObjectGeometry>& objects() const;
-    /// Whether two places, on primitives of a surface, belong together: on the same face of a box or room; on a mesh
-    /// only where the way from one to the other leads along it, and not from one of its parts to another behind.
+    /// Returns true if two points of a surface, on the given primitives, lie on the same face, so that a texture or
+    /// checker may be averaged between them. On a box or room, this is one of the six faces. On a mesh, the segment
+    /// between the points must be within 30° of both triangles, so that points on separate parts are excluded. Other
+    /// shapes have only one face.
     bool on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
                       std::uint32_t other_primitive, const Double3& other) const;
-    /// One line per object that the user may want to know of: degenerate triangles skipped, faces triangulated …
+    /// Returns remarks on objects for the user, such as the number of triangles without area; one line each.
     const std::vector<std::string>& remarks() const;
-    /// Distance from `space.center` to the nearest point of any object, not greater than `limit`.
-    double nearest(double limit) const;
-    /// Whether any point of a surface lies within a sphere around `space.center`.
+    /// Returns the distance from `space.center` to the nearest surface, or `limit` if that is smaller.
+    double distance_from_center(double limit) const;
+    /// Returns true if a point of a surface is at most `radius` away from `space.center`.
     bool comes_within(std::uint32_t surface, double radius) const;
-    /// Diagonal of the box around all objects, scene units; 0 without objects.
+    /// Returns the diagonal of the box around all objects, in scene units; 0 without objects.
     double diagonal() const;
 
 private:

@@ -1,13 +1,14 @@
-/// Triangle meshes from OBJ, PLY and glTF files, checked.
+/// Triangle meshes from OBJ, PLY and glTF files.
 #pragma once
 
 #include "geometry/shapes.h"
 
 namespace kagero {
 
-/// Reads, transforms (scale, rotate about x, y, z, translate) and checks the mesh of an object. Every vertex is finite
-/// and every index in range, or InputError is thrown at the object's place. Degenerate triangles are left out, with a
-/// remark in `remarks`; InputError where no other is left.
+/// Loads the mesh of an object: reads the file, checks it, and applies scale, rotation about x, y and z, and
+/// translation. In the result, all vertices are finite and all indices are in range. Triangles without area are left
+/// out, and a remark states their number. Throws InputError if the data cannot be used or if no triangle is left. Its
+/// location is the key `file` of the object, or a line of the mesh file.
 TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_center, std::vector<std::string>& remarks);
 
 }  // namespace kagero

@@ -12,12 +12,14 @@ namespace kagero {
 
 namespace {
 
+/// Declaration of a property of an element in the header.
 struct Property {
     std::string name;
-    std::size_t size = 0;        ///< bytes of the value, or of each value of a list
-    std::size_t count_size = 0;  ///< bytes of a list's length; 0: not a list
+    std::size_t size = 0;        ///< Bytes of the value, or of each entry of a list.
+    std::size_t count_size = 0;  ///< Bytes of a list's length; 0 if the property is not a list.
 };
 
+/// Declaration of the elements of one kind, such as "vertex" or "face", in the header.
 struct Element {
     std::string name;
     std::uint64_t count = 0;
@@ -26,13 +28,15 @@ struct Element {
 
 enum class PlyFormat { ascii, little, big };
 
+/// Header of a PLY file, and the position of the reader.
 struct Ply {
     std::string path;
     PlyFormat format = PlyFormat::ascii;
     std::vector<Element> elements;
-    int lines = 0;  ///< read so far
+    int lines = 0;  ///< Number of lines read so far.
 };
 
+/// Returns the size in bytes of a PLY type; 0 if the type is not known.
 std::size_t size_of(const std::string& type) {
     static const std::pair<const char*, std::size_t> sizes[] = {{"char", 1},   {"uchar", 1},   {"int8", 1},
                                                                 {"uint8", 1},  {"short", 2},   {"ushort", 2},
@@ -54,7 +58,9 @@ PlyFormat format_of(const std::string& word, const Ply& ply) {
     if (word == "ascii") return PlyFormat::ascii;
     if (word == "binary_little_endian") return PlyFormat::little;
     if (word == "binary_big_endian") return PlyFormat::big;
-    refuse(ply, "PLY: format " + word + " is not known; legal are ascii, binary_little_endian and binary_big_endian");
+    refuse(ply, "PLY: format " + word +
+                    " is not known; legal formats are ascii, binary_little_endian and "
+                    "binary_big_endian");
 }
 
 bool next_line(std::istream& file, Ply& ply, std::string& line) {
@@ -65,18 +71,25 @@ bool next_line(std::istream& file, Ply& ply, std::string& line) {
 }
 
 void read_property(std::istringstream& words, Ply& ply) {
-    if (ply.elements.empty()) refuse(ply, "PLY: a property before any element");
+    if (ply.elements.empty())
+        refuse(ply, "PLY: a property precedes the first element; an element line must come first");
     Property property;
     std::string type, count_type;
     words >> type;
     if (type == "list") {
         words >> count_type >> type;
         property.count_size = size_of(count_type);
-        if (property.count_size == 0) refuse(ply, "PLY: unknown type " + count_type);
+        if (property.count_size == 0)
+            refuse(ply, "PLY: type " + count_type +
+                            " of a list's length is not known; legal types are char, uchar, "
+                            "short, ushort, int and uint");
     }
     words >> property.name;
     property.size = size_of(type);
-    if (property.size == 0) refuse(ply, "PLY: unknown type " + type);
+    if (property.size == 0)
+        refuse(ply, "PLY: type " + type +
+                        " is not known; legal types are char, uchar, short, ushort, int, uint, float, "
+                        "double, and int8 to float64");
     ply.elements.back().properties.push_back(property);
 }
 
@@ -92,24 +105,25 @@ void read_header(std::istream& file, Ply& ply) {
             ply.format = format_of(word, ply);
         } else if (word == "element") {
             Element element;
-            if (!(words >> element.name >> element.count)) refuse(ply, "PLY: expected: element NAME COUNT");
+            if (!(words >> element.name >> element.count))
+                refuse(ply, "PLY: an element line must have the form: element NAME COUNT");
             ply.elements.push_back(element);
         } else if (word == "property") {
             read_property(words, ply);
         }
     }
-    refuse(ply, "PLY: the file ends inside the header");
+    refuse(ply, "PLY: the file ends inside the header; the line end_header is missing");
 }
 
-[[noreturn]] void refuse_short(const Ply& ply, const Element& element, std::uint64_t got) {
+[[noreturn]] void refuse_truncated(const Ply& ply, const Element& element, std::uint64_t got) {
     refuse(ply, "PLY: the header declares " + std::to_string(element.count) + " elements \"" + element.name +
-                    "\", but the file ends after " + std::to_string(got) + " whole ones");
+                    "\", but the file ends after " + std::to_string(got) + " complete ones");
 }
 
-/// In text every element has a line of its own.
+/// Checks one element of a text file. An element occupies one line.
 void check_text_element(const Ply& ply, const Element& element, const std::string& line) {
     if (std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' ' && c != '\t'; }))
-        refuse(ply, "PLY: a control character in a \"" + element.name + "\"");
+        refuse(ply, "PLY: the line of an element \"" + element.name + "\" contains a control character");
     std::istringstream words(line);
     std::uint64_t expected = 0, got = 0;
     std::string word;
@@ -119,7 +133,8 @@ void check_text_element(const Ply& ply, const Element& element, const std::strin
             ++expected;
             if (!(words >> count)) break;
             if (count > line.size())
-                refuse(ply, "PLY: a list of a \"" + element.name + "\" with more entries than its line has characters");
+                refuse(ply, "PLY: a list of an element \"" + element.name +
+                                "\" declares more entries than its line has characters");
             ++got;
         }
         expected += count;
@@ -127,13 +142,13 @@ void check_text_element(const Ply& ply, const Element& element, const std::strin
     }
     while (words >> word) ++got;
     if (got == expected) return;
-    refuse(ply, "PLY: expected " + std::to_string(expected) + " numbers of a \"" + element.name + "\", got " +
+    refuse(ply, "PLY: expected " + std::to_string(expected) + " numbers for an element \"" + element.name + "\", got " +
                     std::to_string(got));
 }
 
 void check_text(std::istream& file, Ply& ply) {
     std::string line;
-    const auto next_filled = [&] {
+    const auto next_nonblank = [&] {
         while (next_line(file, ply, line)) {
             if (line.find_first_not_of(" \t") != std::string::npos) return true;
         }
@@ -141,11 +156,12 @@ void check_text(std::istream& file, Ply& ply) {
     };
     for (const Element& element : ply.elements) {
         for (std::uint64_t i = 0; i < element.count; ++i) {
-            if (!next_filled()) refuse_short(ply, element, i);
+            if (!next_nonblank()) refuse_truncated(ply, element, i);
             check_text_element(ply, element, line);
         }
     }
-    if (next_filled()) refuse(ply, "PLY: the file goes on after all the elements that its header declares");
+    if (next_nonblank())
+        refuse(ply, "PLY: the file contains more data after the last element that its header declares");
 }
 
 std::uint64_t read_count(const char* bytes, std::size_t size, bool big) {
@@ -156,7 +172,7 @@ std::uint64_t read_count(const char* bytes, std::size_t size, bool big) {
     return value;
 }
 
-/// The size of one binary element at `bytes`, or more than `left` where the file is too short for it.
+/// Returns the size in bytes of the binary element at `bytes`, or more than `left` if the file is too short for it.
 std::size_t binary_size(const Element& element, const char* bytes, std::size_t left, bool big) {
     std::size_t size = 0;
     for (const Property& property : element.properties) {
@@ -175,18 +191,18 @@ std::size_t binary_size(const Element& element, const char* bytes, std::size_t l
 void check_binary(std::istream& file, Ply& ply) {
     const std::string body{std::istreambuf_iterator<char>(file), {}};
     ply.lines = 0;
-    std::size_t at = 0;
+    std::size_t offset = 0;
     for (const Element& element : ply.elements) {
         for (std::uint64_t i = 0; i < element.count; ++i) {
             const std::size_t size =
-                binary_size(element, body.data() + at, body.size() - at, ply.format == PlyFormat::big);
-            if (size > body.size() - at) refuse_short(ply, element, i);
+                binary_size(element, body.data() + offset, body.size() - offset, ply.format == PlyFormat::big);
+            if (size > body.size() - offset) refuse_truncated(ply, element, i);
             if (size == 0) break;
-            at += size;
+            offset += size;
         }
     }
-    if (body.find_first_not_of(" \t\r\n", at) != std::string::npos) {
-        refuse(ply, "PLY: the file goes on after all the elements that its header declares");
+    if (body.find_first_not_of(" \t\r\n", offset) != std::string::npos) {
+        refuse(ply, "PLY: the file contains more data after the last element that its header declares");
     }
 }
 
@@ -195,7 +211,7 @@ void check_binary(std::istream& file, Ply& ply) {
 bool is_ply(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     char start[4] = {};
-    return file.read(start, 3) && strcasecmp(start, "ply") == 0;  // what Assimp takes for PLY
+    return file.read(start, 3) && strcasecmp(start, "ply") == 0;  // the test that assimp uses
 }
 
 void check_ply(const std::string& path) {

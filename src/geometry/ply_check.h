@@ -1,13 +1,15 @@
-/// Checks that a PLY file holds what its header declares; the importer fills gaps with made-up faces instead.
+/// Checks of PLY files before they are imported by assimp, which adds arbitrary faces if data is missing.
 #pragma once
 
 #include <string>
 
 namespace kagero {
 
+/// Returns true if the file begins with "ply", in upper or lower case.
 bool is_ply(const std::string& path);
 
-/// Throws InputError, placed in the PLY file, when elements are missing, left over or cut short.
+/// Throws InputError, with the line of the PLY file, if the header is invalid or if the file does not contain exactly
+/// the elements that the header declares.
 void check_ply(const std::string& path);
 
 }  // namespace kagero

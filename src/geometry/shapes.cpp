@@ -7,6 +7,7 @@ namespace kagero {
 
 namespace {
 
+/// Appends two triangles that form a parallelogram, with u and v from 0 to 1 along its edges.
 void append_parallelogram(TriangleMesh& mesh, const Double3& corner, const Double3& edge_u, const Double3& edge_v) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size() / 3);
     const Double3 corners[] = {corner, add(corner, edge_u), add(add(corner, edge_u), edge_v), add(corner, edge_v)};
@@ -31,7 +32,8 @@ TriangleMesh box_mesh(const ObjectDescription& object, const Double3& space_cent
         Double3 outward{}, up{};
         outward[axis] = positive ? 1 : -1;
         up[axis == 2 ? 1 : 2] = 1;
-        // Who stands inside looks along `outward`, who stands outside against it; right = forward × up.
+        // A viewer inside a room looks along `outward`, and a viewer outside a box looks in the opposite direction. For
+        // both, right = forward × up.
         const Double3 forward = scaled(outward, object.shape == Shape::room ? 1 : -1);
         const Double3 right = cross(forward, up);
         Double3 corner{}, edge_u{}, edge_v{};
@@ -50,7 +52,7 @@ TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_cen
     constexpr std::uint32_t segments = 64;
     const auto [zero, quarter] = meridians(object.normal);
     const Double3 center = subtract(object.center, space_center);
-    // The inner polygon lies inside the inner circle, the outer one outside the outer circle.
+    // The inner polygon is inscribed in the inner circle, and the outer polygon encloses the outer circle.
     const double radii[] = {object.inner, object.outer / std::cos(std::numbers::pi / segments) * (1 + 1e-6)};
     TriangleMesh mesh;
     for (std::uint32_t i = 0; i < segments; ++i) {

@@ -1,37 +1,39 @@
-/// Objects as triangles: rectangles, boxes, rooms, disks and meshes; the planes of triangles, and axes across a pole.
+/// Triangle meshes of rectangles, boxes, rooms and disks; planes of triangles; directions perpendicular to a pole.
 #pragma once
 
 #include "scene/description.h"
 
 namespace kagero {
 
-/// Triangles in coordinates relative to `space.center`. Every array may be indexed by 3·vertex, normals and uv may be
-/// empty.
+/// Triangles in coordinates relative to `space.center`. The arrays `normals` and `uv` are empty, or they have entries
+/// for every vertex.
 struct TriangleMesh {
-    std::vector<double> vertices;
-    std::vector<std::uint32_t> triangles;
-    std::vector<double> normals;  ///< 3 per vertex, unit length
-    std::vector<double> uv;       ///< 2 per vertex
+    std::vector<double> vertices;          ///< Three coordinates per vertex.
+    std::vector<std::uint32_t> triangles;  ///< Three vertex indices per triangle.
+    std::vector<double> normals;           ///< Unit normal of each vertex; zero if the file has no valid normal.
+    std::vector<double> uv;                ///< u and v of each vertex.
 };
 
-/// Triangles 0 and 1; u along edge_u, v along edge_v, both from 0 to 1.
+/// Returns two triangles. u increases from 0 to 1 along edge_u, and v from 0 to 1 along edge_v.
 TriangleMesh rectangle_mesh(const ObjectDescription& object, const Double3& space_center);
 
-/// Two triangles per face: primitive/2 is the face px nx py ny pz nz. u runs to the right and v upward (z; +y on floor
-/// and ceiling) as seen from inside a room, from outside a box.
+/// Returns two triangles per face. The faces have the order px, nx, py, ny, pz, nz: triangle i belongs to face i / 2.
+/// As seen from inside a room or from outside a box, u increases to the right and v upward. Upward means +z, or +y on
+/// the floor and the ceiling.
 TriangleMesh box_mesh(const ObjectDescription& object, const Double3& space_center);
 
-/// A ring of triangles that covers the disk between its radii and little more.
+/// Returns a ring of triangles that covers the disk between its two radii and slightly more.
 TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_center);
 
-/// nx ny nz d of every triangle: n·q = d with n of unit length.
+/// Returns four numbers nx, ny, nz, d for every triangle. Its plane is n·q = d, with n of unit length.
 std::vector<double> planes_of(const TriangleMesh& mesh);
 
-/// Two unit vectors in the plane across `pole`, right-handed with it: the first is +x made orthogonal, or, where the
-/// pole lies on the x axis, where +x has gone when the pole was turned there from +z by the shortest way.
+/// Returns the directions of the angles 0° and 90° around `pole`: unit vectors that form a right-handed system with the
+/// pole. The direction of 0° is the projection of +x onto the plane perpendicular to the pole. If the pole is ±x, it is
+/// ∓z, the image of +x under the shortest rotation from +z to the pole.
 std::array<Double3, 2> meridians(const Double3& pole);
 
-/// A vertex in double.
+/// Returns the coordinates of a vertex.
 inline Double3 vertex(const TriangleMesh& mesh, std::uint32_t index) {
     const double* v = &mesh.vertices[3 * std::size_t{index}];
     return {v[0], v[1], v[2]};

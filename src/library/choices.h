@@ -1,4 +1,4 @@
-/// From the plain values of the public headers to those of the program, and back.
+/// Conversion between the types of the public headers and those of the program.
 #pragma once
 
 #include "plan/plan.h"
@@ -7,11 +7,13 @@
 
 namespace kagero {
 
-/// Throws InputError for a name that is none.
-Options options_of(const RunOptions& options);
+/// Returns the options of the program for options of the library. Throws InputError if a name is unknown.
+Options options_of(const RunOptions& requested);
 
+/// Loads the description of a scene. Throws InputError if the file or an override is invalid.
 SceneDescription description_of(const SceneSource& source, const Options& options);
 
+/// Returns the choices of a plan in the form of the public header.
 RunChoices choices_of(const Plan& plan);
 
 }  // namespace kagero

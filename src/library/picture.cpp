@@ -36,11 +36,11 @@ std::vector<std::string> Picture::layers() const {
     return names;
 }
 
-std::uint32_t Picture::channels(const std::string& name) const {
+std::uint32_t Picture::channels(const std::string& layer) const {
     const auto& layers = content_->film.layers();
-    const auto layer =
-        std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* one) { return one->name == name; });
-    return layer == layers.end() ? 0 : static_cast<std::uint32_t>((*layer)->channels.size());
+    const auto found =
+        std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* one) { return one->name == layer; });
+    return found == layers.end() ? 0 : static_cast<std::uint32_t>((*found)->channels.size());
 }
 
 const float* Picture::pixels(const std::string& layer) const {
@@ -68,14 +68,15 @@ void Picture::write(const std::string& path) const {
     write_film(content_->film, path, picture_metadata(content_->plan, content_->report));
 }
 
-Picture render_scene(const SceneSource& source, const RunOptions& asked) {
-    Options options = options_of(asked);
-    options.energy_error = true;  // EXR files contain it
-    Plan plan = resolve(description_of(source, options), options, Purpose::picture, {asked.progress});
+Picture render_scene(const SceneSource& source, const RunOptions& requested) {
+    Options options = options_of(requested);
+    options.energy_error = true;  // written to the metadata of EXR files
+    Plan plan = resolve(description_of(source, options), options, Purpose::picture, {requested.progress});
     Film film = film_of(plan);
-    Watch watch;
-    watch.progress = asked.progress, watch.stop = asked.stop;
-    RunReport report = render_with_errors(plan, film, watch);
+    RunControl control;
+    control.progress = requested.progress;
+    control.stop = requested.stop;
+    RunReport report = render_with_errors(plan, film, control);
     RunChoices choices = choices_of(plan);
     return Picture(std::unique_ptr<Picture::Content>(
         new Picture::Content{std::move(plan), std::move(film), std::move(report), std::move(choices)}));

@@ -16,8 +16,11 @@ TracedRay traced_ray(const Plan& plan, const RayEnd& end) {
     ray.position = {end.q[0], end.q[1], end.q[2]};
     ray.direction = {end.v[0], end.v[1], end.v[2]};
     ray.momentum = {end.p[0], end.p[1], end.p[2]};
-    ray.pt = end.pt, ray.parameter = end.parameter;
-    ray.steps = end.steps, ray.gradients = end.gradients, ray.energy_error = end.energy_error;
+    ray.pt = end.pt;
+    ray.parameter = end.parameter;
+    ray.steps = end.steps;
+    ray.gradients = end.gradients;
+    ray.energy_error = end.energy_error;
     if (end.status == Status::failed) ray.reason = why_failed(*plan.scene, plan.run.kernel->precision, end.failure);
     return ray;
 }
@@ -25,17 +28,18 @@ TracedRay traced_ray(const Plan& plan, const RayEnd& end) {
 }  // namespace
 
 std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays, const std::string& observer,
-                                  const RunOptions& asked) {
-    Options options = options_of(asked);
+                                  const RunOptions& requested) {
+    Options options = options_of(requested);
     options.energy_error = options.parameter = true;
     if (!observer.empty()) options.observer = observer_named(observer);
     const Plan plan = resolve(description_of(source, options), options, Purpose::ray_list);
     std::vector<RayInput> inputs;
     for (const Ray& ray : rays) inputs.push_back({ray.position, ray.direction});
-    Watch watch;
-    watch.progress = asked.progress, watch.stop = asked.stop;
+    RunControl control;
+    control.progress = requested.progress;
+    control.stop = requested.stop;
     std::vector<RayEnd> ends;
-    trace(plan, start_rays(plan, inputs, options.observer), ends, watch);
+    trace(plan, start_rays(plan, inputs, options.observer), ends, control);
     std::vector<TracedRay> traced;
     for (const RayEnd& end : ends) traced.push_back(traced_ray(plan, end));
     return traced;

@@ -1,7 +1,7 @@
 #include "modules/modules.h"
 
 #include "error.h"
-#include "modules/places.h"
+#include "modules/module_files.h"
 
 #include <map>
 #include <mutex>
@@ -9,12 +9,13 @@
 namespace kagero {
 namespace {
 
+/// An instruction set for which a build may have a kernel module.
 struct Isa {
     const char* name;
     bool (*supported)();
 };
 
-/// Best first. The names are those of kernels/CMakeLists.txt.
+/// All instruction sets, best first. The names are those of kernels/CMakeLists.txt.
 constexpr Isa isas[] = {
     {"avx512",
      [] {
@@ -26,35 +27,43 @@ constexpr Isa isas[] = {
     {"sse2", [] { return static_cast<bool>(__builtin_cpu_supports("sse2")); }},
 };
 
+/// Returns the names of the instruction sets as a list for a message.
 std::string names_of(const std::vector<IsaInfo>& found, bool supported_only) {
     std::string names;
     for (const IsaInfo& isa : found)
-        if (isa.supported || !supported_only) enumerate(names, isa.name);
+        if (isa.supported || !supported_only) append_to_list(names, isa.name);
     return names.empty() ? "none" : names;
 }
 
-const Module& kernels_in(const IsaInfo& isa) {
+/// Loads the kernel module of an instruction set. Throws RunError if it belongs to another version of kagero.
+const Module& load_kernels(const IsaInfo& isa) {
     const Module* module = reinterpret_cast<KageroKernels>(open_module(isa.path, "kagero_kernels"))();
-    if (module->abi != abi_version) throw RunError(isa.path + " belongs to another version of kagero; build it anew");
+    if (module->abi != abi_version)
+        throw RunError(isa.path + " belongs to another version of kagero; build or install kagero again");
     return *module;
 }
 
-const IsaInfo& choose(const std::vector<IsaInfo>& found, const std::string& wanted, const std::string& option) {
+/// Returns the instruction set with this name, or the best supported one for "auto". Throws the exceptions of
+/// load_module.
+const IsaInfo& find_isa(const std::vector<IsaInfo>& found, const std::string& name, const std::string& option) {
     for (const IsaInfo& isa : found) {
-        if (wanted == "auto" ? !isa.supported : isa.name != wanted) continue;
+        if (name == "auto" ? !isa.supported : isa.name != name) continue;
         if (!isa.supported)
-            throw InputError(option + " " + wanted + ": this CPU cannot run it; it can run " + names_of(found, true));
+            throw InputError(option + " " + name + ": this CPU does not support it; supported instruction sets: " +
+                             names_of(found, true));
         return isa;
     }
-    if (wanted == "auto") throw RunError("no kernel module for this CPU was found beside the program (lib/kagero)");
+    if (name == "auto")
+        throw RunError(
+            "no kernel module for this CPU was found in lib/kagero beside the program; build or install kagero again");
     std::vector<std::string> names{"auto"};
     for (const IsaInfo& isa : found) names.push_back(isa.name);
     for (const Isa& isa : isas)
-        if (isa.name == wanted)
-            throw InputError(option + " " + wanted + ": this program was built without it; it was built with " +
+        if (isa.name == name)
+            throw InputError(option + " " + name + ": this build of kagero has no module for it; it has modules for " +
                              names_of(found, false));
-    const std::string near = near_match(wanted, names);
-    throw InputError(option + (wanted.empty() ? " with an empty name" : " " + wanted) + ": not one of auto, " +
+    const std::string near = near_match(name, names);
+    throw InputError(option + (name.empty() ? " with an empty name" : " " + name) + ": not one of auto, " +
                      names_of(found, false) + (near.empty() ? "" : "; did you mean " + near + "?"));
 }
 
@@ -68,31 +77,31 @@ std::vector<IsaInfo> find_isas() {
     return found;
 }
 
-std::vector<std::string> isas_for(const std::string& wish) {
-    const auto wants = [&](const std::string& word) {
-        return ("," + wish + ",").find("," + word + ",") != std::string::npos;
+std::vector<std::string> find_isa_names(const std::string& list) {
+    const auto contains = [&](const std::string& word) {
+        return ("," + list + ",").find("," + word + ",") != std::string::npos;
     };
     std::vector<std::string> names;
     for (const IsaInfo& isa : find_isas()) {
-        const bool asked_for = wish == "all" || (wants("auto") && names.empty()) || wants(isa.name);
-        if (isa.supported && asked_for) names.push_back(isa.name);
+        const bool requested = list == "all" || (contains("auto") && names.empty()) || contains(isa.name);
+        if (isa.supported && requested) names.push_back(isa.name);
     }
-    if (names.empty()) choose(find_isas(), "auto", "--isa");  // tells what is missing
+    if (names.empty()) find_isa(find_isas(), "auto", "--isa");  // throws RunError if no module is found
     return names;
 }
 
-void require_isa(const std::string& option, const std::string& wanted) {
-    choose(find_isas(), wanted, option);
+void require_isa(const std::string& option, const std::string& name) {
+    find_isa(find_isas(), name, option);
 }
 
-const Module& load_module(const std::string& wanted) {
+const Module& load_module(const std::string& name) {
     static std::mutex mutex;
     static std::map<std::string, const Module*> loaded;
     const std::lock_guard lock(mutex);
     const std::vector<IsaInfo> found = find_isas();
-    const IsaInfo& isa = choose(found, wanted, "--isa");
-    const auto known = loaded.find(isa.name);
-    return known != loaded.end() ? *known->second : *(loaded[isa.name] = &kernels_in(isa));
+    const IsaInfo& isa = find_isa(found, name, "--isa");
+    const auto previous = loaded.find(isa.name);
+    return previous != loaded.end() ? *previous->second : *(loaded[isa.name] = &load_kernels(isa));
 }
 
 }  // namespace kagero

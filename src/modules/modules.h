@@ -1,4 +1,4 @@
-/// Finds, picks and loads kernel modules.
+/// Finds, selects and loads kernel modules.
 #pragma once
 
 #include "kernels/abi.h"
@@ -8,25 +8,26 @@
 
 namespace kagero {
 
-/// One instruction set this build has a module for.
+/// An instruction set for which this build has a kernel module.
 struct IsaInfo {
-    std::string name;   ///< "sse2" …
-    std::string path;   ///< of the shared module
-    bool supported;     ///< by this CPU
+    std::string name;  ///< "sse2", "avx2" or "avx512".
+    std::string path;  ///< Path of the kernel module.
+    bool supported;    ///< True if this CPU supports the instruction set.
 };
 
-/// Modules found beside the program, best first.
+/// Returns the instruction sets whose modules are installed with the program, best first.
 std::vector<IsaInfo> find_isas();
 
-/// The names in "sse2,avx2", those of all modules that this CPU can run for "all", that of the best for "auto"; best
-/// first.
-std::vector<std::string> isas_for(const std::string& wish);
+/// Returns the instruction sets of a list such as "sse2,avx2" that this CPU supports, best first. "all" selects all of
+/// them, "auto" the best one. Throws RunError if no module for this CPU is found.
+std::vector<std::string> find_isa_names(const std::string& list);
 
-/// Throws as load_module does, in the name of the option that asks for it; loads nothing.
-void require_isa(const std::string& option, const std::string& wanted);
+/// Throws the exceptions of load_module, without loading a module. `option` is the name of the option that states the
+/// instruction set; the message contains it.
+void require_isa(const std::string& option, const std::string& name);
 
-/// Loads a module for "auto" (the best supported one) or a name; kept loaded until the program ends. Throws InputError
-/// for an unknown name or one this CPU cannot run, RunError when no module is found.
-const Module& load_module(const std::string& isa);
+/// Loads the module of an instruction set; "auto" selects the best supported one. The module stays loaded until the
+/// program ends. Throws InputError if the name is unknown or not supported by this CPU, RunError if no module is found.
+const Module& load_module(const std::string& name);
 
 }  // namespace kagero

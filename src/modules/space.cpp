@@ -4,7 +4,7 @@ namespace kagero {
 
 Hole Space::hole() const {
     Hole hole = module->hole(hamiltonian, parameters.data());
-    hole.spin *= time;
+    hole.spin *= time_sign;
     return hole;
 }
 

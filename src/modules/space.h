@@ -1,4 +1,4 @@
-/// A Hamiltonian of a kernel module with the values of its parameters: what bends the light of a scene.
+/// The space of a scene: a Hamiltonian of a kernel module with values for its parameters.
 #pragma once
 
 #include "kernels/abi.h"
@@ -8,31 +8,31 @@
 
 namespace kagero {
 
-/// Positions and momenta are relative to the origin of the Hamiltonian, in its unit of length.
+/// A space. Positions and momenta are relative to the origin of the Hamiltonian, in its unit of length.
 struct Space {
     const Module* module = nullptr;
-    std::uint32_t hamiltonian = 0;   ///< an index into Module::hamiltonians
-    std::vector<double> parameters;  ///< in the declared order; of a formula its compiled programs
-    double time =
-        1;  ///< −1: parameters are those of the space with time reversed, as rays of a falling observer need them
+    std::uint32_t hamiltonian = 0;   ///< Index into Module::hamiltonians.
+    std::vector<double> parameters;  ///< Values in declared order; for a formula, its compiled programs.
+    double time_sign = 1;  ///< −1 if `parameters` are those of the time-reversed space, for rays of a falling observer.
 
     const HamiltonianInfo& info() const { return module->hamiltonians[hamiltonian]; }
-    /// Whether these parameters leave every ray straight.
+    /// Returns true if every ray is straight with these parameters.
     bool is_straight() const { return module->straight(hamiltonian, parameters.data()); }
-    /// The radius of the sphere that the universe behind a throat lies in, by inversion; 0 where there is no such
-    /// universe.
-    double far_radius() const { return module->throat_radius(hamiltonian, parameters.data()); }
-    /// The radius beyond which rays are straight; infinity where there is none.
-    double bending_radius() const { return module->bends_within(hamiltonian, parameters.data()); }
-    /// The hole at the origin, in the sense of time that the scene has.
+    /// Returns the radius |q| of the throat of a wormhole; the second sheet is mapped into this sphere by inversion.
+    /// Returns 0 if there is no second sheet.
+    double throat_radius() const { return module->throat_radius(hamiltonian, parameters.data()); }
+    /// Returns the radius beyond which rays are straight; infinity if there is none.
+    double bending_radius() const { return module->bending_radius(hamiltonian, parameters.data()); }
+    /// Returns the black hole at the origin. Its spin is that of the scene, even if `parameters` are time-reversed.
     Hole hole() const;
-    /// The frequency of the light of a ray's end, as seen by matter that moves with dx/dt = `velocity` there.
+    /// Returns the frequency of the light at a ray's end, as measured by matter that moves with velocity dx/dt.
     double frequency(const RayEnd& end, const std::array<double, 3>& velocity) const {
-        return module->frequency(hamiltonian, parameters.data(), end.q, end.p, end.pt, velocity.data(), time);
+        return module->frequency(hamiltonian, parameters.data(), end.q, end.p, end.pt, velocity.data(), time_sign);
     }
-    /// The state of a ray at q that moves along d, in coordinates; RayStart::failure states why there is none.
+    /// Returns the ray start at q with dq/dλ along d. If there is none, RayStart::failure is the reason.
     RayStart start(const double (&q)[3], const std::array<double, 3>& d) const;
-    /// The map from directions in the rest frame of an observer at q to momenta, or why there is no such observer.
+    /// Computes the map from directions in the rest frame of an observer at q to momenta. Returns Failure::none, or the
+    /// reason why the map does not exist.
     Failure observe(ObserverKind observer, const double (&q)[3], StartMap& map) const {
         return module->observe(hamiltonian, parameters.data(), observer, q, &map);
     }

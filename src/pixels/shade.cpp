@@ -12,12 +12,13 @@
 namespace kagero {
 namespace {
 
-/// A ray that gets away alone, beside captured ones or those that end under the other sky, has grazed the photon
-/// sphere: around there every pixel shows the whole sky, again and again. It stands for a large piece of it.
+/// Returns the footprint over which the sky is averaged for an escaped ray. It is large if no other ray of the block
+/// escapes to the same sky, and some are captured or escape to the other sky. Such a ray has passed close to the photon
+/// sphere, where every pixel shows the whole sky many times.
 Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
     constexpr double large = 0.5;  // radian
-    const Footprint& known = view.far ? footprints.far : footprints.near;
-    if (!footprints.torn || length(known.major) > 0) return known;
+    const Footprint& fitted = view.far ? footprints.far : footprints.near;
+    if (!footprints.discontinuous || length(fitted.major) > 0) return fitted;
     const auto [e1, e2] = meridians(view.direction);
     return {scaled(e1, large), scaled(e2, large)};
 }
@@ -26,7 +27,8 @@ double redshift_of(const Plan& plan, const PixelSample& ray) {
     return kagero::redshift_of(plan.scene->space, plan.view.spacetime, plan.description().objects, ray);
 }
 
-/// Captured rays come from nowhere and are black; so are rays without an end, which the status layer tells apart.
+/// Returns the colour of a ray. Captured rays are black, because no light arrives along them. Failed and unfinished
+/// rays are black too; the layer `status` distinguishes them.
 Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
@@ -41,22 +43,23 @@ Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& f
     }
 }
 
-/// Distance in scene units from the ray's start to the hit; 0 without one.
+/// Returns the distance from the start of a ray to its hit, in scene units; 0 without a hit.
 double depth_of(const Plan& plan, const PixelSample& ray) {
     if (ray.end->status != Status::hit) return 0;
     const double *from = ray.ray->start.q, *to = ray.end->q;
     return plan.scene->unit * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
 }
 
-/// Added up in the order of the samples, so that the sum is always the same.
-template <class Amount>
-float mean(std::span<const PixelSample> rays, const Amount& amount) {
+/// Returns the mean of a quantity over the rays of a pixel. The terms are added in the order of the samples, so the
+/// result is reproducible.
+template <class Quantity>
+float mean(std::span<const PixelSample> rays, const Quantity& quantity) {
     double sum = 0;
-    for (const PixelSample& ray : rays) sum += amount(*ray.end);
+    for (const PixelSample& ray : rays) sum += quantity(*ray.end);
     return float(sum / double(rays.size()));
 }
 
-void paint_color_of(const Pixel& pixel, float* color) {
+void write_color(const Pixel& pixel, float* color) {
     if (pixel.rays.size() == 1) {
         const Float3 c = color_of(pixel.plan, pixel.rays.front(), pixel.footprints);
         std::copy(c.begin(), c.end(), color);
@@ -70,37 +73,41 @@ void paint_color_of(const Pixel& pixel, float* color) {
     for (int k = 0; k < 3; ++k) color[k] = float(sum[k] / double(pixel.rays.size()));
 }
 
-/// The piece of sky that the pixel shows by its first ray; axes of length zero where that is not known.
-Footprint sky_of(const Pixel& pixel) {
+/// Returns the footprint of the whole pixel on the sky to which its first ray escapes; zero if that ray does not
+/// escape.
+Footprint sky_footprint(const Pixel& pixel) {
     const PixelSample& ray = pixel.rays.front();
     if (ray.end->status != Status::escaped) return {};
     const Footprint& f = ray.sky.far ? pixel.footprints.far : pixel.footprints.near;
-    const double pixel_per_ray = std::sqrt(double(pixel.rays.size()));
-    return {scaled(f.major, pixel_per_ray), scaled(f.minor, pixel_per_ray)};
+    const double enlargement = std::sqrt(double(pixel.rays.size()));  // from one ray to the whole pixel
+    return {scaled(f.major, enlargement), scaled(f.minor, enlargement)};
 }
 
-double solid_angle_of(const Footprint& sky) {
-    return length(sky.major) * length(sky.minor);
+/// Returns the solid angle of a footprint, up to a constant factor.
+double solid_angle_of(const Footprint& footprint) {
+    return length(footprint.major) * length(footprint.minor);
 }
 
-/// What the observer sees through the block of 2 × 2 pixels that a footprint is of: its directions as they spread at
-/// the camera.
-Footprint view_of(const Plan& plan, std::uint32_t x, std::uint32_t y) {
+/// Returns the footprint of a pixel in the observer's rest frame. It is fitted to the view directions of the same block
+/// of 2 × 2 pixels as the footprint on the sky.
+Footprint view_footprint(const Plan& plan, std::uint32_t x, std::uint32_t y) {
     std::vector<Double3> directions;
-    std::vector<std::array<double, 2>> places;
+    std::vector<std::array<double, 2>> positions;
     for (const std::uint32_t i : {y & ~1u, y | 1u})
         for (const std::uint32_t k : {x & ~1u, x | 1u}) {
-            places.push_back({k + 0.5, i + 0.5});
-            const Double3 d = camera_direction(plan, places.back()[0], places.back()[1]);
+            positions.push_back({k + 0.5, i + 0.5});
+            const Double3 d = camera_direction(plan, positions.back()[0], positions.back()[1]);
             directions.push_back(scaled(d, 1 / length(d)));
         }
-    return spread_of(directions, places);
+    return fit_footprint(directions, positions);
 }
 
+/// Returns the solid angle of the pixel in the observer's rest frame, divided by its solid angle on the sky; 0 if
+/// either is unknown.
 double magnification_of(const Pixel& pixel) {
-    const double sky = solid_angle_of(sky_of(pixel));
+    const double sky = solid_angle_of(sky_footprint(pixel));
     return sky > 0 && pixel.plan.description().camera.type != CameraType::orthographic
-               ? solid_angle_of(view_of(pixel.plan, pixel.x, pixel.y)) / sky
+               ? solid_angle_of(view_footprint(pixel.plan, pixel.x, pixel.y)) / sky
                : 0;
 }
 
@@ -110,7 +117,7 @@ double energy_error_of(const Pixel& pixel) {
     return greatest;
 }
 
-/// The greatest of the pixel's rays; not a number where that is so of one of them.
+/// Returns the greatest error of the pixel's rays; NaN if the error of one of them is NaN.
 double greatest_error(const Pixel& pixel, double EndError::*error) {
     double greatest = 0;
     for (const PixelSample& ray : pixel.rays)
@@ -118,19 +125,20 @@ double greatest_error(const Pixel& pixel, double EndError::*error) {
     return greatest;
 }
 
+/// Returns the number of the object that the pixel's first ray hits, counted from 1; 0 without a hit.
 double object_of(const Pixel& pixel) {
     const RayEnd& end = *pixel.rays.front().end;
     return end.status == Status::hit ? end.surface + 1 : 0;
 }
 
-/// How each layer of film.cpp is made, and from what.
-struct Painter {
+/// Computation of one layer of the table in src/film/film.cpp.
+struct LayerWriter {
     const char* layer;
-    unsigned needs;
-    void (*paint)(const Pixel&, float*);
+    unsigned needs;  ///< Bits of Need.
+    void (*write)(const Pixel&, float*);
 };
-constexpr Painter painters[] = {
-    {"color", 0, paint_color_of},
+constexpr LayerWriter layer_writers[] = {
+    {"color", 0, write_color},
     {"status", 0, [](const Pixel& p, float* out) { *out = float(static_cast<int>(p.rays.front().end->status)); }},
     {"steps", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.steps; }); }},
     {"gradients", 0,
@@ -146,22 +154,21 @@ constexpr Painter painters[] = {
     {"depth", need_start, [](const Pixel& p, float* out) { *out = float(depth_of(p.plan, p.rays.front())); }},
     {"redshift", need_start, [](const Pixel& p, float* out) { *out = float(redshift_of(p.plan, p.rays.front())); }},
     {"object", 0, [](const Pixel& p, float* out) { *out = float(object_of(p)); }},
-    {"footprint", need_footprint, [](const Pixel& p, float* out) { *out = float(length(sky_of(p).major)); }},
+    {"footprint", need_footprint, [](const Pixel& p, float* out) { *out = float(length(sky_footprint(p).major)); }},
     {"magnification", need_footprint, [](const Pixel& p, float* out) { *out = float(magnification_of(p)); }},
 };
 
-const Painter& painter_of(const std::string& layer) {
-    const auto painter =
-        std::find_if(std::begin(painters), std::end(painters), [&](const Painter& p) { return p.layer == layer; });
-    if (painter == std::end(painters)) throw RunError("nothing paints the layer " + layer);
-    return *painter;
+const LayerWriter& writer_of(const std::string& layer) {
+    const auto writer = std::find_if(std::begin(layer_writers), std::end(layer_writers),
+                                     [&](const LayerWriter& one) { return one.layer == layer; });
+    if (writer == std::end(layer_writers))
+        throw RunError("the layer " + layer + " has no function in the table of src/pixels/shade.cpp; add one");
+    return *writer;
 }
 
 }  // namespace
 
-unsigned needs_of(const std::string& layer) {
-    return painter_of(layer).needs;
-}
+unsigned needs_of(const std::string& layer) { return writer_of(layer).needs; }
 
 unsigned needs_of(const Film& film) {
     unsigned needs = 0;
@@ -177,11 +184,11 @@ int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& foo
 
 Shader::Shader(Film& film) : width_(film.width()) {
     for (const LayerInfo* layer : film.layers())
-        layers_.push_back({painter_of(layer->name).paint, film.plane(layer->name), layer->channels.size()});
+        layers_.push_back({writer_of(layer->name).write, film.plane(layer->name), layer->channels.size()});
 }
 
 void Shader::shade(const Pixel& pixel, std::uint32_t x, std::uint32_t y) const {
-    for (const Layer& layer : layers_) layer.paint(pixel, layer.plane + (y * width_ + x) * layer.channels);
+    for (const Layer& layer : layers_) layer.write(pixel, layer.plane + (y * width_ + x) * layer.channels);
 }
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Ends of rays to pixels.
+/// Computation of pixels from the ends of their rays.
 #pragma once
 
 #include "appearance/footprint.h"
@@ -10,8 +10,7 @@
 
 namespace kagero {
 
-/// What layers are made from beside the ends of rays: their starts, the sky that they stand for, and how exact they
-/// are.
+/// Data that layers need in addition to the ends of rays, as bits of a set.
 enum Need : unsigned {
     need_start = 1,
     need_footprint = 2,
@@ -21,31 +20,33 @@ enum Need : unsigned {
 };
 inline constexpr unsigned need_any_error = need_energy_error | need_position_error | need_rounding_error;
 
-/// Of a layer, and of all layers of a film; Need, as bits. Throws RunError for a layer that nothing paints.
+/// Returns the data that a layer needs, as bits of Need. Throws RunError if the table of layers has no such layer.
 unsigned needs_of(const std::string& layer);
+/// Returns the data that all layers of a film need, as bits of Need.
 unsigned needs_of(const Film& film);
 
-/// How many places of the sky's image are looked up to colour a ray: most of what that costs.
+/// Returns the number of probes in the sky's image for the colour of a ray. They dominate the cost of the colour.
 int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints);
 
-/// All that a pixel is made from: its rays, at least one, and its place on the whole picture.
+/// Data from which a pixel is computed.
 struct Pixel {
     const Plan& plan;
-    std::span<const PixelSample> rays;
-    const SkyFootprints& footprints;
-    std::uint32_t x, y;
+    std::span<const PixelSample> rays;  ///< At least one ray.
+    const SkyFootprints& footprints;    ///< Footprints of the rays of the pixel's block.
+    std::uint32_t x, y;                 ///< Position on the whole picture, also if the film is a crop.
 };
 
-/// Writes what a film's layers want of pixels. The film outlives it.
+/// Writes the pixels of all layers of a film, which must outlive this object.
 class Shader {
 public:
     explicit Shader(Film& film);
-    /// Into pixel (x, y) of the film.
+    /// Computes all layers of a pixel and writes them to pixel (x, y) of the film.
     void shade(const Pixel& pixel, std::uint32_t x, std::uint32_t y) const;
 
 private:
+    /// A layer of the film.
     struct Layer {
-        void (*paint)(const Pixel&, float*);
+        void (*write)(const Pixel&, float*);  ///< Computes the layer for a pixel and writes its channels.
         float* plane;
         std::size_t channels;
     };

@@ -1,4 +1,4 @@
-/// Ends of a tile's rays to the pixels of a film.
+/// Computation of the pixels of a tile from the ends of its rays.
 #pragma once
 
 #include "pixels/shade.h"
@@ -8,12 +8,13 @@
 
 namespace kagero {
 
-/// Whether pixels want to know what piece of the sky their rays stand for.
-bool wants_footprints(const Plan& plan, const Film& film);
+/// Returns true if the pixels of a film depend on the footprints of their rays on the sky.
+bool needs_footprints(const Plan& plan, const Film& film);
 
-/// Shades the pixels of a tile that lie in the window `film` shows, in blocks of 2 × 2. `list` holds the tile's rays
-/// where the kernel did not make them itself, `errors` one estimate per ray where a layer wants it; else they are
-/// empty.
+/// Computes, in blocks of 2 × 2, those pixels of a tile that lie in the rectangle `shown`, and writes them to `film`.
+/// `shown` is the part of the picture that the film covers. `ends` has one element per ray of the tile. `list` contains
+/// the tile's rays if the kernel did not generate them; otherwise it is empty. `errors` contains one estimate per ray
+/// if a layer needs it; otherwise it is empty.
 void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list,
                 const std::vector<EndError>& errors, Film& film);
 

@@ -1,4 +1,4 @@
-/// The decisions about a run, each with its reason: what takes place, and what is left out and why.
+/// The features that a run uses, and the features that it leaves out with the reason. `kagero explain` prints them.
 #pragma once
 
 #include "plan/run_config.h"
@@ -8,27 +8,28 @@
 
 namespace kagero {
 
+/// A feature of the program, and whether a run uses it.
 struct Decision {
-    std::string what;
-    bool taken;
-    std::string why_not;  ///< where it is not taken
+    std::string feature;
+    bool used;
+    std::string reason;  ///< Why the feature is left out; empty if it is used.
 };
 
-/// In the order in which `explain` prints them.
+/// The decisions of a run, in the order in which `explain` prints them.
 struct Decisions {
-    std::vector<Decision> tuning;  ///< from trial rays: method and precision
-    std::vector<Decision> motion;  ///< how rays are integrated
-    std::vector<Decision> ends;    ///< where rays end, and how ends are found
-    std::vector<Decision> picture; ///< what pixels are made from
+    std::vector<Decision> tuning;   ///< Choice of method, step and precision by trial rays.
+    std::vector<Decision> motion;   ///< Integration of the rays.
+    std::vector<Decision> ends;     ///< Events that end rays, and queries.
+    std::vector<Decision> picture;  ///< Camera rays, pixels and layers.
 };
 
-/// `tuned`: the method was chosen by trial rays.
+/// Returns the decisions about the integration. `tuned` is true if trial rays chose the method.
 std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run, bool tuned);
 
-/// All decisions that follow from scene, view and configuration.
+/// Returns all decisions that follow from scene, view and configuration; `tuning` is empty.
 Decisions decisions_of(const Scene& scene, const View& view, const RunConfig& run);
 
-/// A number in the shortest form that has six digits, as decisions print it.
+/// Returns a number as text with at most six significant digits.
 std::string plain_number(double x);
 
 }  // namespace kagero

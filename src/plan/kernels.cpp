@@ -9,59 +9,61 @@
 namespace kagero {
 namespace {
 
-std::span<const KernelInfo> kernels_of(const Module& module) {
-    return {module.kernels, module.kernel_count};
+std::span<const KernelInfo> kernels_of(const Module& module) { return {module.kernels, module.kernel_count}; }
+
+/// Returns true if the kernel meets the conditions. Without a requested strategy, per-ray kernels are excluded, and
+/// scalar kernels are excluded unless one lane is requested. Gangs are excluded unless their number of lanes is
+/// requested.
+bool meets(const KernelInfo& kernel, const KernelRequest& request) {
+    if (kernel.form == Form::auto_vectorized) return false;  // Only `compare` uses these kernels.
+    if (request.precision && kernel.precision != *request.precision) return false;
+    if (request.strategy && kernel.strategy != *request.strategy) return false;
+    if (!request.strategy && kernel.strategy == Strategy::per_ray) return false;
+    if (!request.strategy && request.lanes == 0 && kernel.strategy != Strategy::packet) return false;
+    if (request.lanes == 0) return kernel.form != Form::gang;
+    return kernel.lanes == request.lanes;
 }
 
-bool fits(const KernelInfo& kernel, const KernelWish& wish) {
-    if (kernel.form == Form::auto_vectorized) return false;  // a yardstick of `compare`, not a way to render
-    if (wish.precision && kernel.precision != *wish.precision) return false;
-    if (wish.strategy && kernel.strategy != *wish.strategy) return false;
-    if (!wish.strategy && kernel.strategy == Strategy::per_ray) return false;
-    if (!wish.strategy && wish.lanes == 0 && kernel.strategy != Strategy::packet) return false;
-    if (wish.lanes == 0) return kernel.form != Form::gang;
-    return kernel.lanes == wish.lanes;
-}
-
-/// Whether the widest packets are the quickest: in the plane of an orbit a step is one long chain of a few operations,
-/// each of which waits for the one before unless other rays give it something to do (`kagero trace scenes/hole.toml
-/// --rays FILE --lanes N --json`).
+/// Returns true if the widest packets are the fastest. In the orbit plane, each operation of a step depends on the
+/// previous one, so the latency is hidden by several independent registers per variable. Measured with `kagero trace
+/// scenes/hole.toml --rays FILE --lanes N --json`.
 bool widest_is_best(const Scene& scene, const MethodChoice& method) {
     return scene.module().integrators[method.integrator].angular && !scene.geometry->kernel_view() && !scene.straight;
 }
 
-/// "strategy packet, double, integrator.lanes = 64"
-std::string text_of(const KernelWish& wish) {
+/// Returns the conditions as text, for example "strategy packet, double, integrator.lanes = 64".
+std::string text_of(const KernelRequest& request) {
     std::string text;
-    if (wish.strategy) enumerate(text, std::string("strategy ") + name_of(*wish.strategy));
-    if (wish.precision) enumerate(text, name_of(*wish.precision));
-    if (wish.lanes) enumerate(text, "integrator.lanes = " + std::to_string(wish.lanes));
+    if (request.strategy) append_to_list(text, std::string("strategy ") + name_of(*request.strategy));
+    if (request.precision) append_to_list(text, name_of(*request.precision));
+    if (request.lanes) append_to_list(text, "integrator.lanes = " + std::to_string(request.lanes));
     return text;
 }
 
-/// The numbers of lanes that would do, were it not for those that are asked for.
-std::string lanes_text(const Scene& scene, const MethodChoice& method, KernelWish wish) {
+/// Returns the numbers of lanes, as text, of the kernels that meet all conditions except the requested number of lanes.
+std::string lanes_text(const Scene& scene, const MethodChoice& method, KernelRequest request) {
     std::vector<std::uint32_t> lanes;
     for (const KernelInfo& kernel : kernels_of(scene.module())) {
-        wish.lanes = kernel.lanes;
-        if (fits(kernel, wish) && !refusal_of(scene, kernel, method))
-            lanes.push_back(kernel.lanes);
+        request.lanes = kernel.lanes;
+        if (meets(kernel, request) && !refusal_of(scene, kernel, method)) lanes.push_back(kernel.lanes);
     }
     std::sort(lanes.begin(), lanes.end());
     lanes.erase(std::unique(lanes.begin(), lanes.end()), lanes.end());
     std::string text;
-    for (const std::uint32_t n : lanes) enumerate(text, std::to_string(n));
+    for (const std::uint32_t n : lanes) append_to_list(text, std::to_string(n));
     return text;
 }
 
-/// The first that is wished for and serves, or the widest; null where none does, and why not.
-const KernelInfo* serving_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish,
-                                 std::string& why) {
+/// Returns the first kernel that meets the conditions and supports scene and method. If the widest packets are the
+/// fastest, returns the kernel with the widest packets. Returns null if no kernel supports both. `reason` receives the
+/// reason of the last kernel that does not.
+const KernelInfo* supporting_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request,
+                                    std::string& reason) {
     const KernelInfo* chosen = nullptr;
     for (const KernelInfo& kernel : kernels_of(scene.module())) {
-        if (!fits(kernel, wish)) continue;
+        if (!meets(kernel, request)) continue;
         const char* refusal = refusal_of(scene, kernel, method);
-        if (refusal) why = refusal;
+        if (refusal) reason = refusal;
         else if (!chosen ||
                  (widest_is_best(scene, method) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes))
             chosen = &kernel;
@@ -71,32 +73,32 @@ const KernelInfo* serving_kernel(const Scene& scene, const MethodChoice& method,
 
 }  // namespace
 
-KernelWish wish_of(const Scene& scene, const Options& options) {
-    KernelWish wish;
-    wish.strategy = options.strategy;
-    wish.precision = options.precision;
-    wish.isa = options.isa;
-    wish.lanes = scene.description.integrator.lanes;
-    return wish;
+KernelRequest make_kernel_request(const Scene& scene, const Options& options) {
+    KernelRequest request;
+    request.strategy = options.strategy;
+    request.precision = options.precision;
+    request.isa = options.isa;
+    request.lanes = scene.description.integrator.lanes;
+    return request;
 }
 
-const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish) {
-    std::string why;
-    return serving_kernel(scene, method, wish, why);
+const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request) {
+    std::string reason;
+    return supporting_kernel(scene, method, request, reason);
 }
 
-const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish) {
-    std::string why;
-    if (const KernelInfo* chosen = serving_kernel(scene, method, wish, why)) return *chosen;
-    const std::string there_is_none =
-        text_of(wish) + ": there is no such kernel for " + scene.description.space.hamiltonian + " by " +
-        scene.module().integrators[method.integrator].name + " in the module " + scene.module().isa;
-    const Place place = scene.description.integrator.lanes_place.value_or(Place{});
-    if (!why.empty()) throw InputError(place, there_is_none + ": " + why);
-    const std::string lanes = lanes_text(scene, method, wish);
-    throw InputError(place,
-                     there_is_none + (lanes.empty() ? std::string("; `kagero list strategies` shows those there are")
-                                                    : "; lanes there are: " + lanes));
+const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request) {
+    std::string reason;
+    if (const KernelInfo* chosen = supporting_kernel(scene, method, request, reason)) return *chosen;
+    const std::string message = std::string("the module ") + scene.module().isa + " has no kernel for " +
+                                scene.description.space.hamiltonian + " with the method " +
+                                scene.module().integrators[method.integrator].name +
+                                " and these conditions: " + text_of(request);
+    const FileLocation location = scene.description.integrator.lanes_location.value_or(FileLocation{});
+    if (!reason.empty()) throw InputError(location, message + "; reason: " + reason);
+    const std::string lanes = lanes_text(scene, method, request);
+    throw InputError(location, message + (lanes.empty() ? std::string("; `kagero list strategies` shows the kernels")
+                                                        : "; available numbers of lanes: " + lanes));
 }
 
 const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method) {

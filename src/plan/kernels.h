@@ -1,35 +1,35 @@
-/// Which of a module's kernels runs a scene.
+/// Selection of the kernel that traces a scene, among the kernels of a module.
 #pragma once
 
 #include "plan/scene.h"
 
 namespace kagero {
 
-/// A method of the module, with H rescaled or not.
+/// A method of the module, with or without time rescaling of H.
 struct MethodChoice {
-    std::uint32_t integrator = 0;  ///< an index into Module::integrators
-    bool rescaled = false;         ///< integrate Ω(q)·(H − H0) instead of H
+    std::uint32_t integrator = 0;  ///< Index into Module::integrators.
+    bool rescaled = false;         ///< True: Ω(q)·(H − H0) is integrated instead of H.
 };
 
 /// Conditions on a kernel. An empty member, or 0 lanes, sets no condition.
-struct KernelWish {
+struct KernelRequest {
     std::optional<Strategy> strategy;
     std::optional<Precision> precision;
-    std::uint32_t lanes = 0;  ///< rays at a time; 1: scalar
-    std::string isa = "auto";  ///< the module was chosen by it
+    std::uint32_t lanes = 0;   ///< Rays per packet; 1: scalar.
+    std::string isa = "auto";  ///< Instruction set that was requested for the module.
 };
-/// The conditions that options and scene state.
-KernelWish wish_of(const Scene& scene, const Options& options);
+/// Returns the conditions that options and scene state.
+KernelRequest make_kernel_request(const Scene& scene, const Options& options);
 
-/// The first kernel that meets all conditions and serves the scene's space by the method. Throws InputError, which
-/// lists the available kernels.
-const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish);
+/// Returns a kernel that meets all conditions and supports the scene's space with the method. If there is none, throws
+/// InputError with the available numbers of lanes.
+const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request);
 
-/// The same; null where there is none.
-const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelWish& wish);
+/// Returns the same kernel as choose_kernel. If there is none, returns null instead of throwing an exception.
+const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request);
 
-/// Null where a kernel serves the scene's space by a method, else the reason. What the module refuses for every kernel
-/// is not checked here.
+/// Returns null if the kernel supports the scene's space with the method, else the reason. Checks only the
+/// kernel; refusal_of in scene.h checks the module.
 const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method);
 
 }  // namespace kagero

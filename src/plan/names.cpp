@@ -16,9 +16,7 @@ const char* name_of(Status status) {
     constexpr const char* names[status_count] = {"hit", "escaped", "captured", "step_limit", "failed"};
     return names[static_cast<int>(status)];
 }
-const char* name_of(Schedule schedule) {
-    return schedule_names()[static_cast<std::size_t>(schedule)].c_str();
-}
+const char* name_of(Schedule schedule) { return schedule_names()[static_cast<std::size_t>(schedule)].c_str(); }
 const char* name_of(Form form) {
     constexpr const char* names[] = {"", "gradient", "stages", "auto-vectorized", "gang"};
     return names[static_cast<int>(form)];
@@ -51,37 +49,38 @@ const std::vector<std::string>& schedule_names() {
 
 ObserverKind observer_named(const std::string& name) {
     const std::vector<std::string>& names = observer_names();
-    const auto known = std::find(names.begin(), names.end(), name);
-    if (known != names.end()) return static_cast<ObserverKind>(known - names.begin());
-    std::string there_are;
-    for (const std::string& other : names) enumerate(there_are, other);
-    throw InputError("there is no observer '" + name + "'; known are " + there_are);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) return static_cast<ObserverKind>(found - names.begin());
+    std::string existing;
+    for (const std::string& other : names) append_to_list(existing, other);
+    throw InputError("there is no observer '" + name + "'; the observers are: " + existing);
 }
 
 const char* describe(Failure failure) {
     switch (failure) {
         case Failure::none: return "";
         case Failure::zero_direction: return "the direction has length zero";
-        case Failure::nonfinite_start: return "start or direction is not finite";
+        case Failure::nonfinite_start: return "a coordinate of the start or of the direction is infinite or NaN";
         case Failure::singular_start: return "the Hamiltonian is singular at the start";
-        case Failure::too_far: return "the start is too far out for numbers of this precision";
-        case Failure::no_observer: return "the space has no such observer, or none can be at rest here";
+        case Failure::too_far: return "the start is too far from the origin for numbers of this precision";
+        case Failure::no_observer: return "the space has no such observer, or none can exist at this position";
         case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
-        case Failure::no_momentum: return "no momentum with this direction is found here";
-        case Failure::not_converged: return "a step has no solution, or none within its tolerance, however short it is";
-        case Failure::not_landed: return "its last step, however short, leads to no place on what it meets";
+        case Failure::no_momentum: return "no momentum has this direction at this position";
+        case Failure::not_converged: return "a step has no solution within its tolerance, at any step length";
+        case Failure::not_refined: return "the end of the ray cannot be refined, at any length of the last step";
         case Failure::not_finite: return "the state left the range of the number type";
-        case Failure::no_pace: return "integrator.rescale is not greater than 0 at the start";
-        case Failure::no_bounds:
-            return "space.domain, space.capture or space.length_scale is no number at the start, or that length is not "
-                   "greater than 0";
-        case Failure::untraced: return "interrupted before this ray was traced";
+        case Failure::bad_time_rescaling: return "integrator.rescale is not greater than 0 at the start";
+        case Failure::invalid_bounds:
+            return "space.domain, space.capture or space.length_scale is NaN at the start, or space.length_scale is "
+                   "not greater than 0 there";
+        case Failure::untraced: return "the run was interrupted before this ray was traced";
         case Failure::energy_lost:
-            return "the Hamiltonian's value is lost, and half the step, however often, does not mend it: take shorter "
-                   "steps, or a smaller tolerance, from the start";
-        case Failure::needs_double: return "so near a horizon float cannot hold the momentum; --precision double can";
+            return "a step changes the value of the Hamiltonian too much, at any step length; choose a smaller step or "
+                   "a smaller tolerance";
+        case Failure::needs_double:
+            return "the momentum this close to a horizon is too large for float; choose --precision double";
     }
-    return "unknown";
+    return "unknown failure";
 }
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// The names of modes and of outcomes, as the command line, scenes and reports write them.
+/// The names of modes and statuses, as the command line, scenes and reports write them.
 #pragma once
 
 #include "plan/options.h"
@@ -12,21 +12,23 @@ const char* name_of(Strategy);
 const char* name_of(Precision);
 const char* name_of(Status);
 const char* name_of(Schedule);
-/// "", "gradient", "stages", "auto-vectorized" or "gang".
+/// Returns "", "gradient", "stages", "auto-vectorized" or "gang".
 const char* name_of(Form);
-/// "scene lengths", "1/length" …
+/// Returns the unit in words, for example "scene lengths" or "1/length".
 const char* name_of(Unit);
 
-/// Empty for "auto", and for a name that is none.
+/// Returns the strategy of this name; empty if there is none, as for "auto".
 std::optional<Strategy> strategy_named(const std::string& name);
+/// Returns the precision of this name; empty if there is none, as for "auto".
 std::optional<Precision> precision_named(const std::string& name);
+/// Returns the schedule of this name; empty if there is none, as for "auto".
 std::optional<Schedule> schedule_named(const std::string& name);
 const std::vector<std::string>& schedule_names();
 
-/// Throws InputError, which lists the observers, for a name that is none.
+/// Returns the observer of this name. If there is none, throws InputError with the names of all observers.
 ObserverKind observer_named(const std::string& name);
 
-/// Why a ray failed, as a clause; "" for Failure::none.
+/// Returns the reason why a ray failed, as a clause; "" for Failure::none.
 const char* describe(Failure);
 
 }  // namespace kagero

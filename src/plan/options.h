@@ -1,4 +1,4 @@
-/// The choices of a caller that are not part of a scene.
+/// The options of a run that are not part of a scene.
 #pragma once
 
 #include "kernels/abi.h"
@@ -8,29 +8,29 @@
 
 namespace kagero {
 
-/// In which pieces, and in which order, a picture is worked on. No pixel depends on it.
+/// The shape and order of the tiles of a picture. No pixel depends on it.
 enum class Schedule {
-    scanline,   ///< line by line, as in Satoh (2003): bands as wide as the picture, or as a thread holds rays, and as
-                ///< high as a packet, from the top
-    tiles,      ///< squares, row by row
-    predicted,  ///< squares, the costliest first, by a sparse first pass
+    scanline,   ///< Rows from top to bottom, as in Satoh (2003). A tile is as high as a packet and as wide as the
+                ///< picture, but has at most 32768 rays.
+    tiles,      ///< Squares, row by row.
+    predicted,  ///< Squares in descending order of the cost that a sparse first pass predicts.
 };
 
 /// The purpose of tracing: the pixels of the scene's camera, or a list of rays without a picture.
 enum class Purpose { picture, ray_list };
 
-/// Where an option is empty, or 0, the program chooses.
+/// The options of a run. The program chooses the value of an option that is empty or 0.
 struct Options {
-    std::string isa = "auto";           ///< a name of find_isas()
+    std::string isa = "auto";  ///< Instruction set; a name of find_isas().
     std::optional<Strategy> strategy;
     std::optional<Precision> precision;
     std::optional<Schedule> schedule;
-    unsigned threads = 0;               ///< 0: one for each processor
-    Tile crop{};                        ///< pixels of the film, half-open; all 0: the whole film
-    std::optional<ObserverKind>
-        observer;  ///< in whose rest frame the directions of a ray list are given; empty: in coordinates
-    bool energy_error = false;          ///< measure the error in H along every ray
-    bool parameter = false;             ///< compute λ at the ends of listed rays
+    unsigned threads = 0;  ///< 0: one per processor.
+    Tile crop{};           ///< Pixels of the film, half-open; all 0: the whole film.
+    /// Observer in whose rest frame the directions of a ray list are given. Empty: they are given in coordinates.
+    std::optional<ObserverKind> observer;
+    bool energy_error = false;  ///< Measures the energy error along every ray.
+    bool parameter = false;     ///< Computes λ at the ends of a ray list.
 };
 
 }  // namespace kagero

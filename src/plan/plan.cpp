@@ -10,51 +10,58 @@
 namespace kagero {
 namespace {
 
-/// Constants and helpers that no formula has: perhaps misspelt.
+/// Adds a remark for each constant and helper that no formula uses; its name may be misspelt.
 void remark_on_names(const FormulaDescription& formula, std::vector<std::string>& remarks) {
     std::vector<std::string> used;
-    const auto each = [&](const auto& visit) {
+    const auto for_each = [&](const auto& visit) {
         for (const auto& [name, value] : formula.constants)
             if (name != "pt") visit("constants", name);
         for (const auto& [name, text] : formula.helpers) visit("let", name);
     };
-    each([&](const char*, const std::string& name) { if (formula.scope.used.contains(name)) used.push_back(name); });
-    each([&](const char* table, const std::string& name) {
-        if (formula.scope.used.contains(name)) return;
+    for_each([&](const char*, const std::string& name) {
+        if (formula.scope.used_names.contains(name)) used.push_back(name);
+    });
+    for_each([&](const char* table, const std::string& name) {
+        if (formula.scope.used_names.contains(name)) return;
         const std::string near = near_match(name, used);
         remarks.push_back(std::string("space.") + table + "." + name + " has no effect: no formula uses it" +
                           (near.empty() ? "" : "; did you mean " + near + "?"));
     });
 }
 
-/// A float counts so far.
-constexpr std::uint32_t most_float_steps = 1u << 24;
+/// Greatest number of steps that float can count: it represents all whole numbers up to 2^24.
+constexpr std::uint32_t max_float_steps = 1u << 24;
 
-/// Settings without effect and objects that are not seen: the user may have meant something else.
+/// Returns remarks about settings that have no effect and objects that are not visible.
 std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Purpose purpose) {
     const SceneDescription& description = scene.description;
     const IntegratorDescription& integrator = description.integrator;
     const IntegratorInfo& method = scene.module().integrators[run.method.integrator];
     std::vector<std::string> remarks = scene.geometry->remarks();
-    const auto say = [&](const std::string& remark) { remarks.push_back(remark); };
+    const auto add_remark = [&](const std::string& remark) { remarks.push_back(remark); };
     const bool picture = purpose == Purpose::picture, bounded = integrator.max_pixel_error > 0;
     if (description.space.formula) remark_on_names(*description.space.formula, remarks);
     if (bounded && !picture)
-        say(std::string("integrator.max_pixel_error has no effect on single rays: they are traced by ") + method.name +
-            " as it is");
-    if (integrator.max_steps > most_float_steps && run.kernel->precision == Precision::float32)
-        say("integrator.max_steps: in float rays end after " + std::to_string(most_float_steps) + " steps");
-    if (integrator.tolerance_place && !scene.straight && !method.adaptive && !(picture && bounded))
-        say(std::string("integrator.tolerance has no effect: ") + method.name + " takes steps of one length");
-    if (picture && description.camera.fov_place && description.camera.type != CameraType::perspective)
-        say("camera.fov has no effect: the camera is " + name_of(description.camera.type));
+        add_remark(std::string("integrator.max_pixel_error has no effect on single rays; they are traced by ") +
+                   method.name + " with its stated or default step");
+    if (integrator.max_steps > max_float_steps && run.kernel->precision == Precision::float32)
+        add_remark("integrator.max_steps = " + std::to_string(integrator.max_steps) +
+                   " is more than float can count: rays end after " + std::to_string(max_float_steps) +
+                   " steps; choose --precision double");
+    if (integrator.tolerance_location && !scene.straight && !method.adaptive && !(picture && bounded))
+        add_remark(std::string("integrator.tolerance has no effect: ") + method.name +
+                   " takes steps of fixed length, which integrator.step sets");
+    if (picture && description.camera.fov_location && description.camera.type != CameraType::perspective)
+        add_remark("camera.fov has no effect: the camera is " + name_of(description.camera.type));
     for (std::size_t i = 0; i < description.objects.size(); ++i) {
         const ObjectDescription& object = description.objects[i];
         if (!scene.geometry->comes_within(static_cast<std::uint32_t>(i), scene.limits.escape_radius))
-            say("object." + object.name + " lies beyond integrator.escape_radius, where rays end: it is not seen");
+            add_remark("object." + object.name + " is not visible: it lies beyond integrator.escape_radius = " +
+                       plain_number(integrator.escape_radius * scene.unit) +
+                       ", where rays end; increase this radius to see it");
         if (object.shape == Shape::disk && description.space.formula)
-            say("object." + object.name +
-                ": its matter stands still, as nobody knows how it orbits in the space of a formula");
+            add_remark("object." + object.name +
+                       ": the matter of the disk is at rest, because its orbits in the space of a formula are unknown");
     }
     return remarks;
 }
@@ -73,10 +80,10 @@ Plan make_plan(std::shared_ptr<const Scene> loaded, const Options& options, Purp
     Plan plan;
     plan.run = default_run(scene, options, purpose);
     check_disks(scene.space, scene.description, scene.unit);
-    if (purpose == Purpose::picture) plan.view = place_camera(scene, options);
+    if (purpose == Purpose::picture) plan.view = make_camera_view(scene, options);
     if (plan.view.has_camera && plan.run.kernel->precision == Precision::float32 &&
         camera_needs_double(scene, plan.view))
-        throw InputError(scene.description.camera.position_place,
+        throw InputError(scene.description.camera.position_location,
                          position_of_camera(scene) + ": " + describe(Failure::needs_double));
     plan.decisions = decisions_of(scene, plan.view, plan.run);
     plan.remarks = remarks_of(scene, plan.run, purpose);

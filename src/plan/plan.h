@@ -1,4 +1,4 @@
-/// Everything that tracing a scene needs, decided from the scene and the options alone; no ray is traced to make it.
+/// The plan of a run: all decisions that follow from the scene and the options. No ray is traced to make it.
 #pragma once
 
 #include "plan/decisions.h"
@@ -6,46 +6,47 @@
 
 namespace kagero {
 
-/// How the method was chosen, where the scene states a bound on the error.
+/// The result of the trial that chooses the method, if the scene bounds the pixel error.
 struct MethodTrial {
     std::uint64_t rays = 0;
-    double bound = 0, estimate = 0;  ///< pixels; of the error of 99 % of the rays
-    bool met = false;
-    std::string why_not;         ///< where it is not met
-    double ill_conditioned =
-        0;  ///< share of the rays that turn their neighbours apart so much that their pixels count as larger
+    double bound = 0;            ///< Pixel error that the scene permits, in pixels.
+    double estimate = 0;         ///< 99th percentile of the pixel errors of the trial's rays, in pixels.
+    bool met = false;            ///< True if the estimate is within the bound.
+    std::string failure_reason;  ///< Reason why no method is known to meet the bound; empty if `met`.
+    double ill_conditioned = 0;  ///< Share of ill-conditioned rays, which multiply every error by more than 1000. Their
+                                 ///< pixel error is divided by conditioning/1000.
 };
 
-/// The result of tracing some rays in double and in float, where the options leave the precision open.
+/// The result of the trial that chooses the precision, if the options leave it open.
 struct PrecisionTrial {
-    std::uint64_t rays = 0;
-    double apart = 0;     ///< pixels, between the ends in double and in float; of 99 % of the rays
-    std::string why_not;  ///< empty: rays are followed in float
+    std::uint64_t rays = 0;         ///< Number of rays that were traced in both precisions; 0: no trial was necessary.
+    double difference = 0;          ///< 99th percentile of the differences between double and float, in pixels.
+    std::string reason_for_double;  ///< Reason why rays are traced in double. Empty: they are traced in float.
 };
 
-/// A value: copies share the scene, and a change to one is no change to another.
+/// A plan. It is a value: copies share the scene, and a change of one copy does not affect another.
 struct Plan {
     std::shared_ptr<const Scene> scene;
     View view;
     RunConfig run;
-    std::optional<MethodTrial> method_trial;        ///< made by tuning/
-    std::optional<PrecisionTrial> precision_trial;  ///< made by tuning/
-    Decisions decisions;                            ///< with their reasons, as they were made
-    std::vector<std::string> remarks;               ///< one line each, of what the user may want to know of the scene
-    double load_seconds = 0;
+    std::optional<MethodTrial> method_trial;        ///< Set by tuning/.
+    std::optional<PrecisionTrial> precision_trial;  ///< Set by tuning/.
+    Decisions decisions;                            ///< What `explain` prints.
+    std::vector<std::string> remarks;               ///< Notes for the user about the scene, one line each.
+    double load_seconds = 0;                        ///< Time in which make_plan loaded the scene.
 
     const SceneDescription& description() const { return scene->description; }
     const Module& module() const { return scene->module(); }
     const IntegratorInfo& method() const { return module().integrators[run.method.integrator]; }
-    /// Points into this plan.
+    /// Returns the argument of the kernel. It points into this plan.
     Job job() const { return job_of(*scene, view, run); }
 };
 
-/// Loads a scene and makes the decisions that follow from it. Throws InputError for what the scene or the options ask
-/// that cannot be done: a refused method, a camera inside a surface …
+/// Loads a scene and makes the decisions that follow from it. Throws InputError if scene and options state something
+/// impossible, such as a method that does not support the space, or a camera inside a surface.
 Plan make_plan(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture);
 
-/// The same for a loaded scene.
+/// Makes the same decisions for a scene that is already loaded.
 Plan make_plan(std::shared_ptr<const Scene> scene, const Options& options, Purpose purpose);
 
 }  // namespace kagero

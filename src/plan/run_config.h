@@ -1,4 +1,4 @@
-/// How the rays of a scene are traced: kernel, method, step and precision. A value that is copied and changed freely.
+/// The configuration of a run: kernel, method, step and precision. It is a value that is copied and changed freely.
 #pragma once
 
 #include "plan/kernels.h"
@@ -11,34 +11,34 @@ namespace kagero {
 /// Lengths are in the scene's unit.
 struct RunConfig {
     MethodChoice method;
-    double step = 0;              ///< in the unit of step_kind(); adaptive methods start with it
-    double tolerance = 0;         ///< local error of adaptive methods, relative to 1 + |value|
-    double solver_tolerance = 0;  ///< of implicit equations, relative; 0: to rounding
+    double step = 0;              ///< In the unit of step_kind(); the first step of methods with step control.
+    double tolerance = 0;         ///< Local error of methods with step control, relative to 1 + |value|.
+    double solver_tolerance = 0;  ///< Relative solver tolerance; 0: iterate to rounding.
     std::uint32_t max_steps = 0;
-    double longest_share = std::numeric_limits<double>::infinity();  ///< greatest step of adaptive methods over the
-                                                                     ///< distance from the centre
-    bool use_symmetry = true;
+    /// Bound on the steps of methods with step control, in units of the distance from the centre of the space.
+    double max_step_radius_ratio = std::numeric_limits<double>::infinity();
+    bool use_symmetry = true;  ///< Updates cyclic coordinates once per step, if the method supports it.
     HitModel hit = HitModel::hermite;
-    double chord_tolerance = 0;
-    bool surfaces = true;      ///< false: rays meet nothing, and run on until they leave the scene
+    double chord_tolerance = 0;  ///< Greatest distance of a chord from the dense output, a length.
+    bool surfaces = true;        ///< False: rays pass through surfaces until they leave the scene.
     Refill refill = Refill::automatic;
-    bool scanlines = false;    ///< packets of a camera are runs of a row
-    double parameter_limit = std::numeric_limits<double>::infinity();  ///< λ at which every listed ray ends
-    std::uint32_t outputs = 0;  ///< OutputBits
-    KernelWish wish;            ///< what the caller asked of the kernel
+    bool scanlines = false;  ///< True: a packet of camera rays covers adjacent pixels of one row, not a block.
+    double parameter_limit = std::numeric_limits<double>::infinity();  ///< λ at which every listed ray ends.
+    std::uint32_t outputs = 0;                                         ///< OutputBits.
+    KernelRequest kernel_request;                                      ///< Conditions that the options state.
     const KernelInfo* kernel = nullptr;
     unsigned threads = 1;
-    std::optional<Schedule> schedule;  ///< empty: chosen for the picture
+    std::optional<Schedule> schedule;  ///< Empty: chosen for the picture.
 };
 
-/// The configuration that scene and options state, with the defaults of the space where they state nothing; no trial
-/// rays are traced. Throws InputError for a method or a kernel that cannot serve the scene.
+/// Returns the configuration that scene and options state, with the defaults of the space for the rest. Traces no trial
+/// rays. Throws InputError if the method or every kernel refuses the scene.
 RunConfig default_run(const Scene& scene, const Options& options, Purpose purpose);
 
-/// The argument of a kernel. It points into the scene and the view, which must live as long.
+/// Returns the argument of a kernel. It points into the scene and the view, which must outlive it.
 Job job_of(const Scene& scene, const View& view, const RunConfig& run);
 
-/// The step as the scene would state it.
+/// Returns the step in the unit of the scene file.
 double stated_step(const Scene& scene, const RunConfig& run);
 
 }  // namespace kagero

@@ -19,58 +19,63 @@ constexpr const char* formula_name = "formula";
 std::uint32_t hamiltonian_index(const Module& module, const std::string& name) {
     for (std::uint32_t i = 0; i < module.hamiltonian_count; ++i)
         if (name == module.hamiltonians[i].name) return i;
-    throw InputError("'" + name + "' is not in the kernel module");
+    throw InputError("the kernel module has no Hamiltonian '" + name + "'");
 }
 
-/// The space's parameters as the kernels take them: those that change sign with time do so if time is reversed.
+/// Returns the space with its parameters as the kernels need them. `time` is −1 if time is reversed. Parameters that
+/// are odd under time reversal, such as a spin, then change sign.
 Space make_space(const SpaceDescription& description, const Module& module, double time) {
     Space space{&module, hamiltonian_index(module, description.hamiltonian), {}, time};
     const HamiltonianInfo& info = space.info();
     for (std::size_t i = 0; i < description.parameters.size(); ++i) {
         const double value = description.parameters[i].second;
-        space.parameters.push_back(info.parameters[i].odd ? time * value : value);
+        space.parameters.push_back(info.parameters[i].flips_under_time_reversal ? time * value : value);
     }
     if (description.formula) space.parameters = compile_formula(*description.formula, module);
     return space;
 }
 
-/// A falling observer's rays live where time runs the other way.
-double sense_of_time(const CameraDescription& camera, const Options& options, Purpose purpose) {
+/// Returns −1 for the rays of a falling observer, which are integrated in the time-reversed space; else 1.
+double time_sign(const CameraDescription& camera, const Options& options, Purpose purpose) {
     const auto observer = purpose == Purpose::picture ? std::optional(camera.observer) : options.observer;
     return observer == ObserverKind::falling ? -1 : 1;
 }
 
-/// No more cells than there are rays: a small picture has no use for a fine grid. The length of a ray list is not known
-/// here.
+/// Returns the number of cells of the clearance grid along its longest edge; 0 (no grid) for straight rays. The number
+/// is the cube root of the number of rays, because few rays do not repay a fine grid. The length of a ray list is
+/// unknown at this stage, so ray lists get the finest grid.
 std::uint32_t clearance_cells(const Scene& scene, Purpose purpose) {
     if (scene.straight) return 0;
-    constexpr double least = 16, most = SceneGeometry::most_clearance_cells;
-    if (purpose == Purpose::ray_list) return std::uint32_t(most);
+    constexpr double least = 16, greatest = SceneGeometry::max_clearance_cells;
+    if (purpose == Purpose::ray_list) return std::uint32_t(greatest);
     const FilmDescription& film = scene.description.film;
-    return std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, most));
+    return std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, greatest));
 }
 
-/// Light that cannot come out of a hole is captured early, unless it can still meet an object: rays are followed from r
-/// = 3M on, which is |q| = 3M without spin, and no more than √10 M with any. Listed rays are followed to just above the
-/// horizon, except a falling observer's, which come to no horizon. With spin the surface of capture is a spheroid.
+/// Restricts early capture by a black hole to rays that can no longer hit an object. The kernels capture an inward ray
+/// at r = 3M if it cannot return. This radius is |q| = 3M without spin, and at most |q| = √10 M with spin. If a surface
+/// lies within that radius, rays are integrated until they are inside the nearest surface, or just above the horizon.
+/// The rays of a ray list are always integrated to just above the horizon. The rays of a falling observer are an
+/// exception, because they reach no horizon. With spin the capture surface is a spheroid.
 void limit_capture(const Scene& scene, Purpose purpose, RayLimits& limits) {
     const Hole hole = scene.module().hole(scene.space.hamiltonian, scene.space.parameters.data());
-    const bool to_horizon = purpose == Purpose::ray_list && scene.space.time > 0;
-    const double limit = std::sqrt(10.0) * hole.mass, nearest = to_horizon ? 0 : scene.geometry->nearest(limit);
+    const bool to_horizon = purpose == Purpose::ray_list && scene.space.time_sign > 0;
+    const double limit = std::sqrt(10.0) * hole.mass;
+    const double nearest = to_horizon ? 0 : scene.geometry->distance_from_center(limit);
     if (!(nearest < limit)) return;
     const double horizon = hole.mass + std::sqrt(std::max(0.0, hole.mass * hole.mass - hole.spin * hole.spin));
     const double equator = std::hypot(horizon, hole.spin);
     limits.capture_stretch = equator / horizon;
-    limits.capture_within = std::max((1 + 1e-3) * equator, (1 - 1e-4) * nearest);
+    limits.capture_radius = std::max((1 + 1e-3) * equator, (1 - 1e-4) * nearest);
 }
 
-/// Behind a throat lies another universe, the mirror image of this one: there `escape_radius` counts from the throat,
-/// on both sides.
+/// Returns the bounds for rays that hit no surface. In a wormhole, the second sheet is the image of the first sheet
+/// under inversion in the throat. `integrator.escape_radius` is then the distance |l| from the throat on both sheets.
 RayLimits ray_limits(const Scene& scene, Purpose purpose) {
-    const double far = scene.space.far_radius(), limit = scene.description.integrator.escape_radius;
+    const double throat = scene.space.throat_radius(), limit = scene.description.integrator.escape_radius;
     RayLimits limits;
-    limits.escape_radius = far > 0 ? 0.5 * (limit + std::sqrt(limit * limit + 4 * far * far)) : limit;
-    limits.inner_escape_radius = far > 0 ? far * far / limits.escape_radius : 0;
+    limits.escape_radius = throat > 0 ? 0.5 * (limit + std::sqrt(limit * limit + 4 * throat * throat)) : limit;
+    limits.inner_escape_radius = throat > 0 ? throat * throat / limits.escape_radius : 0;
     limit_capture(scene, purpose, limits);
     return limits;
 }
@@ -94,10 +99,10 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     const Module& module = load_module(options.isa);
     const HamiltonianInfo& info = module.hamiltonians[hamiltonian_index(module, description.space.hamiltonian)];
     scene->unit = length_unit(description);
-    measure_in(description, info, scene->unit);
+    convert_lengths(description, info, scene->unit);
     scene->description = std::move(description);
     const SceneDescription& s = scene->description;
-    scene->space = make_space(s.space, module, sense_of_time(s.camera, options, purpose));
+    scene->space = make_space(s.space, module, time_sign(s.camera, options, purpose));
     scene->straight = scene->space.is_straight();
     if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
     scene->geometry = std::make_unique<const SceneGeometry>(s, clearance_cells(*scene, purpose));
@@ -116,16 +121,16 @@ bool states_rescaling(const Scene& scene) {
     return formula ? formula->parsed.rescale >= 0 : !scene.programs.empty();
 }
 
-bool lacks_pace(const Scene& scene, const double (&q)[3]) {
+bool has_invalid_time_rescaling(const Scene& scene, const double (&q)[3]) {
     if (!states_rescaling(scene)) return false;
     const auto& formula = scene.description.space.formula;
     const auto& rescaling = scene.description.integrator.rescaling;
-    const std::array<double, 7> at{q[0], q[1], q[2]};
-    return !((formula ? evaluate(formula->scope, formula->parsed.rescale, at)
-                      : evaluate(rescaling->scope, rescaling->node, at)) > 0);
+    const std::array<double, 7> variables{q[0], q[1], q[2]};
+    return !((formula ? evaluate(formula->scope, formula->parsed.rescale, variables)
+                      : evaluate(rescaling->scope, rescaling->node, variables)) > 0);
 }
 
-bool lacks_bounds(const Scene& scene, const double (&q)[3]) {
+bool has_invalid_bounds(const Scene& scene, const double (&q)[3]) {
     const auto& formula = scene.description.space.formula;
     if (!formula) return false;
     const auto value = [&](std::int32_t node) {
@@ -147,15 +152,15 @@ const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescal
 }
 
 std::string why_failed(const Scene& scene, Precision precision, Failure failure) {
-    std::string why = describe(failure);
-    if (failure != Failure::not_finite) return why;
-    if (precision == Precision::float32) why += ", of which --precision double has more";
-    if (states_rescaling(scene)) why += ", or integrator.rescale is not greater than 0 on the way";
+    std::string reason = describe(failure);
+    if (failure != Failure::not_finite) return reason;
+    if (precision == Precision::float32) reason += "; --precision double has a larger range";
+    if (states_rescaling(scene)) reason += "; or integrator.rescale is not greater than 0 at a point of the path";
     const auto& formula = scene.description.space.formula;
     if (formula && (formula->parsed.domain >= 0 || formula->parsed.capture >= 0))
-        why += ", or space.domain or space.capture is no number there";
-    if (formula && formula->parsed.length_scale >= 0) why += ", or space.length_scale is not greater than 0 there";
-    return why;
+        reason += "; or space.domain or space.capture is NaN there";
+    if (formula && formula->parsed.length_scale >= 0) reason += "; or space.length_scale is not greater than 0 there";
+    return reason;
 }
 
 }  // namespace kagero

@@ -1,5 +1,4 @@
-/// A loaded scene: its space, surfaces and paints. Nothing changes it after it is made, so any number of threads and
-/// plans may share it.
+/// A loaded scene: its space, surfaces and paints. It is immutable, so threads and plans may share it.
 #pragma once
 
 #include "appearance/paints.h"
@@ -11,61 +10,63 @@
 
 namespace kagero {
 
-/// Where rays end that meet no surface; distances from the space's origin.
+/// Bounds at which rays end that hit no surface. Radii are measured from the centre of the space, in Scene::unit.
 struct RayLimits {
-    double escape_radius = 0;        ///< rays that leave this sphere are escaped
-    double inner_escape_radius =
-        0;  ///< rays that enter this sphere are escaped into a wormhole's other universe; 0: there is none
-    /// A ray that falls inward and cannot come out is captured within this |(x, y, stretch z)|, where nothing can be
-    /// met further in.
-    double capture_within = std::numeric_limits<double>::infinity(), capture_stretch = 1;
+    double escape_radius = 0;        ///< A ray that leaves this sphere has escaped.
+    double inner_escape_radius = 0;  ///< A ray that enters this sphere escapes into the second sheet; 0: no such sheet.
+    /// An inward ray that cannot return is captured where |(x, y, capture_stretch·z)| is less than capture_radius,
+    /// because no surface lies farther inward.
+    double capture_radius = std::numeric_limits<double>::infinity(), capture_stretch = 1;
 };
 
+/// A loaded scene.
 struct Scene {
-    SceneDescription description;  ///< lengths in `unit`
+    SceneDescription description;  ///< Lengths in `unit`.
     Space space;
-    std::vector<double> programs;  ///< of Ω(H − H0), which is integrated where the scene rescales a compiled H by an
-                                   ///< expression; else empty
-    double unit = 1;               ///< in lengths of the scene as written; a power of two
-    bool straight = false;         ///< every ray is a straight line: no integrator runs
+    std::vector<double> programs;  ///< Programs of Ω(H − H0), if the scene multiplies a compiled H by an expression;
+                                   ///< else empty.
+    double unit = 1;               ///< Unit of length, in lengths of the scene file; a power of two.
+    bool straight = false;         ///< True if every ray is a straight line, so that no integrator runs.
     RayLimits limits;
     std::unique_ptr<const SceneGeometry> geometry;
     std::unique_ptr<const Paints> paints;
 
     const Module& module() const { return *space.module; }
-    /// The Hamiltonian that is integrated: that of the space, or the formula that rescales it.
+    /// Returns the index of the integrated Hamiltonian: that of the space, or `formula` if `programs` is not empty.
     std::uint32_t integrated_hamiltonian() const;
     const double* integrated_parameters() const { return programs.empty() ? space.parameters.data() : programs.data(); }
 };
 
-/// The names that scenes may use, from the module for `isa`.
+/// Returns the names that scenes may use: the Hamiltonians and integrators of the module for `isa`, and the layers.
 Catalogue catalogue(const std::string& isa);
 
-/// Loads the module, compiles formulas, and loads meshes and (for pictures) images. Throws InputError for what cannot
-/// be used.
+/// Loads the module and the meshes, compiles formulas, and for pictures loads images. Throws InputError if any of them
+/// is invalid.
 std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose);
 
-/// The diagonal of its objects, or the radius of the escape sphere where there are none, in lengths of the scene as
-/// written.
+/// Returns the diagonal of the bounding box of all objects, or the escape radius if there are none, in lengths of the
+/// scene file.
 double scene_size(const Scene& scene);
 
-/// Whether the scene states by which expression H is rescaled; the rescaled H is then always integrated.
+/// Returns true if the scene states an expression for Ω. Then Ω(H − H0) is always integrated.
 bool states_rescaling(const Scene& scene);
 
-/// Whether Ω, where the scene states it, is not greater than 0 at q, relative to the centre: no ray can start there.
-bool lacks_pace(const Scene& scene, const double (&q)[3]);
+/// Returns true if the scene states an Ω that is not greater than 0 at q, so that no ray can start there. q is relative
+/// to the centre of the space.
+bool has_invalid_time_rescaling(const Scene& scene, const double (&q)[3]);
 
-/// Whether a formula's domain, capture or length_scale is not a number at q, or that length is not greater than 0: no
-/// ray can start there.
-bool lacks_bounds(const Scene& scene, const double (&q)[3]);
+/// Returns true if no ray can start at q because a formula's domain, capture or length_scale is NaN there, or
+/// length_scale is not greater than 0. q is relative to the centre of the space.
+bool has_invalid_bounds(const Scene& scene, const double (&q)[3]);
 
-/// The unit in which a method's step is counted, with H rescaled or not.
+/// Returns the unit in which the step of a method is counted, with or without time rescaling.
 StepKind step_kind(const Scene& scene, std::uint32_t integrator, bool rescaled);
 
-/// Null where a method serves the scene's space, else the reason. A formula states itself whether it is rescaled.
+/// Returns null if a method supports the scene's space, else the reason. `rescaled` is ignored if the scene states a
+/// formula or Ω, because these contain the rescaling.
 const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescaled);
 
-/// Why a ray failed on its way, with the parts of this scene that may have caused it.
+/// Returns the reason why a ray failed, with the keys of this scene that may be the cause.
 std::string why_failed(const Scene& scene, Precision precision, Failure failure);
 
 }  // namespace kagero

@@ -6,8 +6,8 @@ namespace kagero {
 
 namespace {
 
-/// Scenes between these powers of two in size are left alone: float holds the fourth powers of such lengths, and the
-/// squares of what goes with 1/length³.
+/// Range of the base-2 exponents of escape radii that need no conversion. Float represents the fourth powers of such
+/// lengths, and the squares of quantities that are proportional to 1/length³.
 constexpr int smallest = -10, largest = 20;
 
 void divide(Double3& lengths, double unit) {
@@ -19,23 +19,27 @@ void divide(Double3& lengths, double unit) {
 double length_unit(const SceneDescription& scene) {
     const int size = std::ilogb(scene.integrator.escape_radius);
     if ((smallest <= size && size <= largest) || scene.space.formula || scene.integrator.rescaling) return 1;
-    // Of large scenes the inside may be small, and is made no smaller than need be.
+    // A large scene may contain small details, so its unit is only as large as necessary.
     return std::scalbn(1.0, size < smallest ? size : size - largest);
 }
 
-void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double unit) {
+void convert_lengths(SceneDescription& scene, const HamiltonianInfo& info, double unit) {
     if (unit == 1) return;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
         scene.space.parameters[i].second *= std::pow(unit, -power_of_length(info.parameters[i].unit));
     divide(scene.space.center, unit);
     scene.integrator.escape_radius /= unit;
-    divide(scene.camera.position, unit), divide(scene.camera.look_at, unit);
+    divide(scene.camera.position, unit);
+    divide(scene.camera.look_at, unit);
     scene.camera.height /= unit;
     for (ObjectDescription& object : scene.objects) {
         for (Double3* lengths : {&object.origin, &object.edge_u, &object.edge_v, &object.min, &object.max,
                                  &object.center, &object.translate})
             divide(*lengths, unit);
-        object.radius /= unit, object.inner /= unit, object.outer /= unit, object.scale /= unit;
+        object.radius /= unit;
+        object.inner /= unit;
+        object.outer /= unit;
+        object.scale /= unit;
     }
 }
 

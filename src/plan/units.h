@@ -1,15 +1,17 @@
-/// Lengths as the kernels see them: scenes of atoms or galaxies are traced in a unit of their own size, a power of two,
-/// so that no square of a length leaves the numbers, and nothing is rounded on the way.
+/// The unit of length of the kernels. Scenes of the size of atoms or galaxies are traced in a unit of similar size, so
+/// that powers of lengths neither overflow nor underflow. The unit is a power of two, so that conversion does not
+/// round.
 #pragma once
 
 #include "scene/description.h"
 
 namespace kagero {
 
-/// The length, in scene units, that the kernels take for 1: 1 for scenes of ordinary size and for formulas.
+/// Returns the unit of length of the kernels, in lengths of the scene file. It is 1 for scenes of ordinary size, and
+/// for scenes with a formula.
 double length_unit(const SceneDescription& scene);
 
-/// The scene with all lengths in that unit. The step keeps its unit, which depends on the method.
-void measure_in(SceneDescription& scene, const HamiltonianInfo& info, double unit);
+/// Converts all lengths of the scene to `unit`, except the step, whose unit depends on the method.
+void convert_lengths(SceneDescription& scene, const HamiltonianInfo& info, double unit);
 
 }  // namespace kagero

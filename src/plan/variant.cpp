@@ -15,13 +15,15 @@ const KernelInfo* kernel_of(const Module& module, Strategy strategy, Precision p
     return nullptr;
 }
 
-/// Steps of adaptive methods have any length; on average those of a tenth of the scene's are rare.
-constexpr double adaptive_allowance = 10;
+/// Factor on the limit of steps for methods with step control. Their mean step is rarely shorter than a tenth of the
+/// scene's step.
+constexpr double step_control_allowance = 10;
 
 std::uint32_t allowed_steps(const Plan& plan, const Variant& variant) {
-    const double share =
-        info_of(plan, variant).adaptive ? adaptive_allowance : std::max(1.0, usual_step(plan, variant) / variant.step);
-    return static_cast<std::uint32_t>(std::min(1e9, std::ceil(plan.run.max_steps * share)));
+    const double factor = info_of(plan, variant).adaptive
+                              ? step_control_allowance
+                              : std::max(1.0, equivalent_step(plan, variant) / variant.step);
+    return static_cast<std::uint32_t>(std::min(1e9, std::ceil(plan.run.max_steps * factor)));
 }
 
 }  // namespace
@@ -41,7 +43,7 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
                                     double step) {
     const Module& module = plan.module();
     const Scene& scene = *plan.scene;
-    const auto serves = [&](const MethodChoice& choice) {
+    const auto supports = [&](const MethodChoice& choice) {
         return !refusal_of(scene, choice.integrator, choice.rescaled) && !refusal_of(scene, kernel, choice);
     };
     const bool rescales =
@@ -49,13 +51,13 @@ std::optional<Variant> find_variant(const Plan& plan, const std::string& method,
         (scene.space.info().rescales && scene.description.integrator.rescale == "auto" && !scene.straight);
     for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
         if (method != module.integrators[i].name) continue;
-        if (rescales && serves({i, true})) return Variant{{i, true}, &kernel, step, -1};
-        if (serves({i, false})) return Variant{{i, false}, &kernel, step, -1};
+        if (rescales && supports({i, true})) return Variant{{i, true}, &kernel, step, -1};
+        if (supports({i, false})) return Variant{{i, false}, &kernel, step, -1};
     }
     return {};
 }
 
-Variant own_variant(const Plan& plan, const KernelInfo& kernel) {
+Variant variant_with_kernel(const Plan& plan, const KernelInfo& kernel) {
     return {plan.run.method, &kernel, plan.method().adaptive ? plan.run.tolerance : plan.run.step, -1};
 }
 
@@ -63,11 +65,11 @@ StepKind step_kind(const Plan& plan, const Variant& variant) {
     return step_kind(*plan.scene, variant.method.integrator, variant.method.rescaled);
 }
 
-double usual_step(const Plan& plan, const Variant& variant) {
-    const Variant own{plan.run.method};
-    return step_kind(plan, variant) == step_kind(plan, own)
+double equivalent_step(const Plan& plan, const Variant& variant) {
+    const Variant current{plan.run.method};
+    return step_kind(plan, variant) == step_kind(plan, current)
                ? plan.run.step
-               : default_step(plan, variant) * (plan.run.step / default_step(plan, own));
+               : default_step(plan, variant) * (plan.run.step / default_step(plan, current));
 }
 
 double default_step(const Plan& plan, const Variant& variant) {
@@ -85,7 +87,7 @@ double kernel_step(const Plan& plan, const Variant& variant, double stated) {
     return step_kind(plan, variant) == StepKind::length ? stated / plan.scene->unit : stated;
 }
 
-RunConfig run_by(const Plan& plan, const Variant& variant) {
+RunConfig run_config_with_variant(const Plan& plan, const Variant& variant) {
     RunConfig run = plan.run;
     run.max_steps = allowed_steps(plan, variant);
     run.method = variant.method;
@@ -95,21 +97,23 @@ RunConfig run_by(const Plan& plan, const Variant& variant) {
     return run;
 }
 
-Plan plan_by(const Plan& plan, const Variant& variant) {
+Plan plan_with_variant(const Plan& plan, const Variant& variant) {
     Plan other = plan;
-    other.run = run_by(plan, variant);
+    other.run = run_config_with_variant(plan, variant);
     return other;
 }
 
-Plan remade(const Plan& plan, SceneDescription description, const std::string& isa) {
+Plan rebuild_plan(const Plan& plan, SceneDescription description, const std::string& isa) {
     KAGERO_ASSERT(!plan.method_trial || !plan.method_trial->met);
     Options options;
     options.isa = isa;
-    options.strategy = plan.run.wish.strategy, options.precision = plan.run.wish.precision;
-    options.threads = plan.run.threads, options.schedule = plan.run.schedule;
+    options.strategy = plan.run.kernel_request.strategy;
+    options.precision = plan.run.kernel_request.precision;
+    options.threads = plan.run.threads;
+    options.schedule = plan.run.schedule;
     Plan other = make_plan(std::move(description), options);
-    other.run.max_steps = plan.run.max_steps,
-    other.run.step = plan.run.step;  // the description is in the plan's unit, not in the scene's
+    other.run.max_steps = plan.run.max_steps;
+    other.run.step = plan.run.step;  // the description is in the plan's unit of length
     return other;
 }
 

@@ -15,24 +15,24 @@
 namespace kagero {
 namespace {
 
-/// How far the camera is from the surface of an object, or a number less than that. Refuses one that lies in it: every
-/// ray would start there.
+/// Returns a lower bound on the distance of the camera from the nearest surface. Throws InputError if the camera lies
+/// in a surface, because every ray would end at its start.
 double distance_to_objects(const Scene& scene, const View& view) {
     const Geometry* geometry = scene.geometry->kernel_view();
     if (!geometry) return std::numeric_limits<double>::infinity();
     const double* eye = view.camera.position;
-    const double most = scene.geometry->diagonal(), tolerance = 1e-6 * most;
-    const double distance = distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, most);
+    const double diagonal = scene.geometry->diagonal(), tolerance = 1e-6 * diagonal;
+    const double distance = distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, diagonal);
     if (distance > tolerance) return distance;
     throw InputError(
-        scene.description.camera.position_place,
+        scene.description.camera.position_location,
         position_of_camera(scene) +
-            " lies in the surface of an object, or too close to it for a scene of this size: it must be farther than " +
-            written(tolerance * scene.unit) + " from every surface, a millionth of the extent of all objects");
+            " lies in the surface of an object, or too close to it: its distance from every surface must exceed " +
+            to_toml(tolerance * scene.unit) + ", a millionth of the extent of all objects");
 }
 
-/// Square pixels, row 0 on top.
-View aim(const Scene& scene) {
+/// Returns the view with the orientation and the pixel grid of the camera. Pixels are square, and row 0 is at the top.
+View orient_camera(const Scene& scene) {
     const CameraDescription& camera = scene.description.camera;
     const FilmDescription& film = scene.description.film;
     View view;
@@ -42,17 +42,19 @@ View aim(const Scene& scene) {
     view.right = unit(cross(view.forward, camera.up));
     view.down = cross(view.forward, view.right);
     CameraRays& rays = view.camera;
-    rays.width = film.width, rays.height = film.height;
+    rays.width = film.width;
+    rays.height = film.height;
     const double pixel = pixel_size(scene.description, 1);
     for (std::size_t k = 0; k < 3; ++k) {
-        rays.right[k] = pixel * view.right[k], rays.down[k] = pixel * view.down[k];
+        rays.right[k] = pixel * view.right[k];
+        rays.down[k] = pixel * view.down[k];
         rays.corner[k] = view.forward[k] - 0.5 * film.width * rays.right[k] - 0.5 * film.height * rays.down[k];
         rays.position[k] = camera.position[k] - scene.description.space.center[k];
     }
     return view;
 }
 
-/// The greatest momentum, over p_t, that an observer gives to a direction along an axis.
+/// Returns the greatest |p|/p_t of the rays along the axes of an observer's rest frame; 0 if there is no p_t.
 double start_momentum(const StartMap& map) {
     double greatest = 0;
     for (int j = 0; j < 3; ++j)
@@ -64,9 +66,9 @@ double start_momentum(const StartMap& map) {
     return greatest;
 }
 
-/// Whether the map gives the momenta that solving for them gives, in all directions that are tried.
-bool serves(const StartMap& map, const Scene& scene, const View& view) {
-    constexpr Double3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},   {0, 0, -1},
+/// Returns true if the momenta of the map agree with the numerical solutions of H = H0, in twelve test directions.
+bool is_exact(const StartMap& map, const Scene& scene, const View& view) {
+    constexpr Double3 directions[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},  {0, -1, 0},   {0, 0, 1},  {0, 0, -1},
                                       {1, 1, 1}, {-1, 2, 3}, {3, -1, 2}, {-2, -3, -1}, {2, 1, -3}, {-3, -1, 1}};
     constexpr double rounding = 1e-12;
     for (const Double3& d : directions) {
@@ -79,49 +81,52 @@ bool serves(const StartMap& map, const Scene& scene, const View& view) {
     return true;
 }
 
-/// For a camera at rest in the coordinates of what is no spacetime: a map from directions to momenta if H is quadratic
-/// in p; else View::each_direction is set.
-Failure place_formula_camera(const Scene& scene, View& view) {
+/// Sets the map from directions to momenta for a camera at rest in the coordinates. The space is a formula that is not
+/// a spacetime. The map exists if H is quadratic in p; otherwise, sets View::solves_each_direction.
+Failure set_formula_map(const Scene& scene, View& view) {
     const RayStart middle = scene.space.start(view.camera.position, view.forward);
     view.camera.start = quadratic_map(*scene.description.space.formula, view.camera.position, middle.pt);
-    view.each_direction = !serves(view.camera.start, scene, view);
-    return view.each_direction ? middle.failure : Failure::none;
+    view.solves_each_direction = !is_exact(view.camera.start, scene, view);
+    return view.solves_each_direction ? middle.failure : Failure::none;
 }
 
-/// Gives the view the map of its observer at the camera's place.
-Failure place_observer(const Scene& scene, View& view) {
+/// Sets the map from directions in the observer's rest frame at the camera's position to momenta.
+Failure set_observer_map(const Scene& scene, View& view) {
     const Failure failure = observe(scene, view.observer, view.camera.position, view.camera.start);
     view.spacetime = scene.space.info().spacetime;
     if (!scene.description.space.formula) return failure;
     view.spacetime = failure != Failure::no_rest_frame;
-    return view.spacetime ? failure : place_formula_camera(scene, view);
+    return view.spacetime ? failure : set_formula_map(scene, view);
 }
 
-/// Blames the observer where the scene states it and another could be at the camera's place, else that place.
+/// Throws InputError for an observer that cannot exist at the camera's position. The error refers to `camera.observer`
+/// if the scene states it and another observer can exist there, else to `camera.position`.
 [[noreturn]] void refuse_observer(const Scene& scene, View view, Failure failure) {
     const CameraDescription& camera = scene.description.camera;
     std::string others;
     for (std::size_t i = 0; i < observer_names().size(); ++i) {
         view.observer = static_cast<ObserverKind>(i);
-        if (place_observer(scene, view) == Failure::none) enumerate(others, name_of(view.observer));
+        if (set_observer_map(scene, view) == Failure::none) append_to_list(others, name_of(view.observer));
     }
     const std::string& name = name_of(camera.observer);
-    const std::string why = describe(failure) + (others.empty() ? std::string() : "; here can be: " + others);
-    if (others.empty() || !camera.observer_place)
-        throw InputError(camera.position_place,
-                         position_of_camera(scene) + ": no " + name + " observer can be here: " + why);
-    throw InputError(*camera.observer_place,
-                     "camera.observer = \"" + name + "\" cannot be at " + position_of_camera(scene) + ": " + why);
+    const std::string reason =
+        describe(failure) + (others.empty() ? std::string() : "; possible observers at this position: " + others);
+    if (others.empty() || !camera.observer_location)
+        throw InputError(camera.position_location, position_of_camera(scene) + ": no " + name +
+                                                       " observer can exist at this position: " + reason);
+    throw InputError(*camera.observer_location,
+                     "camera.observer = \"" + name + "\" cannot exist at " + position_of_camera(scene) + ": " + reason);
 }
 
-/// Blames what time is rescaled by, where the scene states it, else the place.
+/// Throws InputError for a time rescaling factor that is not greater than 0 at the camera's position. The error refers
+/// to `integrator.rescale` if the scene states it, else to `camera.position`.
 [[noreturn]] void refuse_rescaling(const Scene& scene) {
     const IntegratorDescription& integrator = scene.description.integrator;
-    if (!integrator.rescale_place)
-        throw InputError(scene.description.camera.position_place,
-                         position_of_camera(scene) + ": " + describe(Failure::no_pace));
-    throw InputError(*integrator.rescale_place, "integrator.rescale = \"" + integrator.rescale +
-                                                    "\" is not greater than 0 at " + position_of_camera(scene));
+    if (!integrator.rescale_location)
+        throw InputError(scene.description.camera.position_location,
+                         position_of_camera(scene) + ": " + describe(Failure::bad_time_rescaling));
+    throw InputError(*integrator.rescale_location, "integrator.rescale = \"" + integrator.rescale +
+                                                       "\" is not greater than 0 at " + position_of_camera(scene));
 }
 
 }  // namespace
@@ -135,11 +140,11 @@ double pixel_size(const SceneDescription& scene, double distance) {
 
 Failure observe(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map) {
     const Failure failure = scene.space.observe(observer, q, map);
-    map.sky_alone = !scene.geometry->kernel_view();
+    map.has_no_surfaces = !scene.geometry->kernel_view();
     return failure;
 }
 
-// The same sums in the same order as the kernels' own camera, so that both make the same rays to the last bit.
+// Computes the same sums in the same order as the camera of the kernels, so that both generate bitwise equal rays.
 CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d) {
     const auto row = [&](int i) { return map.metric[i][0] * d[0] + map.metric[i][1] * d[1] + map.metric[i][2] * d[2]; };
     const double inverse = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
@@ -147,24 +152,24 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
     double p[4];
     for (int i = 0; i < 4; ++i)
         p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
-    const bool captured = map.pt > 0 && map.sky_alone && !(p[3] > 0);
+    const bool captured = map.pt > 0 && map.has_no_surfaces && !(p[3] > 0);
     const double scale = map.pt > 0 && p[3] > 0 ? map.pt / p[3] : 1;
     return {
         {{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false},
         scale};
 }
 
-View place_camera(const Scene& scene, const Options& options) {
-    View view = aim(scene);
+View make_camera_view(const Scene& scene, const Options& options) {
+    View view = orient_camera(scene);
     const FilmDescription& film = scene.description.film;
     view.window = options.crop.x1 ? options.crop : Tile{0, 0, film.width, film.height};
-    const Failure failure = place_observer(scene, view);
+    const Failure failure = set_observer_map(scene, view);
     if (failure != Failure::none) refuse_observer(scene, view, failure);
-    if (lacks_pace(scene, view.camera.position)) refuse_rescaling(scene);
-    if (lacks_bounds(scene, view.camera.position))
-        throw InputError(scene.description.camera.position_place,
-                         position_of_camera(scene) + ": " + describe(Failure::no_bounds));
-    view.camera.clear = distance_to_objects(scene, view);
+    if (has_invalid_time_rescaling(scene, view.camera.position)) refuse_rescaling(scene);
+    if (has_invalid_bounds(scene, view.camera.position))
+        throw InputError(scene.description.camera.position_location,
+                         position_of_camera(scene) + ": " + describe(Failure::invalid_bounds));
+    view.camera.clearance = distance_to_objects(scene, view);
     return view;
 }
 
@@ -173,18 +178,19 @@ bool needs_double(const Scene& scene, double momentum) {
 }
 
 bool camera_needs_double(const Scene& scene, const View& view) {
-    // p depends on the direction linearly, but for the division by p_t: no corner's momentum is larger by much.
+    // p depends linearly on the direction, except for the division by p_t. The momentum of other directions is
+    // therefore not much larger than along the axes.
     return needs_double(scene, start_momentum(view.camera.start));
 }
 
 bool kernel_makes_rays(const Scene& scene, const View& view) {
     const SceneDescription& description = scene.description;
     return view.has_camera && description.camera.type == CameraType::perspective && description.film.spp == 1 &&
-           !view.each_direction;
+           !view.solves_each_direction;
 }
 
 std::string position_of_camera(const Scene& scene) {
-    return "camera.position = " + written(scaled(scene.description.camera.position, scene.unit));
+    return "camera.position = " + to_toml(scaled(scene.description.camera.position, scene.unit));
 }
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Where the camera stands and looks, and the map from directions in its observer's rest frame to momenta.
+/// The camera of a picture, and the map from directions in its observer's rest frame to momenta.
 #pragma once
 
 #include "appearance/pixel_sample.h"
@@ -6,41 +6,43 @@
 
 namespace kagero {
 
-/// Unit vectors are in the rest frame of the observer; positions are relative to `space.center`.
+/// The view of a picture. Unit vectors are in the rest frame of the observer; positions are relative to `space.center`.
 struct View {
-    bool has_camera = false;      ///< false: of a ray list, which brings its own starts
+    bool has_camera = false;  ///< False: for a ray list, which contains its ray starts.
     ObserverKind observer = ObserverKind::static_;
     Double3 forward{}, right{}, down{};
     CameraRays camera{};
-    bool spacetime = false;       ///< observers have rest frames, and light has a frequency
-    bool each_direction =
-        false;  ///< no map from directions to momenta exists: the momentum of each direction is solved for
-    Tile window{};                ///< the pixels that are asked for
+    bool spacetime = false;  ///< True if observers have rest frames and light has a frequency.
+    /// True if no map from directions to momenta exists. The momentum of each ray is then solved for numerically.
+    bool solves_each_direction = false;
+    Tile window{};  ///< Pixels to render.
 };
 
-/// How large a pixel of the scene's camera is at a distance: a length; at distance 1 an angle.
+/// Returns the size of a pixel of the scene's camera at a distance, as a length; at distance 1, as an angle in radians.
 double pixel_size(const SceneDescription& scene, double distance);
 
-/// The rest frame of an observer at q.
+/// Sets `map` to the map from directions in the rest frame of an observer at q to momenta. Returns the reason if the
+/// observer cannot exist at q.
 Failure observe(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
 
-/// A ray in direction d, of any length, of the rest frame that `map` belongs to.
+/// Returns the ray with direction d, of any length, in the rest frame of `map`.
 CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d);
 
-/// Places the scene's camera. Throws InputError where no observer can be, or where no ray can start.
-View place_camera(const Scene& scene, const Options& options);
+/// Returns the view of the scene's camera. Throws InputError if the observer cannot exist at the camera's position, or
+/// if no ray can start there.
+View make_camera_view(const Scene& scene, const Options& options);
 
-/// Whether float would lose H: its terms are |p|², in units of p_t, and what must be left of them is |p|. A thousandth
-/// of that may go.
+/// Returns true if float cannot represent H accurately at this momentum, which is in units of p_t. The terms of H are
+/// of the order |p|², and their sum must be accurate to a thousandth of |p|.
 bool needs_double(const Scene& scene, double momentum);
-/// The same for the camera's rays.
+/// Returns needs_double() for the greatest momentum of the camera's rays.
 bool camera_needs_double(const Scene& scene, const View& view);
 
-/// Whether the kernels can make the camera's rays themselves: one through the middle of each pixel of a perspective
+/// Returns true if the kernels can generate the camera's rays: one through the centre of each pixel of a perspective
 /// camera.
 bool kernel_makes_rays(const Scene& scene, const View& view);
 
-/// "camera.position = [x, y, z]", in the lengths of the scene as written.
+/// Returns the text "camera.position = [x, y, z]", in lengths of the scene file.
 std::string position_of_camera(const Scene& scene);
 
 }  // namespace kagero

@@ -8,23 +8,25 @@
 namespace kagero {
 namespace {
 
-/// Longitude over the width, latitude over the height; the viewing direction is in the middle.
-Double3 sphere_direction(const Plan& plan, double u, double v) {
-    const double longitude = (u / plan.description().film.width - 0.5) * 2 * std::numbers::pi;
-    const double latitude = (0.5 - v / plan.description().film.height) * std::numbers::pi;
+/// Returns a direction of an equirectangular camera. Longitude and latitude are linear in x and y. The viewing
+/// direction is in the middle of the picture.
+Double3 equirectangular_direction(const Plan& plan, double x, double y) {
+    const double longitude = (x / plan.description().film.width - 0.5) * 2 * std::numbers::pi;
+    const double latitude = (0.5 - y / plan.description().film.height) * std::numbers::pi;
     const View& view = plan.view;
     return add(scaled(add(scaled(view.forward, std::cos(longitude)), scaled(view.right, std::sin(longitude))),
                       std::cos(latitude)),
                scaled(view.down, -std::sin(latitude)));
 }
 
-/// Parallel rays, each seen by the observer at its own place of the picture's plane.
-CameraRay parallel_ray(const Plan& plan, double u, double v) {
+/// Returns a ray of an orthographic camera, whose rays are parallel. Each ray starts at its point of the picture plane,
+/// and an observer at that point measures its direction.
+CameraRay orthographic_ray(const Plan& plan, double x, double y) {
     const View& view = plan.view;
-    const CameraRays& rays = view.camera;
+    const CameraRays& c = view.camera;
     double q[3];
     for (std::size_t k = 0; k < 3; ++k)
-        q[k] = rays.position[k] + (u - 0.5 * rays.width) * rays.right[k] + (v - 0.5 * rays.height) * rays.down[k];
+        q[k] = c.position[k] + (x - 0.5 * c.width) * c.right[k] + (y - 0.5 * c.height) * c.down[k];
     StartMap map;
     const Failure failure = observe(*plan.scene, view.observer, q, map);
     if (failure == Failure::no_rest_frame) return {plan.scene->space.start(q, view.forward), 1};
@@ -34,28 +36,28 @@ CameraRay parallel_ray(const Plan& plan, double u, double v) {
 
 }  // namespace
 
-Double3 camera_direction(const Plan& plan, double u, double v) {
-    if (plan.description().camera.type == CameraType::equirectangular) return sphere_direction(plan, u, v);
+Double3 camera_direction(const Plan& plan, double x, double y) {
+    if (plan.description().camera.type == CameraType::equirectangular) return equirectangular_direction(plan, x, y);
     const CameraRays& c = plan.view.camera;
     Double3 d;
-    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + u * c.right[k] + v * c.down[k];
+    for (std::size_t k = 0; k < 3; ++k) d[k] = c.corner[k] + x * c.right[k] + y * c.down[k];
     return d;
 }
 
-CameraRay camera_ray(const Plan& plan, double u, double v) {
+CameraRay camera_ray(const Plan& plan, double x, double y) {
     const CameraRays& c = plan.view.camera;
-    if (plan.description().camera.type == CameraType::orthographic) return parallel_ray(plan, u, v);
-    const Double3 d = camera_direction(plan, u, v);
-    if (plan.view.each_direction) return {plan.scene->space.start(c.position, d), 1};
+    if (plan.description().camera.type == CameraType::orthographic) return orthographic_ray(plan, x, y);
+    const Double3 d = camera_direction(plan, x, y);
+    if (plan.view.solves_each_direction) return {plan.scene->space.start(c.position, d), 1};
     return ray_in_frame(c.start, c.position, d);
 }
 
-RayStart film_ray(const Plan& plan, double x, double y) {
+RayStart camera_ray_start(const Plan& plan, double x, double y) {
     return camera_ray(plan, x, y).start;
 }
 
-RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y) {
-    return film_ray(plan, x + 0.5, y + 0.5);
+RayStart pixel_ray_start(const Plan& plan, std::uint32_t x, std::uint32_t y) {
+    return camera_ray_start(plan, x + 0.5, y + 0.5);
 }
 
 }  // namespace kagero

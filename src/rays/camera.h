@@ -1,19 +1,22 @@
-/// From a place on the picture to the ray that is seen there.
+/// Rays of the camera. Points (x, y) of the picture are in pixels from its upper left corner; x increases to the right
+/// and y downward. The centre of pixel (0, 0) is the point (½, ½).
 #pragma once
 
 #include "plan/plan.h"
 
 namespace kagero {
 
-/// The ray seen at (u, v) of the picture, in pixels from its top left corner.
-CameraRay camera_ray(const Plan& plan, double u, double v);
+/// Returns the ray through the point (x, y): its start, and the frequency of its light for the observer.
+CameraRay camera_ray(const Plan& plan, double x, double y);
 
-/// The direction, of any length, that the observer sees at (u, v). Not for parallel rays.
-Double3 camera_direction(const Plan& plan, double u, double v);
+/// Returns the start of the ray through the point (x, y).
+RayStart camera_ray_start(const Plan& plan, double x, double y);
 
-/// The canonical state of the ray through any point of the film, in pixels from its upper left corner.
-RayStart film_ray(const Plan& plan, double x, double y);
-/// The same through the middle of a pixel.
-RayStart pixel_ray(const Plan& plan, std::uint32_t x, std::uint32_t y);
+/// Returns the start of the ray through the centre of pixel (x, y).
+RayStart pixel_ray_start(const Plan& plan, std::uint32_t x, std::uint32_t y);
+
+/// Returns the direction of the ray through the point (x, y) in the observer's rest frame. The vector is not
+/// normalized. The camera must not be orthographic: the rays of an orthographic camera belong to different observers.
+Double3 camera_direction(const Plan& plan, double x, double y);
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Which rays of a list go together.
+/// Coherence of the rays of a list, and an order of the rays that improves it.
 #pragma once
 
 #include "kernels/abi.h"
@@ -8,13 +8,13 @@
 
 namespace kagero {
 
-/// Whether rays that follow each other in a list start, as a rule, close together and in much the same direction; by a
-/// sample.
-bool neighbours_go_together(const std::vector<RayStart>& rays);
+/// Returns true if consecutive rays of a list start with similar positions and similar directions of the momentum, on
+/// average over a sample.
+bool neighbours_are_coherent(const std::vector<RayStart>& rays);
 
-/// The places of rays in an order in which neighbours start close together and in much the same direction, so that the
-/// rays of a packet take about as many steps: that of a Z-curve (Morton 1966) through positions and directions. Rays
-/// that cannot start come last.
+/// Returns the indices of rays in an order in which neighbours start with similar positions and directions of the
+/// momentum. The rays of a packet then take similar numbers of steps. The order is that of a Z-order curve (Morton
+/// 1966) through positions and directions. Rays that end at their start come last.
 std::vector<std::uint32_t> coherent_order(const std::vector<RayStart>& rays);
 
 }  // namespace kagero

@@ -7,13 +7,15 @@ namespace kagero {
 
 void list_rays(const Plan& plan, const Tile& tile, RayList& list) {
     const FilmDescription& film = plan.description().film;
-    list.starts.clear(), list.frequencies.clear();
+    list.starts.clear();
+    list.frequencies.clear();
     for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
         for (std::uint32_t x = tile.x0; x < tile.x1; ++x)
             for (std::uint32_t i = 0; i < film.spp; ++i) {
-                const auto [u, v] = place_in_pixel(x, y, i, film.spp, film.seed);
+                const auto [u, v] = sample_position(x, y, i, film.spp, film.seed);
                 const CameraRay ray = camera_ray(plan, x + u, y + v);
-                list.starts.push_back(ray.start), list.frequencies.push_back(ray.frequency);
+                list.starts.push_back(ray.start);
+                list.frequencies.push_back(ray.frequency);
             }
 }
 

@@ -1,17 +1,17 @@
-/// The rays of pixels, where the program makes them.
+/// Lists of camera rays, for cameras and films whose rays the kernels do not generate (`kernel_makes_rays`).
 #pragma once
 
 #include "rays/camera.h"
 
 namespace kagero {
 
-/// The rays of a tile, where the program makes them and not the kernel.
+/// The rays of a tile.
 struct RayList {
     std::vector<RayStart> starts;
-    std::vector<double> frequencies;  ///< CameraRay::frequency of each
+    std::vector<double> frequencies;  ///< CameraRay::frequency of each ray.
 };
 
-/// All rays of a tile, pixel by pixel, film.spp for each.
+/// Replaces the contents of `list` by the rays of a tile, row by row. Each pixel has film.spp consecutive rays.
 void list_rays(const Plan& plan, const Tile& tile, RayList& list);
 
 }  // namespace kagero

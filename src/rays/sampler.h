@@ -1,4 +1,4 @@
-/// Where in a pixel its samples lie.
+/// Positions of the rays in a pixel.
 #pragma once
 
 #include <array>
@@ -6,14 +6,15 @@
 
 namespace kagero {
 
-/// Sample `index` of `count` in pixel (x, y) of the film: a point of the unit square, (½, ½) where there is only one. A
-/// function of its arguments alone, so that no picture depends on who computes which pixel when.
+/// Returns the position of ray `index` of `count` in pixel (x, y) of the film, relative to the pixel's upper left
+/// corner and in pixels. A single ray is at (½, ½). The position depends only on the arguments, so a picture does not
+/// depend on the order in which its pixels are computed.
 ///
-/// The first two dimensions of Sobol's sequence (I. M. Sobol', USSR Comput. Math. Math. Phys. 7, 1967), a
-/// (0,2)-sequence, shuffled and Owen-scrambled by hashing: B. Burley, Practical Hash-based Owen Scrambling, JCGT 9(4),
-/// 2020. Every run of 2^k samples that starts at a multiple of 2^k has one sample in each of the 2^k cells of every
-/// binary grid.
-std::array<double, 2> place_in_pixel(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t count,
-                                     std::uint32_t seed);
+/// The positions are the first two dimensions of Sobol's sequence (I. M. Sobol', USSR Comput. Math. Math. Phys. 7,
+/// 1967), which is a (0,2)-sequence. They are shuffled and Owen-scrambled by hashing (B. Burley, Practical Hash-based
+/// Owen Scrambling, JCGT 9(4), 2020). Every run of 2^k rays that starts at a multiple of 2^k has one ray in each
+/// cell of every grid of 2^i × 2^(k−i) equal cells.
+std::array<double, 2> sample_position(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t count,
+                                      std::uint32_t seed);
 
 }  // namespace kagero

@@ -1,18 +1,19 @@
-/// From rays as a caller gives them to canonical states.
+/// Conversion of rays from positions and directions to ray starts.
 #pragma once
 
 #include "plan/plan.h"
 
 namespace kagero {
 
-/// One ray: start and direction dq/dλ, of any length, in scene coordinates.
+/// Position and direction at the start of a ray, in the coordinates of the scene file. The direction may have any
+/// length.
 struct RayInput {
     Double3 position, direction;
 };
 
-/// Canonical states for rays; with an observer the directions are read in its rest frame. The plan must have been made
-/// for a falling observer (Options::observer) if its rays are. A ray that cannot start has the reason in
-/// RayStart::failure.
+/// Returns the starts of rays. If an observer is given, the directions are those in its rest frame; otherwise, they are
+/// directions of dq/dλ. For a falling observer, the plan must have been made with `falling` as Options::observer. If a
+/// ray cannot start, RayStart::failure is the reason.
 std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays,
                                  std::optional<ObserverKind> observer = {});
 

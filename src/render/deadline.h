@@ -1,4 +1,4 @@
-/// A time by which work is to end.
+/// A point in time at which work must end.
 #pragma once
 
 #include <chrono>
@@ -8,13 +8,12 @@ namespace kagero {
 
 class Deadline {
 public:
-    /// So many seconds from now; infinity: never.
+    /// Sets the deadline to `seconds` from now; infinity: there is no deadline.
     explicit Deadline(double seconds = std::numeric_limits<double>::infinity()) : seconds_(seconds) {}
-    /// Seconds.
-    double left() const {
+    double remaining_seconds() const {
         return seconds_ - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
     }
-    bool passed() const { return left() <= 0; }
+    bool passed() const { return remaining_seconds() <= 0; }
 
 private:
     double seconds_;

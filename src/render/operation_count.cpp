@@ -3,18 +3,18 @@
 namespace kagero {
 namespace {
 
-/// What packets do ray by ray: a camera's ray and its momentum (rays/camera.cpp), where the kernel does not make it;
-constexpr double start_of_a_ray = 50;
-/// and where a segment that starts on a surface may meet the next (kernels/events/scene_intersector.h), once per ray
-/// with objects.
-constexpr double first_query = 7;
+/// Scalar operations per ray for a camera ray and its momentum (rays/camera.cpp), if the kernel does not generate it.
+constexpr double operations_of_ray_start = 50;
+/// Scalar operations per ray for its first query (kernels/events/scene_intersector.h), in a scene with objects. They
+/// find the point from which a segment that starts on a surface can hit the next surface.
+constexpr double operations_of_first_query = 7;
 
 }  // namespace
 
 Operations operations_of(const Plan& plan) {
     const Job job = plan.job();
     Operations counted = plan.module().operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
-    if (!job.geometry) counted.per_step = counted.per_step_alone;
+    if (!job.geometry) counted.per_step = counted.per_step_without_surfaces;
     return counted;
 }
 
@@ -28,9 +28,9 @@ std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& rep
     if (plan.run.kernel->strategy == Strategy::scalar) return 0;
     const double packed = operations_of(plan, report.counters);
     const Job job = plan.job();
-    const double per_ray = (job.camera ? 0 : start_of_a_ray) + (job.geometry ? first_query : 0);
-    const double single = double(report.rays) * per_ray;
-    return packed + single > 0 ? packed / (packed + single) : 0;
+    const double per_ray = (job.camera ? 0 : operations_of_ray_start) + (job.geometry ? operations_of_first_query : 0);
+    const double scalar = double(report.rays) * per_ray;
+    return packed + scalar > 0 ? packed / (packed + scalar) : 0;
 }
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// Floating-point operations of a run, counted in the programs that it ran.
+/// Floating-point operations of a run, counted in the programs that it executed.
 #pragma once
 
 #include "plan/plan.h"
@@ -8,14 +8,16 @@
 
 namespace kagero {
 
-/// What a gradient and a step of the plan's method cost in its scene.
+/// Returns the operations per gradient and per step of the plan's method in its scene.
 Operations operations_of(const Plan& plan);
 
-/// Of the tracing loop's derivatives, sums and surveys: lower bounds, see kernels/integrators/costs.h.
+/// Returns the operations of the tracing loop for this work: derivatives, sums and event functions. This is a lower
+/// bound, see kernels/integrators/costs.h.
 double operations_of(const Plan& plan, const Counters& work);
 
-/// Those done in packed form over all of tracing's (Satoh, section 4.2: more than 99.6 %); 0 for one ray at a time,
-/// nothing for straight rays and for one ray per vector, whose operations are not counted.
+/// Returns the share of the operations of tracing that were done in packed form (Satoh, section 4.2: more than 99.6 %).
+/// It is 0 for one ray at a time. Returns nothing for straight rays and for the per-ray strategy, whose operations are
+/// not counted.
 std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& report);
 
 }  // namespace kagero

@@ -1,14 +1,14 @@
-/// What tiles will cost, before they are traced.
+/// Prediction of the costs of tiles before they are traced.
 #pragma once
 
 #include "render/run.h"
 
 namespace kagero {
 
-/// Writes what tiles will cost when `film` is rendered, in floating-point operations: follows a ray for every 11 × 11
-/// pixels, at least one per tile, and counts its gradients, steps and queries; where a sky has an image four for every
-/// 16 × 16, and the places of that they would look up. Ended early, or after a tenth of the time there is, it leaves
-/// them as they were.
-void predict_costs(const Plan& plan, const Film& film, WorkList& work, const Watch& watch);
+/// Writes to `work.costs` the predicted costs of rendering the tiles to `film`, in floating-point operations. Traces
+/// one ray per 11 × 11 pixels, at least one per tile, and counts its gradients, steps and queries. If the film needs
+/// footprints on a sky with an image, traces four rays per 16 × 16 pixels and also counts their texture lookups. The
+/// costs stay unchanged if the prediction is interrupted or takes more than a tenth of the time limit.
+void predict_costs(const Plan& plan, const Film& film, WorkList& work, const RunControl& control);
 
 }  // namespace kagero

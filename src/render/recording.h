@@ -1,4 +1,4 @@
-/// What a run leaves behind when it is watched tile by tile.
+/// Measurements of a run, tile by tile.
 #pragma once
 
 #include "kernels/abi.h"
@@ -7,22 +7,26 @@
 
 namespace kagero {
 
-/// One tile. Times are seconds since the run began.
+/// Measurements of one tile. Times are in seconds since the run began.
 struct TileRecord {
     Tile tile;
     unsigned thread;
-    double begin, listed, traced,
-        end;  ///< its rays are listed (where the kernel does not make them), traced, then shaded
-    double processor;                   ///< seconds of the thread's processor time: what the tile cost
-    double predicted;                   ///< its cost in WorkList
-    bool looked_into;  ///< clocks ran inside its tracing, too: `ticks`, and those of the counters, are known
-    std::uint64_t ticks;                ///< of the processor's clock, of tracing
+    double begin;           ///< Time when the work on the tile began.
+    double listed;          ///< Time when its rays were listed; equal to `begin` if the kernel generates them.
+    double traced;          ///< Time when its rays were traced.
+    double end;             ///< Time when its pixels were shaded; 0 if the tile was cancelled.
+    double processor_time;  ///< Processor time of the thread for this tile, in seconds.
+    double predicted;       ///< Cost of the tile in WorkList.
+    bool has_tick_counts;   ///< True if `ticks` and the ticks in `counters` were measured.
+    std::uint64_t ticks;    ///< Ticks of rdtsc during tracing.
     Counters counters;
 };
 
-/// The tiles in the order in which they were handed out. Those that were not reached have `end` 0.
+/// Measurements of all tiles, in the order in which threads take them.
 struct Recording {
-    std::size_t round = 0;  ///< of several recordings of one picture: each looks into other tiles
+    /// Index of this recording among the repeated recordings of a picture. Ticks are counted in every fourth tile; the
+    /// index selects which ones.
+    std::size_t round = 0;
     std::vector<TileRecord> tiles;
 };
 

@@ -19,17 +19,18 @@
 namespace kagero {
 namespace {
 
-/// What one thread gathers; on cache lines of its own.
-struct alignas(64) Share {
+/// Buffers and results of one thread, aligned so that no two threads use the same cache line.
+struct alignas(64) ThreadData {
     RayList list;
     std::vector<RayEnd> ends;
     Counters counters{};
     ThreadTime time;
     std::uint64_t rays = 0;
-    Tally energy_errors;
+    PercentileHistogram energy_errors;
 };
 
-/// Numbers too small to matter are zero for this thread while it traces: denormal arithmetic is a hundred times slower.
+/// Makes this thread treat denormal numbers as zero while the object exists. Arithmetic with them is a hundred times
+/// slower.
 class FlushDenormals {
 public:
     FlushDenormals() : before_(_mm_getcsr()) {
@@ -50,9 +51,9 @@ double processor_seconds() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// An operation on each of the numbers of two counters.
+/// Applies an operation to each pair of numbers of two counters.
 template <class Operation>
-Counters each(const Counters& a, const Counters& b, Operation operation) {
+Counters combine(const Counters& a, const Counters& b, Operation operation) {
     using Numbers = std::array<std::uint64_t, sizeof(Counters) / sizeof(std::uint64_t)>;
     Numbers left = std::bit_cast<Numbers>(a);
     const Numbers right = std::bit_cast<Numbers>(b);
@@ -60,37 +61,39 @@ Counters each(const Counters& a, const Counters& b, Operation operation) {
     return std::bit_cast<Counters>(left);
 }
 
-RunReport gather(std::vector<Share>& shares) {
+/// Returns the sums over all threads.
+RunReport merge_results(std::vector<ThreadData>& threads) {
     RunReport report;
-    Tally energy_errors;
-    for (Share& share : shares) {
-        report.rays += share.rays;
-        report.counters = each(report.counters, share.counters, std::plus{});
-        report.threads.push_back(share.time);
-        energy_errors.add(share.energy_errors);
+    PercentileHistogram energy_errors;
+    for (ThreadData& data : threads) {
+        report.rays += data.rays;
+        report.counters = combine(report.counters, data.counters, std::plus{});
+        report.threads.push_back(data.time);
+        energy_errors.add(data.energy_errors);
     }
-    report.energy_error = energy_errors.spread();
+    report.energy_error = energy_errors.percentiles();
     return report;
 }
 
-/// A list of tiles being worked on.
+/// The execution of a list of tiles by several threads.
 class Run {
 public:
     Run(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
-        const Watch& watch)
-        : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), watch_(watch) {
-        for (std::size_t i = 0; i < work.tiles.size(); ++i) all_ += cost(i);
-        if (watch.recording) watch.recording->tiles.assign(work.tiles.size(), TileRecord{});
+        const RunControl& control)
+        : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), control_(control) {
+        for (std::size_t i = 0; i < work.tiles.size(); ++i) total_cost_ += cost(i);
+        if (control.recording) control.recording->tiles.assign(work.tiles.size(), TileRecord{});
     }
 
-    /// Works on tiles, as thread number `thread`, until there are none. Where one cannot go on, no other need.
-    void work(unsigned thread, Share& share) try {
-        for (std::size_t i = next_++; i < work_.tiles.size() && !halted(); i = next_++) {
+    /// Processes tiles as thread number `thread` until all are taken or the run is cancelled. If one thread throws, the
+    /// others take no further tiles.
+    void work(unsigned thread, ThreadData& data) try {
+        for (std::size_t i = next_++; i < work_.tiles.size() && !cancelled(); i = next_++) {
             const double begin = seconds();
-            if (!work_on(i, thread, share)) return;
-            share.time.finished = seconds();
-            share.time.busy += share.time.finished - begin;
-            ++share.time.tiles;
+            if (!process(i, thread, data)) return;
+            data.time.finished = seconds();
+            data.time.busy += data.time.finished - begin;
+            ++data.time.tiles;
             ++finished_;
             report(cost(i));
         }
@@ -103,73 +106,87 @@ public:
     bool out_of_time() const { return out_of_time_ && !complete(); }
 
 private:
-    /// Clocks within a tile's tracing cost a few hundredths of it: a sample of the tiles tells as much.
-    static constexpr std::size_t looked_into_every = 4;
+    /// Interval of the tiles in which ticks are counted. Reading the clock adds a few per cent to the time of a tile.
+    static constexpr std::size_t tick_count_interval = 4;
 
-    /// How long tiles that are being traced may go on after the end has been called, in seconds: a share of a short
-    /// limit.
-    double grace() const { return std::min(0.5, 0.5 * watch_.time_limit); }
+    /// Returns the time, in seconds, for which tiles in progress may continue after the run is cancelled.
+    double grace_period() const { return std::min(0.5, 0.5 * control_.time_limit); }
 
-    /// What a kernel asks while it is busy with a tile.
-    struct HaltedTile {
+    /// The state of one tile's cancel token. The tile is cancelled when the grace period of a cancelled run is over.
+    struct TileCancellation {
         Run& run;
-        bool told = false;
-        bool ask() { return told = told || (run.halted() && run.seconds() > run.halted_at_ + run.grace()); }
+        bool cancelled = false;
+        bool query() {
+            return cancelled = cancelled || (run.cancelled() && run.seconds() > run.cancelled_at_ + run.grace_period());
+        }
     };
 
     double cost(std::size_t i) const { return work_.costs.empty() ? 1 : work_.costs[i]; }
 
-    bool halted() {
+    /// Returns true if the run is cancelled. Stores the earliest time at which a thread called this and found it so.
+    bool cancelled() {
         const double now = seconds();
-        if (now > watch_.time_limit) out_of_time_ = true;
-        if (!out_of_time_ && !(watch_.stop && watch_.stop->load(std::memory_order_relaxed))) return false;
-        for (double at = halted_at_; now < at && !halted_at_.compare_exchange_weak(at, now);) {}
+        if (now > control_.time_limit) out_of_time_ = true;
+        if (!out_of_time_ && !(control_.stop && control_.stop->load(std::memory_order_relaxed))) return false;
+        for (double earliest = cancelled_at_; now < earliest && !cancelled_at_.compare_exchange_weak(earliest, now);) {}
         return true;
     }
-    /// False where the tile was given up.
-    bool work_on(std::size_t i, unsigned thread, Share& share) {
-        if (!watch_.recording) return trace(work_.tiles[i], share, nullptr);
-        TileRecord& record = watch_.recording->tiles[i];
-        const Counters before = share.counters;
+    /// Traces a tile and records its measurements if they are requested. Returns false if the tile was cancelled.
+    bool process(std::size_t i, unsigned thread, ThreadData& data) {
+        if (!control_.recording) return trace(work_.tiles[i], data, nullptr);
+        TileRecord& record = control_.recording->tiles[i];
+        const Counters before = data.counters;
         const double processor = processor_seconds();
-        record.tile = work_.tiles[i], record.thread = thread, record.predicted = cost(i);
-        record.looked_into = (i + watch_.recording->round) % looked_into_every == 0;
-        // Asking for processor time enters the system, which may give the processor to another program: not between
-        // these two.
+        record.tile = work_.tiles[i];
+        record.thread = thread;
+        record.predicted = cost(i);
+        record.has_tick_counts = (i + control_.recording->round) % tick_count_interval == 0;
+        // Processor time is read before `begin` and after `end`, because during its system call the scheduler may
+        // switch to another program.
         record.begin = seconds();
-        const bool done = trace(work_.tiles[i], share, &record);
+        const bool done = trace(work_.tiles[i], data, &record);
         record.end = done ? seconds() : 0;
-        record.processor = processor_seconds() - processor;
-        record.counters = each(share.counters, before, std::minus{});
+        record.processor_time = processor_seconds() - processor;
+        record.counters = combine(data.counters, before, std::minus{});
         return done;
     }
-    bool trace(const Tile& tile, Share& share, TileRecord* record) {
-        const Counters before = share.counters;
-        HaltedTile halting{*this};
-        if (rays_) rays_(tile, share.list);
-        if (record) record->listed = rays_ ? seconds() : record->begin, record->ticks = __rdtsc();
+    bool trace(const Tile& tile, ThreadData& data, TileRecord* record) {
+        const Counters before = data.counters;
+        TileCancellation cancellation{*this};
+        if (rays_) rays_(tile, data.list);
+        if (record) {
+            record->listed = rays_ ? seconds() : record->begin;
+            record->ticks = __rdtsc();
+        }
         Job job = job_;
-        job.timed = record && record->looked_into;
-        const Halt halt{[](void* user) { return static_cast<HaltedTile*>(user)->ask(); }, &halting};
-        halt.tell(job);
-        trace_tile(*plan_.run.kernel, job, tile, share.list, share.ends, share.counters);
-        if (record) record->traced = seconds(), record->ticks = __rdtsc() - record->ticks;
-        if (!halting.told) done_(tile, share.ends.data(), share.list, halt);
-        if (halting.told) return share.counters = before, false;
-        count(share);
+        job.timed = record && record->has_tick_counts;
+        const CancelToken cancel{[](void* user) { return static_cast<TileCancellation*>(user)->query(); },
+                                 &cancellation};
+        cancel.install(job);
+        trace_tile(*plan_.run.kernel, job, tile, data.list, data.ends, data.counters);
+        if (record) {
+            record->traced = seconds();
+            record->ticks = __rdtsc() - record->ticks;
+        }
+        if (!cancellation.cancelled) done_(tile, data.ends.data(), data.list, cancel);
+        if (cancellation.cancelled) {
+            data.counters = before;
+            return false;
+        }
+        count(data);
         return true;
     }
-    void count(Share& share) const {
-        share.rays += share.ends.size();
+    void count(ThreadData& data) const {
+        data.rays += data.ends.size();
         if (!(job_.outputs & output_energy)) return;
-        for (const RayEnd& end : share.ends)  // of a ray that could not start it is no number
-            if (!std::isnan(end.energy_error)) share.energy_errors.add(end.energy_error);
+        for (const RayEnd& end : data.ends)  // NaN for a ray that could not start
+            if (!std::isnan(end.energy_error)) data.energy_errors.add(end.energy_error);
     }
     void report(double cost) {
-        const double finished = worth_ += cost;
-        if (!watch_.progress) return;
+        const double finished = finished_cost_ += cost;
+        if (!control_.progress) return;
         if (const std::unique_lock lock(reporting_, std::try_to_lock); lock)
-            watch_.progress(std::min(finished / all_, 1.0), seconds());
+            control_.progress(std::min(finished / total_cost_, 1.0), seconds());
     }
 
     const Plan& plan_;
@@ -177,19 +194,19 @@ private:
     const WorkList& work_;
     const TileRays& rays_;
     const TileDone& done_;
-    const Watch& watch_;
+    const RunControl& control_;
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-    double all_ = 0;                 ///< cost of all tiles
-    std::atomic<double> worth_ = 0;  ///< … and of those that are finished
+    double total_cost_ = 0;                  ///< Cost of all tiles.
+    std::atomic<double> finished_cost_ = 0;  ///< Cost of the finished tiles.
     std::atomic<std::size_t> next_ = 0, finished_ = 0;
     std::atomic<bool> out_of_time_ = false;
-    std::atomic<double> halted_at_ = std::numeric_limits<double>::infinity();
+    std::atomic<double> cancelled_at_ = std::numeric_limits<double>::infinity();
     std::mutex reporting_;
 };
 
 }  // namespace
 
-std::size_t rays_of(const Tile& tile, const RayList& list) {
+std::size_t ray_count_of(const Tile& tile, const RayList& list) {
     return list.starts.empty() ? std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0) : list.starts.size();
 }
 
@@ -198,20 +215,21 @@ void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayLi
     const FlushDenormals flush;
     KAGERO_ASSERT(list.starts.empty() ? (job.camera || job.rays)
                                       : (list.frequencies.empty() || list.frequencies.size() == list.starts.size()));
-    ends.resize(rays_of(tile, list));
+    ends.resize(ray_count_of(tile, list));
     if (list.starts.empty()) return kernel.trace(&job, &tile, ends.data(), &counters);
-    job.camera = nullptr, job.rays = list.starts.data();
+    job.camera = nullptr;
+    job.rays = list.starts.data();
     const Tile all{0, 0, static_cast<std::uint32_t>(list.starts.size()), 1};
     kernel.trace(&job, &all, ends.data(), &counters);
 }
 
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
-                    const Watch& watch) {
-    std::vector<Share> shares(std::max(plan.run.threads, 1u));
-    Run run(plan, job, work, rays, done, watch);
-    on_threads(static_cast<unsigned>(shares.size()), [&](unsigned thread) { run.work(thread, shares[thread]); });
+                    const RunControl& control) {
+    std::vector<ThreadData> threads(std::max(plan.run.threads, 1u));
+    Run run(plan, job, work, rays, done, control);
+    run_on_threads(static_cast<unsigned>(threads.size()), [&](unsigned thread) { run.work(thread, threads[thread]); });
     const double elapsed = run.seconds();
-    RunReport report = gather(shares);
+    RunReport report = merge_results(threads);
     report.seconds = elapsed;
     report.interrupted = !run.complete();
     report.out_of_time = run.out_of_time();

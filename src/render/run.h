@@ -1,4 +1,4 @@
-/// Tiles over threads: the one place where work is shared out.
+/// Distribution of the tiles of a run to threads.
 #pragma once
 
 #include "rays/list_rays.h"
@@ -10,31 +10,36 @@
 
 namespace kagero {
 
-/// Lists the rays of a tile. Called, as TileDone is, from several threads at once, for different tiles.
+/// Lists the rays of a tile. Called from several threads at once, for different tiles.
 using TileRays = std::function<void(const Tile&, RayList&)>;
 
-/// Whether the work on a tile is to be given up: what takes long over one asks now and then.
-struct Halt {
-    bool (*asked)(void* user) = nullptr;
+/// A query that returns true if the work on a tile is cancelled. Long computations must call it from time to time.
+struct CancelToken {
+    bool (*is_cancelled)(void* user) = nullptr;
     void* user = nullptr;
-    bool operator()() const { return asked && asked(user); }
-    void tell(Job& job) const { job.halted = asked, job.halted_user = user; }
+    bool operator()() const { return is_cancelled && is_cancelled(user); }
+    /// Makes the kernel query this token while it executes the job.
+    void install(Job& job) const {
+        job.cancelled = is_cancelled;
+        job.cancel_user = user;
+    }
 };
-/// Takes the finished rays of one tile: one end per pixel, row by row, or one per ray of the list. Where it is told to
-/// give up, it does so before it keeps anything.
-using TileDone = std::function<void(const Tile&, const RayEnd*, const RayList&, const Halt&)>;
+/// Receives the ray ends of a tile: one per pixel, row by row, or one per ray of the list. If the token is cancelled,
+/// it returns without storing a result. Called from several threads at once, for different tiles.
+using TileDone = std::function<void(const Tile&, const RayEnd*, const RayList&, const CancelToken&)>;
 
-/// How many rays a tile has.
-std::size_t rays_of(const Tile& tile, const RayList& list);
+/// Returns the number of rays of a tile.
+std::size_t ray_count_of(const Tile& tile, const RayList& list);
 
-/// Traces the rays of a tile: those of a list, or of the job's camera or rays where the list is empty. Adds to the
+/// Traces the rays of a tile: those of the list, or those of the job if the list is empty. Adds the work to the
 /// counters.
 void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends,
                 Counters& counters);
 
-/// Every thread takes the next tile of the list as soon as it has finished one. Without `rays` a tile's rays are those
-/// of the job's camera or list; without costs all tiles cost alike. Snapshots are not taken here.
+/// Traces all tiles. Every thread takes the next tile of the list as soon as it has finished one. If `rays` is empty,
+/// the rays of a tile are those of the job's camera or list. If there are no costs, all tiles have equal weight in the
+/// progress. Does not take snapshots.
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
-                    const Watch& watch = {});
+                    const RunControl& control = {});
 
 }  // namespace kagero

@@ -1,10 +1,10 @@
-/// How a run is watched from outside, and what it reports when it is finished.
+/// The callbacks and limits of a run, and the report that it returns.
 #pragma once
 
 #include "film/film.h"
 #include "plan/options.h"
 #include "render/recording.h"
-#include "render/spread.h"
+#include "render/percentiles.h"
 
 #include <atomic>
 #include <functional>
@@ -12,40 +12,40 @@
 
 namespace kagero {
 
-/// How one thread spent a run, in seconds.
+/// The time that one thread spent on a run, in seconds.
 struct ThreadTime {
-    double busy = 0;
-    double finished = 0;  ///< when its last tile was done, since the run began
-    std::uint64_t tiles = 0;
+    double busy = 0;          ///< Time for processing tiles.
+    double finished = 0;      ///< Time when its last tile was finished, since the run began.
+    std::uint64_t tiles = 0;  ///< Number of tiles that it finished.
 };
 
 /// The result of a finished run.
 struct RunReport {
     std::uint64_t rays = 0;
-    double seconds = 0;  ///< tracing and shading, prediction included
+    double seconds = 0;  ///< Tracing and shading, including the prediction of costs.
     double predict_seconds = 0;
     Schedule schedule = Schedule::tiles;
     std::vector<ThreadTime> threads;
     Counters counters{};
-    Spread energy_error = spread_of({});  ///< only with Options::energy_error, or its layer
-    bool interrupted = false;  ///< some pixels were never traced
-    bool out_of_time = false;  ///< … because the time was up
+    Percentiles energy_error = percentiles_of({});  ///< Requires Options::energy_error or the layer `energy_error`.
+    bool interrupted = false;                       ///< True if some tiles were not finished.
+    bool out_of_time = false;                       ///< True if the time limit is the reason.
 };
 
-/// Called now and then, from one thread at a time, with the finished share in 0…1 and the seconds gone by.
+/// Called from time to time, from one thread at a time, with the finished share in [0, 1] and the elapsed seconds.
 using Progress = std::function<void(double done, double seconds)>;
 
-/// How a run is watched from outside, and what ends it early: after the tiles now running, but for those that take much
-/// longer.
-struct Watch {
+/// The callbacks of a run, and the conditions that end it early. Tiles in progress are then finished, except those that
+/// take much longer.
+struct RunControl {
     Progress progress = {};
-    const std::atomic<bool>* stop = nullptr;
-    double time_limit = std::numeric_limits<double>::infinity();  ///< seconds of tracing and shading
-    Recording* recording = nullptr;                               ///< filled in, if wanted
-    std::atomic<bool>* snapshot_wanted =
-        nullptr;  ///< set from outside; the thread that takes it back hands the film so far to
-    std::function<void(const Film*)> snapshot =
-        {};  ///< … this, a copy, while the others go on; null: there was no memory for it
+    const std::atomic<bool>* stop = nullptr;                      ///< The caller sets it to end the run; may be null.
+    double time_limit = std::numeric_limits<double>::infinity();  ///< Seconds of tracing and shading.
+    Recording* recording = nullptr;                               ///< Receives measurements of every tile; may be null.
+    /// The caller sets it to request a snapshot. A thread of the run resets it and calls `snapshot`. May be null.
+    std::atomic<bool>* snapshot_requested = nullptr;
+    /// Receives a copy of the film while the other threads continue; null if there was not enough memory for the copy.
+    std::function<void(const Film*)> snapshot = {};
 };
 
 }  // namespace kagero

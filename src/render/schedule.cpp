@@ -8,33 +8,35 @@
 namespace kagero {
 namespace {
 
-/// Rays that a thread holds at a time: some megabytes.
-constexpr std::uint64_t most_rays = 32768;
-/// No packet is higher, nor wider.
-constexpr std::uint32_t packet_edge = 8;
+/// Greatest number of rays of a tile. Their ends take a few megabytes per thread.
+constexpr std::uint64_t max_rays_per_tile = 32768;
+/// Greatest width and height of a packet, in pixels.
+constexpr std::uint32_t max_packet_edge = 8;
 
-/// Pixels along a square tile's edge: fewer where each has many rays; an even number, because footprints and patches
-/// want blocks of 2 × 2.
+/// Returns the edge of a square tile, in pixels. It is shorter for many rays per pixel. It is even, because footprints
+/// and patches need blocks of 2 × 2 pixels.
 std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
     std::uint32_t edge = 32;
-    while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > most_rays) edge /= 2;
+    while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > max_rays_per_tile) edge /= 2;
     return edge;
 }
 
-/// The first pass costs as much as a fiftieth of a picture of one ray per pixel. It is worth that where the last tiles
-/// would keep other threads idle for as long, and where there are rays enough for the time left to be asked for.
+/// Bounds from which the prediction of costs is worthwhile. It costs a fiftieth of a picture with one ray per pixel.
+/// With few tiles per thread, it shortens the time at the end of the run in which threads are idle. With many rays per
+/// pixel, it makes the remaining time predictable.
 constexpr std::uint32_t many_rays_per_pixel = 4;
 constexpr std::uint64_t many_tiles_per_thread = 64;
 
-struct Piece {
+/// Size of a tile, in pixels.
+struct TileSize {
     std::uint32_t width, height;
 };
 
-Piece piece_of(const Plan& plan, Schedule schedule) {
+TileSize tile_size(const Plan& plan, Schedule schedule) {
     const std::uint32_t spp = plan.description().film.spp, edge = tile_edge(spp);
     if (schedule != Schedule::scanline) return {edge, edge};
-    const std::uint32_t height = std::min(edge, packet_edge);
-    const std::uint64_t width = most_rays / (std::uint64_t{height} * spp) / edge * edge;
+    const std::uint32_t height = std::min(edge, max_packet_edge);
+    const std::uint64_t width = max_rays_per_tile / (std::uint64_t{height} * spp) / edge * edge;
     return {static_cast<std::uint32_t>(std::max<std::uint64_t>(width, edge)), height};
 }
 
@@ -52,8 +54,8 @@ Schedule schedule_of(const Plan& plan) {
     return plan.run.schedule.value_or(worth_predicting(plan) ? Schedule::predicted : Schedule::tiles);
 }
 
-WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {
-    const auto [width, height] = piece_of(plan, schedule);
+WorkList split_into_tiles(const Plan& plan, const Tile& w, Schedule schedule) {
+    const auto [width, height] = tile_size(plan, schedule);
     KAGERO_ASSERT(w.x0 < w.x1 && w.y0 < w.y1 && width > 0 && height > 0);
     WorkList work;
     for (std::uint32_t y = w.y0 / height * height; y < w.y1; y += height)
@@ -65,13 +67,16 @@ WorkList cut(const Plan& plan, const Tile& w, Schedule schedule) {
     return work;
 }
 
-void put_costliest_first(WorkList& work) {
+void sort_by_descending_cost(WorkList& work) {
     std::vector<std::size_t> order(work.tiles.size());
     std::iota(order.begin(), order.end(), std::size_t(0));
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return work.costs[a] > work.costs[b]; });
     WorkList sorted;
-    for (const std::size_t i : order) sorted.tiles.push_back(work.tiles[i]), sorted.costs.push_back(work.costs[i]);
+    for (const std::size_t i : order) {
+        sorted.tiles.push_back(work.tiles[i]);
+        sorted.costs.push_back(work.costs[i]);
+    }
     work = std::move(sorted);
 }
 

@@ -1,4 +1,4 @@
-/// In which pieces, and in which order, a picture is worked on. No pixel depends on it.
+/// Division of a picture into tiles, and the order in which threads take them. No pixel depends on it.
 #pragma once
 
 #include "plan/plan.h"
@@ -7,21 +7,20 @@
 
 namespace kagero {
 
-/// What the plan asks for. If it leaves that open: `predicted` where that pays (with few tiles for each of several
-/// threads, or many rays per pixel, unless rays are straight and cost alike), else `tiles`.
+/// Returns the schedule that the plan requests, or the best one if it requests none. The best is `predicted` with few
+/// tiles per thread or many rays per pixel, unless rays are straight and have equal costs. Otherwise it is `tiles`.
 Schedule schedule_of(const Plan& plan);
 
 /// Tiles in the order in which threads take them.
 struct WorkList {
     std::vector<Tile> tiles;
-    std::vector<double> costs;  ///< of each tile, in a unit of their own: what progress is measured in
+    std::vector<double> costs;  ///< Cost of each tile in any common unit; the progress is the finished share of it.
 };
 
-/// Cuts a window of the film. Edges lie on multiples of a packet's, counted from the film's corner, so that every
-/// packet is the same whatever the window and the schedule. Costs are numbers of rays.
-WorkList cut(const Plan& plan, const Tile& window, Schedule schedule);
+/// Splits a window of the film into tiles. Edges are at multiples of the packet size, counted from the film's corner,
+/// so that the packets do not depend on the window or the schedule. The cost of a tile is its number of rays.
+WorkList split_into_tiles(const Plan& plan, const Tile& window, Schedule schedule);
 
-/// The costliest first.
-void put_costliest_first(WorkList& work);
+void sort_by_descending_cost(WorkList& work);
 
 }  // namespace kagero

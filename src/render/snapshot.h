@@ -1,4 +1,4 @@
-/// The picture so far, while threads write to it.
+/// Snapshots of the film while threads write to it.
 #pragma once
 
 #include "render/run_report.h"
@@ -10,28 +10,29 @@
 
 namespace kagero {
 
-/// Threads write pixels side by side; whoever finds that a snapshot is wanted waits for those now writing and copies
-/// the film.
+/// Protects the film for snapshots. Threads write pixels concurrently. The thread that finds a request for a snapshot
+/// locks out the writers while it copies the film.
 class Snapshots {
 public:
-    Snapshots(const Watch& watch, const Film& film) : watch_(watch), film_(film) {}
+    Snapshots(const RunControl& control, const Film& film) : control_(control), film_(film) {}
 
+    /// Calls `pixels`, which writes pixels, while no snapshot is copied.
     template <class Write>
     void write(const Write& pixels) {
-        if (!watch_.snapshot_wanted) return pixels();
+        if (!control_.snapshot_requested) return pixels();
         const std::shared_lock lock(writing_);
         pixels();
     }
-    /// Hands a copy of the film on, if one is wanted; nothing where there is no memory for one.
-    void take() {
-        if (!watch_.snapshot_wanted || !watch_.snapshot_wanted->exchange(false)) return;
-        const std::lock_guard one_at_a_time(taking_);
+    /// If a snapshot is requested, passes a copy of the film to the callback, or null if there is not enough memory.
+    void deliver_if_requested() {
+        if (!control_.snapshot_requested || !control_.snapshot_requested->exchange(false)) return;
+        const std::lock_guard one_at_a_time(delivering_);
         std::optional<Film> film;
         try {
             film.emplace(copy());
-        } catch (const std::bad_alloc&) {  // no reason to end the work
+        } catch (const std::bad_alloc&) {  // rendering continues without the snapshot
         }
-        watch_.snapshot(film ? &*film : nullptr);
+        control_.snapshot(film ? &*film : nullptr);
     }
 
 private:
@@ -39,10 +40,10 @@ private:
         const std::unique_lock lock(writing_);
         return film_;
     }
-    const Watch& watch_;
+    const RunControl& control_;
     const Film& film_;
     std::shared_mutex writing_;
-    std::mutex taking_;
+    std::mutex delivering_;
 };
 
 }  // namespace kagero

@@ -14,27 +14,28 @@
 namespace kagero {
 namespace {
 
-/// Puts each of a team's threads on a processor of its own, once, where the team has one for every processor the
-/// program may use.
+/// Moves each new thread to a different processor once, if there are at least as many threads as processors that the
+/// program may use. Afterwards the scheduler may move the threads freely.
 ///
-/// Linux (6.18 seen) at times starts a thread on its creator's processor and leaves both there for tens of milliseconds
-/// while another is idle: longer than a picture takes. Afterwards the scheduler may move them as it likes.
-class Places {
+/// Linux (observed with 6.18) sometimes starts a thread on its creator's processor and leaves both there for tens of
+/// milliseconds, although other processors are idle. A picture can take less time than that.
+class ProcessorAssignment {
 public:
-    explicit Places(unsigned threads) : home_(sched_getcpu()) {
-        // Fails beyond 1024 processors; and a smaller team might be sent to those that others use.
-        known_ = sched_getaffinity(0, sizeof allowed_, &allowed_) == 0 && home_ >= 0 && CPU_COUNT(&allowed_) > 1 &&
-                 threads >= static_cast<unsigned>(CPU_COUNT(&allowed_));
+    explicit ProcessorAssignment(unsigned threads) : creator_processor_(sched_getcpu()) {
+        // sched_getaffinity fails beyond 1024 processors. Fewer threads than processors are not assigned, because they
+        // could be moved to processors that other programs use.
+        enabled_ = sched_getaffinity(0, sizeof allowed_, &allowed_) == 0 && creator_processor_ >= 0 &&
+                   CPU_COUNT(&allowed_) > 1 && threads >= static_cast<unsigned>(CPU_COUNT(&allowed_));
     }
 
-    /// Moves number i of the team i processors on from where its creator was. Called by the creator: the thread itself
-    /// may have to wait for its first turn.
-    void give(std::jthread& thread, unsigned i) const {
-        if (!known_) return;
-        int processor = home_;
-        for (unsigned left = i; left > 0;) {
+    /// Moves thread number i to the i-th allowed processor after that of its creator. The creator calls this, because
+    /// the thread itself may not be scheduled yet.
+    void assign(std::jthread& thread, unsigned i) const {
+        if (!enabled_) return;
+        int processor = creator_processor_;
+        for (unsigned remaining = i; remaining > 0;) {
             processor = (processor + 1) % CPU_SETSIZE;
-            left -= CPU_ISSET(processor, &allowed_);
+            remaining -= CPU_ISSET(processor, &allowed_);
         }
         cpu_set_t one;
         CPU_ZERO(&one);
@@ -46,13 +47,13 @@ public:
 
 private:
     cpu_set_t allowed_;
-    int home_;
-    bool known_;
+    int creator_processor_;
+    bool enabled_;
 };
 
 }  // namespace
 
-void on_threads(unsigned threads, const std::function<void(unsigned)>& task) {
+void run_on_threads(unsigned threads, const std::function<void(unsigned)>& task) {
     std::vector<std::exception_ptr> failures(threads);
     const auto guarded = [&](unsigned i) {
         try {
@@ -62,23 +63,26 @@ void on_threads(unsigned threads, const std::function<void(unsigned)>& task) {
         }
     };
     {
-        const Places places(threads);
-        enum Gate { closed, open, in_vain };
+        const ProcessorAssignment processors(threads);
+        enum Gate { closed, open, aborted };
         std::atomic<Gate> gate = closed;
-        std::vector<std::jthread> team;
-        const auto let = [&](Gate how) { gate = how, gate.notify_all(); };
-        const auto member = [&](unsigned i) {
+        std::vector<std::jthread> workers;
+        const auto set_gate = [&](Gate state) {
+            gate = state;
+            gate.notify_all();
+        };
+        const auto worker = [&](unsigned i) {
             gate.wait(closed);
             if (gate == open) guarded(i);
         };
         try {
-            for (unsigned i = 1; i < threads; ++i) places.give(team.emplace_back(member, i), i);
+            for (unsigned i = 1; i < threads; ++i) processors.assign(workers.emplace_back(worker, i), i);
         } catch (const std::system_error&) {
-            let(in_vain);
-            throw RunError("the system starts " + std::to_string(team.size() + 1) + " of " + std::to_string(threads) +
-                           " threads and no more: ask for fewer by --threads");
+            set_gate(aborted);
+            throw RunError("the system started only " + std::to_string(workers.size() + 1) + " of " +
+                           std::to_string(threads) + " threads; reduce their number with --threads");
         }
-        let(open);
+        set_gate(open);
         guarded(0);
     }
     for (const std::exception_ptr& failure : failures)

@@ -1,15 +1,15 @@
-/// Threads, and what they share out among themselves.
+/// Execution of a task on several threads.
 #pragma once
 
 #include <functional>
 
 namespace kagero {
 
-/// Calls task(0) … task(threads − 1), each on a thread of its own, and waits for them. Throws what one of them threw;
-/// RunError, before any is called, where the system starts fewer.
+/// Calls task(0) … task(threads − 1), each on a separate thread, and returns when all calls have returned. Rethrows the
+/// exception of the first task that threw one. If the system cannot start all threads, throws RunError before any call.
 ///
-/// Plain threads, made anew, and not TBB's: beside busy processes a worker of TBB's pool joins later than a new thread
-/// does.
-void on_threads(unsigned threads, const std::function<void(unsigned)>& task);
+/// The threads are created for each call and are not those of TBB's pool. On a busy machine, a worker of that pool
+/// joins later than a new thread starts.
+void run_on_threads(unsigned threads, const std::function<void(unsigned)>& task);
 
 }  // namespace kagero

@@ -1,22 +1,22 @@
-/// Traces lists of rays.
+/// Tracing of lists of rays.
 #pragma once
 
 #include "render/run.h"
 
 namespace kagero {
 
-/// ends[i] belongs to starts[i]. Positions in `ends` are scene coordinates. Rays that an early end leaves out are
-/// `failed` as untraced.
+/// Traces the rays; ends[i] belongs to starts[i]. Positions in `ends` are in scene coordinates. If the run is
+/// interrupted, rays that were not traced get the status `failed` and the failure `untraced`.
 RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
-                const Watch& watch = {});
+                const RunControl& control = {});
 
-/// The same, and calls `visit` for every step of every ray: from several threads, one at a time, in the coordinates of
-/// the Hamiltonian.
+/// Traces the rays and calls `visit` for every step of every ray, from several threads, one at a time. The points are
+/// in the coordinates of the Hamiltonian.
 RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
-                      const std::function<void(const PathPoint&)>& visit, const Watch& watch = {});
+                      const std::function<void(const PathPoint&)>& visit, const RunControl& control = {});
 
-/// Every step of every ray, in order of ray and step, in scene coordinates.
+/// Traces the rays and returns every step of every ray, in order of ray and step, in scene coordinates.
 std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
-                                   const Watch& watch = {});
+                                   const RunControl& control = {});
 
 }  // namespace kagero

@@ -24,19 +24,17 @@ Json row_json(const CompareRow& row, unsigned threads) {
             {"seconds", {{"median", row.seconds.median}, {"min", row.seconds.min}, {"max", row.seconds.max}}},
             {"mrays_per_s", 1e-6 * row.rays_per_second},
             {"speedup", row.speedup},
-            {"lane_occupancy", row.drawn ? Json(row.occupancy) : Json()},
-            {"max_difference", row.drawn ? Json(row.max_difference) : Json()},
-            {"flips", row.drawn ? Json(row.flips) : Json()},
+            {"lane_occupancy", row.rendered ? Json(row.occupancy) : Json()},
+            {"max_difference", row.rendered ? Json(row.max_difference) : Json()},
+            {"flips", row.rendered ? Json(row.flips) : Json()},
             {"step", row.step},
             {"solver_tolerance", row.solver_tolerance}};
 }
 
 using Cells = std::vector<std::string>;
 
-/// Nothing where an interruption left nothing to measure.
-std::string number_or_dash(double value) {
-    return std::isfinite(value) ? rounded(value) : "-";
-}
+/// Returns "-" for a value that is not finite, because an interruption prevented its measurement.
+std::string number_or_dash(double value) { return std::isfinite(value) ? rounded(value) : "-"; }
 
 Cells cells_of(const CompareRow& row) {
     const KernelInfo& kernel = *row.kernel;
@@ -53,14 +51,14 @@ Cells cells_of(const CompareRow& row) {
             number_or_dash(1e3 * row.seconds.median),
             number_or_dash(row.rays_per_second),
             number_or_dash(row.speedup),
-            row.drawn ? rounded(row.occupancy) : "-",
-            row.drawn ? rounded(row.max_difference) : "-",
-            row.drawn ? std::to_string(row.flips) : "-"};
+            row.rendered ? rounded(row.occupancy) : "-",
+            row.rendered ? rounded(row.max_difference) : "-",
+            row.rendered ? std::to_string(row.flips) : "-"};
 }
 
 const Cells header{"isa",   "strategy", "method", "step",    "precision", "lanes",      "registers",
                    "shape", "ms",       "rays/s", "speedup", "occupancy", "difference", "flips"};
-constexpr std::size_t left_aligned = 5;  ///< columns that are words
+constexpr std::size_t left_aligned = 5;  ///< Number of leading columns that are aligned to the left.
 
 }  // namespace
 
@@ -101,12 +99,13 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
     text += "\n";
     text += rounded(double(comparison.rays)) + " rays, " + std::to_string(options.threads) +
             (options.threads == 1 ? " thread, " : " threads, ") + std::to_string(comparison.rounds) +
-            " interleaved rounds: medians; speedup over scalar double of the same instruction set, median of ratios. " +
-            (options.equal_error > 0
-                 ? "Each by its cheapest method for " + shortest(options.equal_error) + " pixel (99 % of the rays).\n"
-             : options.methods.size() > 1 ? "Each method at the scene's step, or tolerance where it controls its "
-                                            "steps; speedup over scalar double by that method.\n"
-                                          : "All by the same method and step.\n");
+            " interleaved rounds. Times are medians; speedup is the median ratio to scalar double on the same "
+            "instruction set. " +
+            (options.equal_error > 0 ? "Each row uses its cheapest method with an error of at most " +
+                                           shortest(options.equal_error) + " pixel for 99 % of the rays.\n"
+             : options.methods.size() > 1 ? "Each method uses the step of the scene, or its tolerance if it has step "
+                                            "control. Speedup refers to scalar double with the same method.\n"
+                                          : "All rows use the same method and step.\n");
     for (const auto& [what, why] : comparison.left_out) text += "left out: " + what + ": " + why + "\n";
     return text;
 }

@@ -1,4 +1,4 @@
-/// Strategies side by side, for programs and for people.
+/// Reports of a comparison of vectorization strategies, as JSON and as a text table.
 #pragma once
 
 #include "study/compare.h"
@@ -7,7 +7,10 @@
 
 namespace kagero {
 
+/// Returns the JSON of `compare`, with one object per row of the comparison.
 std::string compare_json(const SceneDescription& scene, const CompareOptions& options, const Comparison& comparison);
+
+/// Returns a table with aligned columns, a summary of the measurement, and the variants that were left out.
 std::string compare_text(const CompareOptions& options, const Comparison& comparison);
 
 }  // namespace kagero

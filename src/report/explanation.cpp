@@ -10,25 +10,26 @@ namespace kagero {
 
 namespace {
 
-/// Characters of a text in UTF-8.
+/// Returns the number of characters of a UTF-8 text.
 std::size_t length_of(const std::string& text) {
     return std::size_t(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
-/// What the kernel module was compiled with, and for which Hamiltonian and method.
+/// Returns the Hamiltonian, the method, and the compiler of the kernel module.
 std::string kernel_text(const Plan& plan) {
     return std::string(plan.scene->space.info().name) + (plan.run.method.rescaled ? " (rescaled)" : "") + ", " +
            (plan.scene->straight ? "straight" : plan.method().name) + ", compiler " + plan.module().compiler;
 }
 
-/// The decisions that were taken, or those that were not, in order.
-std::vector<Decision> decisions_where(const Plan& plan, bool taken) {
-    std::vector<Decision> chosen;
+/// Returns the decisions about features that are used, or that are not used, in the order in which `explain` prints
+/// them.
+std::vector<Decision> decisions_where(const Plan& plan, bool used) {
+    std::vector<Decision> decisions;
     const Decisions& all = plan.decisions;
     for (const auto* group : {&all.tuning, &all.motion, &all.ends, &all.picture})
-        std::copy_if(group->begin(), group->end(), std::back_inserter(chosen),
-                     [&](const Decision& one) { return one.taken == taken; });
-    return chosen;
+        std::copy_if(group->begin(), group->end(), std::back_inserter(decisions),
+                     [&](const Decision& decision) { return decision.used == used; });
+    return decisions;
 }
 
 }  // namespace
@@ -39,21 +40,22 @@ std::string explanation_text(const Plan& plan) {
                        name_of(kernel.strategy) + ", " + name_of(kernel.precision) + ", " +
                        std::to_string(kernel.lanes) + " rays at a time, " + std::to_string(plan.run.threads) +
                        (plan.run.threads == 1 ? " thread" : " threads") + "\n\nused\n";
-    for (const Decision& used : decisions_where(plan, true)) text += "  " + used.what + "\n";
+    for (const Decision& decision : decisions_where(plan, true)) text += "  " + decision.feature + "\n";
     const std::vector<Decision> left_out = decisions_where(plan, false);
     std::size_t width = 0;
-    for (const Decision& part : left_out) width = std::max(width, length_of(part.what));
+    for (const Decision& decision : left_out) width = std::max(width, length_of(decision.feature));
     text += "\nleft out\n";
-    for (const Decision& part : left_out)
-        text += "  " + part.what + std::string(width - length_of(part.what) + 2, ' ') + part.why_not + "\n";
+    for (const Decision& decision : left_out)
+        text += "  " + decision.feature + std::string(width - length_of(decision.feature) + 2, ' ') + decision.reason +
+                "\n";
     return text;
 }
 
 std::string explanation_json(const Plan& plan) {
     Json used = Json::array(), left_out = Json::array();
-    for (const Decision& part : decisions_where(plan, true)) used.push_back(part.what);
-    for (const Decision& part : decisions_where(plan, false))
-        left_out.push_back({{"what", part.what}, {"why", part.why_not}});
+    for (const Decision& decision : decisions_where(plan, true)) used.push_back(decision.feature);
+    for (const Decision& decision : decisions_where(plan, false))
+        left_out.push_back({{"what", decision.feature}, {"why", decision.reason}});
     const KernelInfo& kernel = *plan.run.kernel;
     return text_of({{"kernel", kernel_text(plan)},
                     {"isa", plan.module().isa},

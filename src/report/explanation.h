@@ -1,18 +1,20 @@
-/// The plan of a run, and that a scene is valid, as text and JSON.
+/// Reports of the plan of a run (`explain`) and of the validity of a scene (`check`), as text and JSON.
 #pragma once
 
 #include "plan/plan.h"
 
 namespace kagero {
 
-/// What takes place, and what is left out and why: the decisions that the plan records.
+/// Returns the decisions that the plan records: the features in use, and the features left out with the reasons.
 std::string explanation_text(const Plan& plan);
+/// Returns the JSON of `explain`.
 std::string explanation_json(const Plan& plan);
 
-/// "SCENE: valid (…)".
+/// Returns one line, "SCENE: valid (…)", with the space, the method, the number of objects and the film size.
 std::string validity_text(const Plan& plan);
+/// Returns the JSON of `check` for a valid scene.
 std::string validity_json(const Plan& plan);
-/// … of a scene that is refused with this error.
+/// Returns the JSON of `check` for a scene that was refused with the message `error`.
 std::string invalidity_json(const std::string& scene, const std::string& error);
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// JSON as the reports write it: keys in the order in which they were added.
+/// The JSON type of the reports. It keeps keys in the order of insertion and writes NaN and infinity as null.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@ namespace kagero {
 
 using Json = nlohmann::ordered_json;
 
-/// The whole text, ready for a file. Strings that are not UTF-8 are mended.
+/// Returns indented text with a final newline. Invalid UTF-8 in strings is replaced by U+FFFD.
 std::string text_of(const Json& json);
 
 }  // namespace kagero

@@ -17,10 +17,11 @@ namespace kagero {
 namespace {
 
 namespace fs = std::filesystem;
-// An item of a topic has a name and one line `what`; everything else it has is shown below that, in order.
+// Each item of a topic has the keys `name` and `what`, a one-line description. The text listing shows the other keys
+// below that line, in the order of the JSON.
 
 Json parameter_item(const ParameterInfo& info) {
-    return {{"name", info.name},         {"default", info.fallback},      {"least", info.least},
+    return {{"name", info.name},         {"default", info.default_value}, {"least", info.least},
             {"greatest", info.greatest}, {"least_open", info.least_open}, {"unit", name_of(info.unit)},
             {"meaning", info.meaning}};
 }
@@ -43,8 +44,10 @@ Json hamiltonian_items(const Module& module) {
                          {"step", info.step}});
         if (info.step_goes_with) items.back()["step_goes_with"] = info.step_goes_with;
         if (info.index_parameter) items.back()["step_goes_with_inverse_of"] = info.index_parameter;
-        if (info.orbit_method)
-            items.back()["orbit_method"] = info.orbit_method, items.back()["orbit_step"] = info.orbit_step;
+        if (info.orbit_method) {
+            items.back()["orbit_method"] = info.orbit_method;
+            items.back()["orbit_step"] = info.orbit_step;
+        }
     }
     return items;
 }
@@ -65,14 +68,14 @@ Json integrator_items(const Module& module) {
     return items;
 }
 
-const char* what(Strategy strategy) {
+const char* description_of(Strategy strategy) {
     switch (strategy) {
-        case Strategy::scalar:
-            return "one ray at a time, no SIMD: the yardstick";
+        case Strategy::scalar: return "one ray at a time without SIMD; the baseline of comparisons";
         case Strategy::per_ray:
-            return "one ray at a time, the stages of its Gauss method or the components of its gradient in the lanes";
+            return "one ray at a time; the lanes hold the stages of a Gauss method or the components of the gradient";
         case Strategy::packet:
-            return "as many rays as a register has lanes, or a few times as many; a gang: many packets in lockstep";
+            return "one ray per lane, in lockstep, with one, two or four registers per variable; a gang is several "
+                   "packets that take turns in one loop";
     }
     return "";
 }
@@ -89,7 +92,7 @@ Json strategy_items(const Module& module) {
             if (info.form != Form::none) kernels.back()["form"] = name_of(info.form);
         }
         if (!kernels.empty())
-            items.push_back({{"name", name_of(strategy)}, {"what", what(strategy)}, {"kernels", kernels}});
+            items.push_back({{"name", name_of(strategy)}, {"what", description_of(strategy)}, {"kernels", kernels}});
     }
     return items;
 }
@@ -97,15 +100,14 @@ Json strategy_items(const Module& module) {
 Json isa_items() {
     Json items = Json::array();
     for (const IsaInfo& info : find_isas())
-        items.push_back(
-            {{"name", info.name},
-             {"what", info.supported ? "runs on this machine" : "this machine's processor does not have it"},
-             {"supported", info.supported},
-             {"path", info.path}});
+        items.push_back({{"name", info.name},
+                         {"what", info.supported ? "supported by this processor" : "not supported by this processor"},
+                         {"supported", info.supported},
+                         {"path", info.path}});
     return items;
 }
 
-/// A scene says what it is in a comment on its first line.
+/// Returns the comment on the first line of a scene file, which describes the scene; empty if there is none.
 std::string first_comment(const fs::path& path) {
     std::ifstream in(path);
     std::string line;
@@ -148,7 +150,7 @@ Json items_of(const std::string& topic, const std::string& isa, const std::strin
     return layer_items();
 }
 
-/// "rg = 1 [length], > 0: Schwarzschild radius"
+/// Returns one line such as "rg = 1 [length], > 0: Schwarzschild radius".
 std::string parameter_text(const Json& item) {
     const double least = item["least"].get<double>(), greatest = item["greatest"].get<double>();
     std::string text = item["name"].get<std::string>() + " = " + shortest(item["default"].get<double>());
@@ -166,11 +168,11 @@ std::string kernel_text(const Json& item) {
            (item.contains("form") ? ", " + item["form"].get<std::string>() : std::string());
 }
 
-/// Of what is neither a flag nor a list of things with keys of their own.
+/// Returns the text of a string, a number, or an array of these.
 std::string value_text(const Json& value) {
     if (value.is_array()) {
         std::string text;
-        for (const Json& entry : value) enumerate(text, value_text(entry));
+        for (const Json& entry : value) append_to_list(text, value_text(entry));
         return text;
     }
     if (value.is_string()) return value.get<std::string>();
@@ -189,7 +191,7 @@ void append_item(std::string& text, const Json& item) {
     for (const auto& [key, value] : item.items()) {
         if (key == "name" || key == "what") continue;
         if (value.is_boolean()) {
-            if (value.get<bool>()) enumerate(flags, key);
+            if (value.get<bool>()) append_to_list(flags, key);
         } else if (key == "parameters" || key == "kernels") {
             for (const Json& entry : value)
                 text += indent + (key == "parameters" ? parameter_text(entry) : kernel_text(entry)) + "\n";
@@ -228,9 +230,10 @@ std::string listing_text(const std::vector<std::string>& topics, const std::stri
 std::string find_scene_directory() {
     std::error_code ignored;
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-    // Installed: PREFIX/bin beside PREFIX/share. Built: build/PRESET/bin below the source.
-    for (const char* place : {"../share/kagero/scenes", "../../../scenes"}) {
-        const fs::path directory = (program / place).lexically_normal();
+    // An installed program lies in PREFIX/bin, with the scenes in PREFIX/share. A built one lies in build/PRESET/bin of
+    // the source tree.
+    for (const char* relative : {"../share/kagero/scenes", "../../../scenes"}) {
+        const fs::path directory = (program / relative).lexically_normal();
         if (fs::is_directory(directory, ignored)) return directory.string();
     }
     return "";

@@ -1,4 +1,4 @@
-/// What can be chosen, as `list` shows it.
+/// The listings of `kagero list`: Hamiltonians, integrators, strategies, instruction sets, scenes and layers.
 #pragma once
 
 #include <string>
@@ -6,19 +6,20 @@
 
 namespace kagero {
 
-/// Topics of `list`, in the order they are shown.
+/// Returns the topics of `list` in the order of the output.
 const std::vector<std::string>& list_topics();
 
-/// JSON with one array per topic. `isa` names the module that Hamiltonians, integrators and strategies are taken from;
-/// scenes are the files of `scene_directory`.
+/// Returns JSON with one array per topic. Hamiltonians, integrators and strategies are those of the kernel module for
+/// `isa`. Scenes are the TOML files in `scene_directory`.
 std::string listing_json(const std::vector<std::string>& topics, const std::string& isa,
                          const std::string& scene_directory);
 
-/// The same for people.
+/// Returns the same listing as indented text.
 std::string listing_text(const std::vector<std::string>& topics, const std::string& isa,
                          const std::string& scene_directory);
 
-/// The scenes that came with the program: beside its build, or installed. Empty when there are none.
+/// Returns the directory of the scenes that are distributed with the program, from the installation or the source tree.
+/// Empty if neither exists.
 std::string find_scene_directory();
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// What a measurement was taken on.
+/// Properties of the machine and the process for reports.
 #pragma once
 
 #include <cstdint>
@@ -6,10 +6,10 @@
 
 namespace kagero {
 
-/// The processor's own name, or "unknown processor".
+/// Returns the "model name" of /proc/cpuinfo, or "unknown processor".
 std::string processor_name();
 
-/// The most memory this process has held, in bytes.
+/// Returns the peak resident memory of this process in bytes.
 std::uint64_t peak_memory();
 
 }  // namespace kagero

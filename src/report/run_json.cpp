@@ -1,7 +1,7 @@
 #include "report/run_json.h"
 
-#include "error.h"
 #include "accuracy/timing.h"
+#include "error.h"
 #include "plan/names.h"
 #include "render/operation_count.h"
 #include "report/json.h"
@@ -12,20 +12,13 @@ namespace kagero {
 
 namespace {
 
-// Keys keep the order they are given in; NaN and infinities, which JSON does not have, are written as null.
-/// Null where nothing was issued: no lane had work to be idle at.
-Json share(std::uint64_t active, std::uint64_t issued) {
+/// Returns active / issued, or null if nothing was issued.
+Json occupancy_json(std::uint64_t active, std::uint64_t issued) {
     return issued == 0 ? Json() : Json(static_cast<double>(active) / static_cast<double>(issued));
 }
 
-double per(double amount, double count) {
-    return count > 0 ? amount / count : 0.0;
-}
-
-/// Whether the method chooses its steps by a tolerance.
-bool adaptive(const Plan& plan) {
-    return plan.method().adaptive;
-}
+/// Returns true if the method controls its step by a tolerance.
+bool is_adaptive(const Plan& plan) { return plan.method().adaptive; }
 
 Json status_json(const RunReport& report) {
     Json counts;
@@ -46,9 +39,7 @@ Json energy_json(const Plan& plan, const RunReport& report) {
     return {{"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};
 }
 
-double nanoseconds_per_ray(const RunReport& run) {
-    return per(1e9 * run.seconds, static_cast<double>(run.rays));
-}
+double nanoseconds_per_ray(const RunReport& run) { return ratio(1e9 * run.seconds, static_cast<double>(run.rays)); }
 
 Json timing_json(const std::vector<RunReport>& runs) {
     std::vector<double> times;
@@ -60,32 +51,32 @@ Json timing_json(const std::vector<RunReport>& runs) {
 }  // namespace
 
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds) {
-    const Tile& part = plan.view.window;
+    const Tile& window = plan.view.window;
     const Counters& work = report.counters;
     Json json;
     json["scene"] = plan.description().path;
     add_kernel(json, plan);
     json["threads"] = plan.run.threads;
-    json["width"] = part.x1 - part.x0;
-    json["height"] = part.y1 - part.y0;
+    json["width"] = window.x1 - window.x0;
+    json["height"] = window.y1 - window.y0;
     json["rays"] = report.rays;
     json["seconds"] = report.seconds;
-    json["mrays_per_s"] = per(static_cast<double>(report.rays), 1e6 * report.seconds);
+    json["mrays_per_s"] = ratio(static_cast<double>(report.rays), 1e6 * report.seconds);
     json["steps"] = work.steps;
     json["gradients"] = work.gradients;
     json["queries"] = work.queries;
-    json["lane_occupancy"] = share(work.active_lane_steps, work.issued_lane_steps);
+    json["lane_occupancy"] = occupancy_json(work.active_lane_steps, work.issued_lane_steps);
     json["status"] = status_json(report);
     json["energy_error"] = energy_json(plan, report);
-    json["iteration_occupancy"] = share(work.active_iterations, work.issued_iterations);
-    const auto ratio = vectorization_ratio(plan, report);
-    json["vectorization_ratio"] = ratio ? Json(*ratio) : Json();
+    json["iteration_occupancy"] = occupancy_json(work.active_iterations, work.issued_iterations);
+    const auto vectorized = vectorization_ratio(plan, report);
+    json["vectorization_ratio"] = vectorized ? Json(*vectorized) : Json();
     json["load_s"] = plan.load_seconds;
     json["write_s"] = write_seconds;
     json["hamiltonian"] = plan.description().space.hamiltonian;
     json["integrator"] = plan.method().name;
     json["step"] = stated_step(*plan.scene, plan.run);
-    if (adaptive(plan)) json["tolerance"] = plan.run.tolerance;
+    if (is_adaptive(plan)) json["tolerance"] = plan.run.tolerance;
     if (plan.run.solver_tolerance > 0) json["solver_tolerance"] = plan.run.solver_tolerance;
     json["registers"] = plan.run.kernel->registers;
     json["compiler"] = plan.module().compiler;
@@ -112,11 +103,11 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
     json["threads"] = plan.run.threads;
     add_kernel(json, plan);
     json["ns_per_ray"] = timing_json(runs);
-    json["steps_per_ray"] = per(static_cast<double>(last.counters.steps), rays);
-    json["gradients_per_ray"] = per(static_cast<double>(last.counters.gradients), rays);
-    json["lane_occupancy"] = share(last.counters.active_lane_steps, last.counters.issued_lane_steps);
+    json["steps_per_ray"] = ratio(static_cast<double>(last.counters.steps), rays);
+    json["gradients_per_ray"] = ratio(static_cast<double>(last.counters.gradients), rays);
+    json["lane_occupancy"] = occupancy_json(last.counters.active_lane_steps, last.counters.issued_lane_steps);
     json["status"] = status_json(last);
-    json["iteration_occupancy"] = share(last.counters.active_iterations, last.counters.issued_iterations);
+    json["iteration_occupancy"] = occupancy_json(last.counters.active_iterations, last.counters.issued_iterations);
     json["repetitions"] = runs.size();
     return text_of(json);
 }
@@ -127,7 +118,7 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
     std::string overrides, ends;
     for (const std::string& text : scene.overrides) overrides += text + "\n";
     for (std::uint32_t s = 0; s < status_count; ++s)
-        enumerate(ends, std::to_string(report.counters.ended[s]) + " " + name_of(static_cast<Status>(s)));
+        append_to_list(ends, std::to_string(report.counters.ended[s]) + " " + name_of(static_cast<Status>(s)));
     Metadata metadata{
         {"version", KAGERO_VERSION},
         {"scene", scene.text},
@@ -141,10 +132,10 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
         {"seed", std::to_string(scene.film.seed)},
         {"credits", space.source},
     };
-    if (adaptive(plan)) metadata.emplace_back("tolerance", shortest(plan.run.tolerance));
+    if (is_adaptive(plan)) metadata.emplace_back("tolerance", shortest(plan.run.tolerance));
     if (plan.run.solver_tolerance > 0) metadata.emplace_back("solver_tolerance", shortest(plan.run.solver_tolerance));
-    if (report.rays) metadata.emplace_back("status", ends);  // a snapshot has not counted
-    if (report.energy_error.p50 >= 0)  // of what is known of no ray, nothing
+    if (report.rays) metadata.emplace_back("status", ends);  // A snapshot has a report without counts.
+    if (report.energy_error.p50 >= 0)  // The percentiles are NaN if the error of H was not measured.
         metadata.emplace_back("energy_error", "median " + shortest(report.energy_error.p50) + ", 99 % " +
                                                   shortest(report.energy_error.p99) + ", greatest " +
                                                   shortest(report.energy_error.max));

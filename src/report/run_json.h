@@ -1,4 +1,4 @@
-/// What a run says of itself: JSON for programs, attributes for the picture.
+/// Reports of a finished run: the JSON of `render` and `trace`, and the attributes of the picture file.
 #pragma once
 
 #include "film/write_film.h"
@@ -9,13 +9,13 @@
 
 namespace kagero {
 
-/// The JSON of `render`; `energy_error` is null unless the plan watched it.
+/// Returns the JSON of `render`. `energy_error` is null unless the run measured the error of H.
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds);
 
-/// The JSON of `trace`, from one or more timed runs of the same rays.
+/// Returns the JSON of `trace` from one or more timed runs of the same rays.
 std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs);
 
-/// Attributes of the picture. They hold nothing that differs between two runs of the same scene, options and
+/// Returns the `kagero/*` attributes of the picture file. They are equal for all runs with the same scene, options and
 /// instruction set.
 Metadata picture_metadata(const Plan& plan, const RunReport& report);
 

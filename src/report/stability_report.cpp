@@ -9,20 +9,18 @@ namespace kagero {
 
 namespace {
 
-std::string verdict(bool pass) {
-    return pass ? "pass" : "FAIL";
-}
+std::string verdict(bool pass) { return pass ? "pass" : "FAIL"; }
 
 }  // namespace
 
 std::string stability_text(const StabilityRow& row) {
     std::string text =
-        verdict(row.pass()) + "  " + row.name + ": " + row.what + "\n      expected  " + row.expected + "\n";
-    if (row.outcomes.size() == 1) return text + "      got       " + row.outcomes[0].got + "\n";
+        verdict(row.pass()) + "  " + row.name + ": " + row.description + "\n      expected  " + row.expected + "\n";
+    if (row.outcomes.size() == 1) return text + "      got       " + row.outcomes[0].result + "\n";
     for (const StabilityOutcome& outcome : row.outcomes) {
         std::string label = outcome.isa;
         label.resize(std::max(label.size(), std::size_t{8}), ' ');
-        text += "      " + label + "  " + verdict(outcome.pass) + "  " + outcome.got + "\n";
+        text += "      " + label + "  " + verdict(outcome.pass) + "  " + outcome.result + "\n";
     }
     return text;
 }
@@ -36,16 +34,16 @@ std::string stability_json(const std::vector<StabilityRow>& rows) {
     Json cases = Json::array();
     for (const StabilityRow& row : rows) {
         Json isas = Json::array();
-        std::string got;
+        std::string results;
         for (const StabilityOutcome& outcome : row.outcomes) {
-            isas.push_back({{"isa", outcome.isa}, {"got", outcome.got}, {"pass", outcome.pass}});
-            got +=
-                row.outcomes.size() == 1 ? outcome.got : (got.empty() ? "" : "; ") + outcome.isa + ": " + outcome.got;
+            isas.push_back({{"isa", outcome.isa}, {"got", outcome.result}, {"pass", outcome.pass}});
+            results += row.outcomes.size() == 1 ? outcome.result
+                                                : (results.empty() ? "" : "; ") + outcome.isa + ": " + outcome.result;
         }
         cases.push_back({{"name", row.name},
-                         {"what", row.what},
+                         {"what", row.description},
                          {"expected", row.expected},
-                         {"got", got},
+                         {"got", results},
                          {"pass", row.pass()},
                          {"isas", isas}});
     }
@@ -53,16 +51,16 @@ std::string stability_json(const std::vector<StabilityRow>& rows) {
 }
 
 std::string stability_page(const std::vector<StabilityRow>& rows) {
-    std::vector<std::string> head{"case", "what", "expected"};
+    std::vector<std::string> head{"case", "description", "expected"};
     if (!rows.empty())
         for (const StabilityOutcome& outcome : rows[0].outcomes)
             head.insert(head.end(), {html_text(outcome.isa), "got"});
     std::vector<std::vector<std::string>> cells;
     for (const StabilityRow& row : rows) {
-        cells.push_back({html_text(row.name), html_text(row.what), html_text(row.expected)});
+        cells.push_back({html_text(row.name), html_text(row.description), html_text(row.expected)});
         for (const StabilityOutcome& outcome : row.outcomes)
             cells.back().insert(cells.back().end(),
-                                {outcome.pass ? "pass" : "<span class=\"bad\">FAIL</span>", html_text(outcome.got)});
+                                {outcome.pass ? "pass" : "<span class=\"bad\">FAIL</span>", html_text(outcome.result)});
     }
     return html_page("Stiff and extreme cases", stability_summary(rows), html_table(head, cells, head.size()));
 }

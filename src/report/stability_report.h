@@ -1,4 +1,4 @@
-/// The stability cases as a table, JSON and a page.
+/// Reports of the stability cases, as text, JSON and an HTML page.
 #pragma once
 
 #include "stability/stability.h"
@@ -8,12 +8,14 @@
 
 namespace kagero {
 
-/// One row as text: verdict, name, what; below it what was expected, and what was got on each instruction set.
+/// Returns one row as text: verdict, name and description. The lines below it hold the expected result and the result
+/// on each instruction set.
 std::string stability_text(const StabilityRow& row);
-/// How many passed.
+/// Returns a line with the number of cases that pass and the number of all cases.
 std::string stability_summary(const std::vector<StabilityRow>& rows);
+/// Returns the JSON of `stability`.
 std::string stability_json(const std::vector<StabilityRow>& rows);
-/// One self-contained HTML page.
+/// Returns one self-contained HTML page.
 std::string stability_page(const std::vector<StabilityRow>& rows);
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// How threads spent a run.
+/// The time that the threads of a run were busy and idle.
 #pragma once
 
 #include "render/render.h"
@@ -6,13 +6,15 @@
 
 namespace kagero {
 
-/// Where the threads were while tiles were worked on, as shares.
+/// Shares of the time in which tiles were traced and shaded, without the prediction of tile costs; both in 0…1.
 struct ThreadShares {
-    double busy, idle_at_end;
+    double busy;         ///< Share in which the thread processed tiles.
+    double idle_at_end;  ///< Share after the last tile of the thread, when no tiles were left.
 };
+/// Returns the shares of one thread of the run.
 ThreadShares shares_of(const RunReport& report, const ThreadTime& time);
 
-/// Per thread, the shares of the time in which tiles were worked on: busy, and idle at the end because none were left.
+/// Returns an array with the number of tiles and the shares of each thread.
 Json threads_json(const RunReport& report);
 
 }  // namespace kagero

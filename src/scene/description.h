@@ -1,4 +1,4 @@
-/// A scene as written: plain values, every default filled in, nothing loaded yet.
+/// The description of a scene: plain values with all defaults filled in. Files that the scene names are not loaded yet.
 #pragma once
 
 #include "error.h"
@@ -14,149 +14,159 @@
 
 namespace kagero {
 
+/// A vector: x, y, z or red, green, blue.
 using Double3 = std::array<double, 3>;
 
-/// A Hamiltonian written in the scene: its texts as given, and what they were parsed to.
+/// A Hamiltonian that is written in the scene file: the texts of its formulas, and the parsed formulas.
 struct FormulaDescription {
-    std::string energy;
-    double level = 0;                              ///< H0
-    std::vector<std::string> parts;                ///< two or none
-    std::string domain, capture, length_scale;     ///< "" where there is none
+    std::string energy;                            ///< Text of H.
+    double level = 0;                              ///< H0, the value of H on every ray.
+    std::vector<std::string> parts;                ///< Texts of H_A and H_B, or empty.
+    std::string domain, capture, length_scale;     ///< Texts of the optional formulas; "" if the key is missing.
     std::vector<std::pair<std::string, double>> constants;
     std::vector<std::pair<std::string, std::string>> helpers;
 
-    FormulaScope scope;                            ///< all nodes; the formula below has no pointer to them
+    FormulaScope scope;                            ///< The nodes of all formulas.
+    /// Indices of the formulas in the nodes of `scope`. Its pointer to the nodes is null.
     Formula parsed{nullptr, 0, -1, -1, -1, -1, -1, {-1, -1}, 0, 0};
-    Place place;                                   ///< of H
+    FileLocation location;                         ///< Position of the key H.
 };
 
+/// The table [space].
 struct SpaceDescription {
     std::string hamiltonian;
-    std::optional<FormulaDescription> formula;     ///< where hamiltonian is "formula"
-    std::vector<std::pair<std::string, double>> parameters;  ///< in the Hamiltonian's declared order, all present
+    std::optional<FormulaDescription> formula;     ///< Only if `hamiltonian` is "formula".
+    std::vector<std::pair<std::string, double>> parameters;  ///< All parameters, in declared order.
     Double3 center{0, 0, 0};
-    bool far_sided = false;            ///< it has another universe, with a sky of its own: `[sky.far]`
+    bool has_second_sheet = false;            ///< True if a second sky, `[sky.far]`, is legal.
 };
 
-/// An expression by which the scene rescales a compiled Hamiltonian.
+/// The expression Ω with which the scene rescales a built-in Hamiltonian.
 struct RescalingDescription {
     FormulaScope scope;
     std::int32_t node = -1;
 };
 
-/// The unit of a method's step: a length for the parameter of H, a number for that of a spacetime's rescaled H, radians
-/// along an orbit.
+/// The unit of a step: a length for H, a pure number for the rescaled H of a spacetime, radians for an orbit method.
 enum class StepKind { length, number, angle };
 
-/// Whether new rays are loaded into lanes whose rays have ended; automatic: where a measurement says that it pays.
+/// Use of refill. `automatic` enables refill where it has been measured to be faster.
 enum class Refill { automatic, on, off };
-/// As scenes write them, in the same order.
+/// Returns the names of the values of Refill in scene files, in the same order.
 const std::vector<std::string>& refill_names();
 
+/// The table [integrator].
 struct IntegratorDescription {
-    std::string method;                ///< resolved: never empty after loading
-    std::optional<Place> method_place, step_place, tolerance_place, lanes_place,
-        rescale_place;                 ///< where the scene states them, for what is said later
-    double step = 0;                   ///< resolved; adaptive methods start with it
-    std::array<double, 3> default_step{};  ///< by StepKind: where none is stated
-    double tolerance = 1e-6;           ///< local error of adaptive methods, relative to 1 + |value|
-    double solver_tolerance = 0;       ///< 0: to rounding
+    std::string method;                ///< Stated or default method; never empty after loading.
+    /// Positions of the keys, for messages; empty if the scene does not state the key.
+    std::optional<FileLocation> method_location, step_location, tolerance_location, lanes_location, rescale_location;
+    double step = 0;                   ///< Stated or default step; the first step of adaptive methods.
+    std::array<double, 3> default_step{};  ///< Default steps, indexed by StepKind.
+    double tolerance = 1e-6;           ///< Local error of adaptive methods, relative to 1 + |value|.
+    double solver_tolerance = 0;       ///< Relative residual of implicit equations; 0: the rounding error.
     std::uint32_t max_steps = 20000;
     double escape_radius = 50;
     HitModel hit = HitModel::hermite;
     bool cull = true;
-    bool use_symmetry = true;  ///< the plane of an orbit, and cyclic coordinates, may be used; symmetry = "none": never
+    bool use_symmetry = true;          ///< Permits orbit methods and cyclic coordinates; false for symmetry = "none".
     Refill refill = Refill::automatic;
-    double max_pixel_error =
-        0;  ///< step, precision, and the method unless it is stated, are chosen to meet it; 0: nothing is
-    std::uint32_t lanes = 0;           ///< rays per packet; 0: as many as suit the machine
-    std::string rescale = "auto";      ///< "auto" | "none" | an expression
-    std::optional<RescalingDescription>
-        rescaling;  ///< … of a compiled Hamiltonian; those of a formula are among its nodes
+    /// Bound on the pixel error. A trial chooses the step, the precision and the unstated method to meet it; 0: no
+    /// bound.
+    double max_pixel_error = 0;
+    std::uint32_t lanes = 0;           ///< Rays per packet; 0: chosen for the machine.
+    std::string rescale = "auto";      ///< "auto", "none" or an expression.
+    /// The parsed expression `rescale` for a built-in Hamiltonian; that for a formula is in FormulaDescription::parsed.
+    std::optional<RescalingDescription> rescaling;
 };
 
-/// "static", "zamo", "falling", "coordinate", as ObserverKind has them.
+/// Returns "static", "zamo", "falling", "coordinate": the names of the values of ObserverKind, in the same order.
 const std::vector<std::string>& observer_names();
 inline const std::string& name_of(ObserverKind observer) {
     return observer_names()[static_cast<std::size_t>(observer)];
 }
 
 enum class CameraType { perspective, equirectangular, orthographic };
-/// As scenes write them, in the same order.
+/// Returns the names of the values of CameraType in scene files, in the same order.
 const std::vector<std::string>& camera_type_names();
 inline const std::string& name_of(CameraType type) { return camera_type_names()[static_cast<std::size_t>(type)]; }
 
+/// The table [camera].
 struct CameraDescription {
     CameraType type = CameraType::perspective;
     Double3 position{}, look_at{}, up{0, 1, 0};
-    double fov = 60;                   ///< perspective: vertical, degrees
-    double height = 2;                 ///< orthographic: of the picture, scene units
+    double fov = 60;                   ///< Vertical field of view of a perspective camera, degrees.
+    double height = 2;                 ///< Height of the picture of an orthographic camera, scene units.
     ObserverKind observer = ObserverKind::static_;
-    Place position_place;              ///< for messages found later
-    std::optional<Place> fov_place, observer_place;  ///< where the scene states them
+    FileLocation position_location;    ///< Position of the key `position`, for messages.
+    std::optional<FileLocation> fov_location, observer_location;  ///< Empty if the scene does not state the key.
 };
 
+/// The table [film].
 struct FilmDescription {
     std::uint32_t width = 0, height = 0;
-    std::uint32_t spp = 1;             ///< rays per pixel
-    std::uint32_t seed = 0;            ///< of where in the pixel they lie, if more than one
+    std::uint32_t spp = 1;             ///< Rays per pixel.
+    std::uint32_t seed = 0;            ///< Seed for the positions of rays in a pixel, if spp > 1.
     std::vector<std::string> layers{"color"};
 };
 
-/// The source of the colour of a surface or a sky. Exactly one of the three kinds is in use.
+/// The paint of a surface or a sky.
 struct Paint {
     enum class Kind { color, texture, checker };
     Kind kind = Kind::color;
     Double3 color{0.8, 0.8, 0.8};
-    std::string texture;               ///< absolute path
-    std::array<double, 2> checker{8, 8};
-    Place place;
+    std::string texture;               ///< Absolute path of an image.
+    std::array<double, 2> checker{8, 8};  ///< Numbers of squares along u and v.
+    FileLocation location;
 };
 
+/// The table [sky] or [sky.far].
 struct SkyDescription {
     Paint paint{Paint::Kind::color, {0, 0, 0}, {}, {}, {}};
     Double3 pole{0, 0, 1};
 };
 
 enum class Shape { rectangle, box, room, sphere, mesh, disk };
-/// Their names in scenes, in the same order; and the faces of a box or room, in that of ObjectDescription::faces.
+/// Returns the names of the values of Shape in scene files, in the same order.
 const std::vector<std::string>& shape_names();
+/// Returns the names of the faces of a box or room, in the order of ObjectDescription::faces.
 const std::vector<std::string>& face_names();
 enum class Shading { emission, lambert };
 
+/// One table [[object]].
 struct ObjectDescription {
     std::string name;
     Shape shape{};
     Double3 origin{}, edge_u{}, edge_v{};          // rectangle
     Double3 min{}, max{};                          // box, room
-    std::array<Paint, 6> faces;  // box, room: px nx py ny pz nz; all equal to `paint` unless `faces` says otherwise
-    Double3 center{}; double radius = 0;           // sphere; center: disk too
-    Double3 normal{0, 0, 1};                       // disk: its matter orbits in the right-handed sense about it
+    std::array<Paint, 6> faces;                    // box, room: px nx py ny pz nz; default: `paint`
+    Double3 center{}; double radius = 0;           // sphere; disk: only center
+    Double3 normal{0, 0, 1};                       // disk: axis, about which its matter orbits right-handed
     double inner = 0, outer = 0;                   // disk: radii
-    double temperature = 0;                        // disk: kelvin at the inner edge; 0: it has a paint instead
-    Place center_place, normal_place;              // disk: for what only the space tells
+    double temperature = 0;                        // disk: kelvin at the inner edge; 0: the disk has a paint instead
+    FileLocation center_location, normal_location;  // disk: positions of the keys, for messages
     std::string file;                              // mesh: absolute path
-    Place file_place;
-    Double3 translate{}, rotate{}; double scale = 1;
+    FileLocation file_location;                    // mesh: position of the key `file`
+    Double3 translate{}, rotate{}; double scale = 1;  // mesh; rotate in degrees
     Paint paint;
     Shading shading = Shading::emission;
-    Place place;
+    FileLocation location;
 };
 
+/// A whole scene.
 struct SceneDescription {
-    std::string path;                              ///< as given
-    std::string text;                              ///< the file's text, for the picture's metadata
-    std::vector<std::string> overrides;            ///< texts of those that were given
+    std::string path;                              ///< Path of the scene file, as stated by the user.
+    std::string text;                              ///< Text of the scene file, for the metadata of the picture.
+    std::vector<std::string> overrides;            ///< Texts of the overrides.
     SpaceDescription space;
     IntegratorDescription integrator;
     CameraDescription camera;
     FilmDescription film;
     SkyDescription sky;
-    SkyDescription far_sky;                        ///< of a wormhole's other universe
+    SkyDescription far_sky;                        ///< Sky of the second sheet of a wormhole.
     std::vector<ObjectDescription> objects;
 };
 
-/// The names of a table of Hamiltonians or integrators.
+/// Returns the names in a table of Hamiltonians or integrators.
 template <class Info>
 std::vector<std::string> names_of(const Info* infos, std::uint32_t count) {
     std::vector<std::string> names;
@@ -164,26 +174,26 @@ std::vector<std::string> names_of(const Info* infos, std::uint32_t count) {
     return names;
 }
 
-/// The names a scene may use; taken from a loaded kernel module.
+/// The Hamiltonians, integrators and layers whose names a scene may use.
 struct Catalogue {
     const HamiltonianInfo* hamiltonians = nullptr;
     std::uint32_t hamiltonian_count = 0;
     const IntegratorInfo* integrators = nullptr;
     std::uint32_t integrator_count = 0;
     std::vector<std::string> layers;
-    /// Null where there is none of that name.
+    /// Returns the Hamiltonian with this name, or nullptr.
     const HamiltonianInfo* hamiltonian_named(const std::string& name) const;
-    /// Null where a method serves a space, whose H is rescaled or not; else why not.
+    /// Returns nullptr if the method supports the space, with or without rescaling; otherwise the reason.
     const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) = nullptr;
 };
 
-/// A key set from outside the scene.
+/// A key that is set from outside the scene file.
 struct Override {
-    std::string text;  ///< "key.path=value" in TOML syntax; a bare word is taken as a string
-    std::string said;  ///< how the user said it, for messages; empty: as -D and the text
+    std::string text;    ///< "key.path=value" in TOML syntax; a bare word is read as a string.
+    std::string option;  ///< The option as the user has written it, for messages; empty: "-D " and the text.
 
     Override(const char* t) : text(t) {}
-    Override(std::string t, std::string how = {}) : text(std::move(t)), said(std::move(how)) {}
+    Override(std::string t, std::string as_written = {}) : text(std::move(t)), option(std::move(as_written)) {}
 };
 
 }  // namespace kagero

@@ -20,45 +20,47 @@ namespace kagero {
 
 namespace {
 
-/// A scene is small; the limit keeps /dev/zero and mistaken file names from filling the memory.
+/// Returns the text of a scene file. The size limit bounds the memory for files without an end, such as /dev/zero.
 std::string read_text(const std::string& path) {
-    constexpr std::size_t greatest_size = std::size_t{64} << 20;
+    constexpr std::size_t max_size = std::size_t{64} << 20;
     std::error_code error;
-    if (std::filesystem::is_directory(path, error)) throw InputError({path, 0, 0}, "is a directory, not a scene file");
+    if (std::filesystem::is_directory(path, error))
+        throw InputError({path, 0, 0}, "this is a directory, not a scene file; name a .toml file");
     std::ifstream file(path, std::ios::binary);
-    if (!file) throw InputError({path, 0, 0}, std::string("cannot be opened: ") + std::strerror(errno));
+    if (!file) throw InputError({path, 0, 0}, std::string("this scene file cannot be opened: ") + std::strerror(errno));
     std::string text;
     char buffer[1 << 16];
     while (file.read(buffer, sizeof buffer), file.gcount() > 0) {
         text.append(buffer, static_cast<std::size_t>(file.gcount()));
-        if (text.size() > greatest_size) throw InputError({path, 0, 0}, "is larger than 64 MiB: not a scene file");
+        if (text.size() > max_size)
+            throw InputError({path, 0, 0}, "this file is larger than 64 MiB, the limit for scene files");
     }
-    if (file.bad()) throw RunError("cannot read '" + path + "' to its end");
+    if (file.bad()) throw RunError("reading '" + path + "' failed before the end of the file");
     return text;
 }
 
-/// The picture needs to know which way is up.
+/// Throws InputError if the viewing direction of the camera is zero, or if `up` is zero or parallel to it.
 void check_view(const Section& section, const CameraDescription& camera) {
-    const Value& look_at = need(section, "look_at");
+    const Value& look_at = require(section, "look_at");
     const Double3 forward = subtract(camera.look_at, camera.position);
     if (length(forward) == 0) fail(look_at, full_name(section, "look_at"), "a point other than camera.position");
     const Value* up = find(section, "up");
     if (length(camera.up) == 0) fail(up ? *up : look_at, full_name(section, "up"), "a vector that is not zero");
-    // Closer than √ε to parallel, the cross product has lost half its digits.
+    // If the sine of the angle between the vectors is below √ε, half of the digits of the cross product are lost.
     const double sine = length(cross(unit(forward), unit(camera.up)));
     if (sine > std::sqrt(std::numeric_limits<double>::epsilon())) return;
-    throw InputError(up ? up->place : look_at.place, "camera.up = " + written(camera.up) +
-                                                         (up ? "" : " (the default)") +
-                                                         " is parallel to the viewing direction: choose another up");
+    throw InputError(up ? up->location : look_at.location,
+                     "camera.up = " + to_toml(camera.up) + (up ? "" : " (the default)") +
+                         " is parallel to the viewing direction; choose another camera.up");
 }
 
 SpaceDescription load_space(const Section& section, const Catalogue& catalogue) {
     SpaceDescription space;
-    const Value& name = need_kind(section, "hamiltonian");
+    const Value& name = require_type(section, "hamiltonian");
     const auto known = names_of(catalogue.hamiltonians, catalogue.hamiltonian_count);
     space.hamiltonian = known[to_choice(name, full_name(section, "hamiltonian"), known)];
     const HamiltonianInfo& info = *catalogue.hamiltonian_named(space.hamiltonian);
-    space.far_sided = info.far_sided;
+    space.has_second_sheet = info.has_second_sheet;
 
     if (space.hamiltonian == "formula") {
         space.formula = load_formula(section);
@@ -69,13 +71,13 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
     for (std::uint32_t i = 0; i < info.parameter_count; ++i) {
         const ParameterInfo& parameter = info.parameters[i];
         keys.emplace_back(parameter.name);
-        double value = parameter.fallback;
+        double value = parameter.default_value;
         read(section, parameter.name, value, {parameter.least, parameter.greatest, parameter.least_open});
         if (parameter.unit == Unit::whole_number && value != std::floor(value))
-            fail(need(section, parameter.name), full_name(section, parameter.name), "a whole number");
+            fail(require(section, parameter.name), full_name(section, parameter.name), "a whole number");
         space.parameters.emplace_back(parameter.name, value);
     }
-    only_keys(section, keys);
+    check_keys(section, keys);
     read(section, "center", space.center, any_length);
     return space;
 }
@@ -87,28 +89,28 @@ CameraDescription load_camera(const Section& section) {
         camera.type = static_cast<CameraType>(to_choice(*type, "camera.type", camera_type_names()));
     }
     if (camera.type == CameraType::orthographic) keys.emplace_back("height");
-    only_keys(section, keys);
+    check_keys(section, keys);
     if (const Value* observer = find(section, "observer")) {
-        camera.observer = static_cast<ObserverKind>(to_choice(*observer, "camera.observer", observer_names())),
-        camera.observer_place = observer->place;
+        camera.observer = static_cast<ObserverKind>(to_choice(*observer, "camera.observer", observer_names()));
+        camera.observer_location = observer->location;
     }
-    const Value& position = need(section, "position");
+    const Value& position = require(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
-    camera.position_place = position.place;
-    camera.look_at = to_double3(need(section, "look_at"), "camera.look_at", any_length);
+    camera.position_location = position.location;
+    camera.look_at = to_double3(require(section, "look_at"), "camera.look_at", any_length);
     read(section, "up", camera.up, any_length);
     read(section, "fov", camera.fov, {0, 180, true, true});
-    if (const Value* fov = find(section, "fov")) camera.fov_place = fov->place;
+    if (const Value* fov = find(section, "fov")) camera.fov_location = fov->location;
     read(section, "height", camera.height, positive_length);
     check_view(section, camera);
     return camera;
 }
 
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers) {
-    only_keys(section, {"size", "spp", "seed", "layers"});
+    check_keys(section, {"size", "spp", "seed", "layers"});
     FilmDescription film;
-    const Value& size = need(section, "size");
-    if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "[width, height]");
+    const Value& size = require(section, "size");
+    if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "an array [width, height]");
     film.width = to_count(size.items[0], "film.size[0]", 1, 65536);
     film.height = to_count(size.items[1], "film.size[1]", 1, 65536);
     if (const Value* spp = find(section, "spp")) film.spp = to_count(*spp, "film.spp", 1, 65536);
@@ -122,7 +124,7 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
         for (const Value& layer : chosen->items) {
             const std::string& name = layers[to_choice(layer, "film.layers", layers)];
             for (const std::string& other : film.layers) {
-                if (other == name) fail(layer, "film.layers", "every layer once");
+                if (other == name) fail(layer, "film.layers", "listed only once");
             }
             film.layers.push_back(name);
         }
@@ -133,11 +135,11 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
 SkyDescription load_sky(const Section& section, const std::string& directory) {
     std::vector<std::string> keys{"color", "texture", "checker", "pole"};
     if (section.name == "sky") keys.emplace_back("far");
-    only_keys(section, keys);
+    check_keys(section, keys);
     SkyDescription sky;
     sky.paint = load_paint(section, sky.paint, CheckerKey::flag, directory);
     read(section, "pole", sky.pole, any_length);
-    if (length(sky.pole) == 0) fail(need(section, "pole"), full_name(section, "pole"), "a vector that is not zero");
+    if (length(sky.pole) == 0) fail(require(section, "pole"), full_name(section, "pole"), "a vector that is not zero");
     return sky;
 }
 
@@ -145,10 +147,10 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
     const Value* far = find(sky, "far");
     if (!far) return {};
     if (far->kind != Value::Kind::table) fail(*far, "sky.far", "a table: [sky.far]");
-    if (!space.far_sided)
-        throw InputError(far->place, "sky.far: " + written(space.hamiltonian) +
-                                         " has one universe and one sky: leave the table out");
-    return load_sky({far, "sky.far", far->place}, directory);
+    if (!space.has_second_sheet)
+        throw InputError(far->location, "sky.far is not legal: the space " + to_toml(space.hamiltonian) +
+                                         " has only one sky; remove the table [sky.far]");
+    return load_sky({far, "sky.far", far->location}, directory);
 }
 
 }  // namespace
@@ -164,13 +166,13 @@ SceneDescription load_scene_text(const std::string& text, const std::string& pat
     scene.path = path;
     scene.text = text;
     Value root = parse_toml(scene.text, path);
-    root.place = {path, 1, 1};
+    root.location = {path, 1, 1};
     for (const Override& one : overrides) {
         scene.overrides.push_back(one.text);
-        apply_override(root, one.text, one.said.empty() ? "-D " + one.text : one.said);
+        apply_override(root, one.text, one.option.empty() ? "-D " + one.text : one.option);
     }
 
-    only_keys({&root, "", root.place}, {"space", "integrator", "camera", "film", "sky", "object"});
+    check_keys({&root, "", root.location}, {"space", "integrator", "camera", "film", "sky", "object"});
     const std::string directory = std::filesystem::path(path).parent_path().string();
     scene.space = load_space(section(root, "space"), catalogue);
     scene.integrator = load_integrator(section(root, "integrator"), scene.space, catalogue);

@@ -1,17 +1,18 @@
-/// From a scene file to its description.
+/// Loads the description of a scene from a scene file.
 #pragma once
 
 #include "scene/description.h"
 
 namespace kagero {
 
-/// Reads, overrides and checks a scene. Throws InputError naming file:line:column, the value, the legal range, and a
-/// near match for a misspelt name.
+/// Reads a scene file, applies the overrides and checks the result. Throws InputError if anything is invalid. The
+/// message contains file:line:column, the value, the legal range, and the legal name that is most similar to a misspelt
+/// one.
 SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides,
                             const Catalogue& catalogue);
-/// The same for a scene that is no file; `name` stands for it in messages, relative paths in it start at the working
-/// directory.
-SceneDescription load_scene_text(const std::string& text, const std::string& name,
+/// Loads a scene from text. `path` is the path of the file for messages; it need not exist. Relative paths in the scene
+/// start at the folder of `path`.
+SceneDescription load_scene_text(const std::string& text, const std::string& path,
                                  const std::vector<Override>& overrides, const Catalogue& catalogue);
 
 }  // namespace kagero

@@ -14,22 +14,23 @@ namespace {
 /// Bits of FormulaScope::variables.
 constexpr unsigned position_bits = 0b0000111, momentum_bits = 0b0111000, all_bits = 0b1111111;
 
+/// Returns the table `key` inside a section.
 Section table_in(const Section& section, const std::string& key) {
     const Value* table = find(section, key);
     if (table && table->kind != Value::Kind::table)
         fail(*table, full_name(section, key), "a table: [" + full_name(section, key) + "]");
-    return {table, full_name(section, key), table ? table->place : section.place};
+    return {table, full_name(section, key), table ? table->location : section.location};
 }
 
-/// Parses a key's string; `allowed` are the variables it may depend on.
+/// Parses the formula of a key. `allowed` contains the bits of the variables on which it may depend.
 std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& name, unsigned allowed = all_bits) {
-    const std::int32_t node = parse_formula(scope, {to_text(value, name), name, value.place});
-    const unsigned others = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
+    const std::int32_t node = parse_formula(scope, {to_text(value, name), name, value.location});
+    const unsigned forbidden = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
     for (std::size_t i = 0; i < formula_variables.size(); ++i) {
-        if (!((others >> i) & 1)) continue;
+        if (!((forbidden >> i) & 1)) continue;
         const std::string legal = allowed == position_bits ? "x y z and r" : "x y z pt";
-        throw InputError(value.place, name + " = " + written(value.string) + " depends on " + formula_variables[i] +
-                                          ": it may depend on " + legal + " alone");
+        throw InputError(value.location, name + " = " + to_toml(value.string) + " depends on " + formula_variables[i] +
+                                          "; it may depend only on " + legal);
     }
     return node;
 }
@@ -41,7 +42,7 @@ void load_constants(const Section& section, FormulaDescription& formula) {
         const double value = to_number(item, full_name(table, item.key), {-1e300, 1e300});
         formula.constants.emplace_back(item.key, value);
         if (item.key == "pt") formula.parsed.pt = value;
-        else define(formula.scope, item.key, number_node(formula.scope, value), item.key_place);
+        else define(formula.scope, item.key, number_node(formula.scope, value), item.key_location);
     }
 }
 
@@ -50,18 +51,18 @@ void load_helpers(const Section& section, FormulaDescription& formula) {
     if (!table.table) return;
     for (const Value& item : table.table->items) {
         const std::int32_t node = parse(formula.scope, item, full_name(table, item.key));
-        define(formula.scope, item.key, node, item.key_place);
+        define(formula.scope, item.key, node, item.key_location);
         formula.helpers.emplace_back(item.key, item.string);
     }
 }
 
-/// Parts must sum to H: compared where both are numbers, at points that no formula is likely to treat specially.
+/// Throws InputError if the parts do not sum to H. They are compared at pseudo-random points at which both are finite.
 void check_parts(const Value& parts, const FormulaDescription& formula) {
-    constexpr int tries = 64;
-    constexpr double tolerance = 1e-10;  // rounding of a few hundred operations, and what cancels between the parts
+    constexpr int point_count = 64;
+    constexpr double tolerance = 1e-10;  // rounding of a few hundred operations, and cancellation
     double seed = 0.5;
     const auto next = [&] { return seed = std::fmod(seed * 997.0 + 0.1234567, 1.0); };
-    for (int i = 0; i < tries; ++i) {
+    for (int i = 0; i < point_count; ++i) {
         std::array<double, 7> at{};
         for (double& x : at) x = (i % 4 + 0.5) * (2 * next() - 1);
         at[6] = formula.parsed.pt;
@@ -71,10 +72,10 @@ void check_parts(const Value& parts, const FormulaDescription& formula) {
         if (!std::isfinite(h) || !std::isfinite(a + b)) continue;
         if (std::abs(h - a - b) <= tolerance * (1 + std::abs(h) + std::abs(a) + std::abs(b))) continue;
         std::string point;
-        for (std::size_t k = 0; k < 6; ++k) enumerate(point, written(at[k]));
-        throw InputError(parts.place, "space.parts do not sum to space.H: at (x y z px py pz) = (" + point +
-                                          ") they give " + written(a) + " + " + written(b) + " where H is " +
-                                          written(h));
+        for (std::size_t k = 0; k < 6; ++k) append_to_list(point, to_toml(at[k]));
+        throw InputError(parts.location, "space.parts do not sum to space.H: at (x y z px py pz) = (" + point +
+                                          "), the parts give " + to_toml(a) + " + " + to_toml(b) + ", but H is " +
+                                          to_toml(h));
     }
 }
 
@@ -90,12 +91,14 @@ void load_parts(const Section& section, FormulaDescription& formula) {
     check_parts(*parts, formula);
 }
 
-/// Refuses a formula without variables whose value is not greater than 0; of others only rays can tell.
+/// Throws InputError if the formula is constant and its value is not greater than 0. Other formulas are tested along
+/// the rays.
 void require_positive(const Value& value, const std::string& name, const FormulaScope& scope, std::int32_t node) {
     if (scope.variables[static_cast<std::size_t>(node)] != 0 || evaluate(scope, node, {}) > 0) return;
     fail(value, name, "a formula whose value is greater than 0");
 }
 
+/// Parses the formula of an optional key, which may depend on x y z pt. Returns −1 if the key is missing.
 std::int32_t load_optional(const Section& section, const std::string& key, FormulaDescription& formula,
                            std::string& text) {
     const Value* value = find(section, key);
@@ -107,18 +110,19 @@ std::int32_t load_optional(const Section& section, const std::string& key, Formu
 }  // namespace
 
 FormulaDescription load_formula(const Section& section) {
-    only_keys(section,
+    check_keys(section,
               {"hamiltonian", "center", "H", "H0", "parts", "domain", "capture", "length_scale", "constants", "let"});
     FormulaDescription formula;
     formula.scope = formula_scope();
-    const Value& energy = need(section, "H");
+    const Value& energy = require(section, "H");
     formula.energy = to_text(energy, "space.H");
-    formula.place = energy.place;
+    formula.location = energy.location;
     load_constants(section, formula);
     load_helpers(section, formula);
     formula.parsed.energy = parse(formula.scope, energy, "space.H");
     const unsigned variables = formula.scope.variables[static_cast<std::size_t>(formula.parsed.energy)];
-    if (!(variables & momentum_bits)) fail(energy, "space.H", "a formula in which px, py or pz occurs: dq/dλ = ∂H/∂p");
+    if (!(variables & momentum_bits))
+        fail(energy, "space.H", "a formula that contains px, py or pz, because dq/dλ = ∂H/∂p");
     read(section, "H0", formula.level, {-1e300, 1e300});
     formula.parsed.level = formula.level;
     load_parts(section, formula);
@@ -132,13 +136,14 @@ FormulaDescription load_formula(const Section& section) {
 
 void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator) {
     if (rescale.string == "auto" || rescale.string == "none") return;
-    integrator.rescale_place = rescale.place;
+    integrator.rescale_location = rescale.location;
     if (!space.formula) integrator.rescaling = {formula_scope(), -1};
     FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
     std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;
-    const bool taken =
+    const bool is_defined =
         std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
-    if (!taken) define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.place}), rescale.place);
+    if (!is_defined)
+        define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.location}), rescale.location);
     node = parse(scope, rescale, "integrator.rescale", position_bits);
     require_positive(rescale, "integrator.rescale", scope, node);
 }

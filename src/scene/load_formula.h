@@ -1,15 +1,16 @@
-/// The keys of a space whose Hamiltonian is written in the scene.
+/// Loads the keys of a space whose Hamiltonian is a formula.
 #pragma once
 
 #include "scene/reader.h"
 
 namespace kagero {
 
-/// [space] with hamiltonian = "formula", [space.constants] and [space.let].
+/// Loads [space] with hamiltonian = "formula", [space.constants] and [space.let].
 FormulaDescription load_formula(const Section& section);
 
-/// An expression for `integrator.rescale`, in x y z, r, the distance from the space's centre, and the names of a
-/// formula. "auto" and "none" are none.
+/// Parses `integrator.rescale`, unless it is "auto" or "none". The expression may use x, y, z, r (the distance from the
+/// centre of the space), and the names that the formula of the space defines. The parsed expression is stored in the
+/// formula of the space, or in `integrator` if the Hamiltonian is built in.
 void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator);
 
 }  // namespace kagero

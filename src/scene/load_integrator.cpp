@@ -14,81 +14,86 @@
 namespace kagero {
 namespace {
 
-/// How many rays a packet shall have, or 0 for "auto"; whether there are such packets the kernels know.
+/// Returns the number of rays per packet, or 0 for "auto". It is not checked here whether a kernel has this number.
 std::uint32_t to_lanes(const Value& lanes) {
     if (lanes.kind == Value::Kind::string) {
         if (lanes.string == "auto") return 0;
-        throw InputError(lanes.place, "integrator.lanes = " + written(lanes.string) +
-                                          " is neither a whole number, 1 <= value <= 1024, nor known" +
-                                          suggestion(lanes.string, {"auto"}));
+        throw InputError(lanes.location, "integrator.lanes = " + to_toml(lanes.string) +
+                                          " is not legal: it must be \"auto\" or a whole number with "
+                                          "1 <= value <= 1024" + suggestion(lanes.string, {"auto"}));
     }
     return to_count(lanes, "integrator.lanes", 1, 1024);
 }
 
-/// Whether rays are followed in the plane of their orbit unasked: where the space has one, and the scene says nothing
-/// that belongs to another way.
-bool follows_orbits(const Section& section, const IntegratorDescription& integrator, const HamiltonianInfo& info) {
+/// Returns true if the default method is the orbit method of the space. This is the case if the space has one and the
+/// scene states no key that orbit methods do not use.
+bool uses_orbit_method(const Section& section, const IntegratorDescription& integrator, const HamiltonianInfo& info) {
     if (!integrator.use_symmetry || !info.orbit_method) return false;
     for (const char* key : {"method", "step", "tolerance", "solver_tolerance", "rescale"})
         if (find(section, key)) return false;
     return true;
 }
 
-/// The default method; adaptive, where one serves, if the scene states a tolerance, for which only those have a use, or
-/// does without the space's rescaling and states no step: then steps of one length may be too long beside a hole.
+/// Returns the default method. An adaptive method is the default if the scene states a tolerance, which only adaptive
+/// methods use. It is also the default if the scene disables the rescaling of the space and states no step, because
+/// steps of constant length may be too long near a hole.
 std::string default_method(const Section& section, const HamiltonianInfo& info, const Catalogue& catalogue) {
-    constexpr const char* adaptive = "dp85";
+    constexpr const char* adaptive_method = "dp85";
     const IntegratorInfo* const all = catalogue.integrators;
     const bool is_adaptive = std::find_if(all, all + catalogue.integrator_count, [&](const IntegratorInfo& one) {
         return one.name == std::string_view(info.method);
     })->adaptive;
     const Value* rescale = find(section, "rescale");
-    const bool wants_control =
+    const bool needs_step_control =
         find(section, "tolerance") || (rescale && rescale->string == "none" && info.rescales && !find(section, "step"));
-    return wants_control && !is_adaptive && !info.discontinuous ? adaptive : info.method;
+    return needs_step_control && !is_adaptive && !info.discontinuous ? adaptive_method : info.method;
 }
 
-/// What a formula in the parameters of a space, and escape_radius, comes to. They stand for variables: numbers may be
-/// infinite on the way.
+/// Returns the value of a formula that depends on the parameters of a space and on escape_radius. These are defined as
+/// variables, not as constants, because the parser rejects constant expressions that are not finite.
 double value_of(const char* formula, const HamiltonianInfo& info, const std::function<double(std::size_t)>& parameter,
                 double escape_radius) {
     FormulaScope scope = formula_scope();
     std::array<double, 7> values{};
-    auto add = [&, next = 0](const char* name, double value) mutable {
+    auto define_variable = [&, next = 0](const char* name, double value) mutable {
         values.at(static_cast<std::size_t>(next)) = value;
         define(scope, name, next++, {});
     };
-    for (std::size_t i = 0; i < info.parameter_count; ++i) add(info.parameters[i].name, parameter(i));
-    add("escape_radius", escape_radius);
+    for (std::size_t i = 0; i < info.parameter_count; ++i) define_variable(info.parameters[i].name, parameter(i));
+    define_variable("escape_radius", escape_radius);
     return evaluate(scope, parse_formula(scope, {formula, "step_goes_with", {}}), values);
 }
 
-/// The default steps, by kind.
+/// Returns the default steps, indexed by StepKind.
 ///
-/// Lengths are in proportion to that which the space names, and to the inverse of the medium's index, as what counts is
-/// the way of a step. What hardly bends light is crossed in steps as long as the escape sphere is wide, no longer. Of a
-/// spacetime the default is that of the rescaled H; without rescaling it goes with the first of its lengths.
+/// A default step is proportional to the length that the Hamiltonian declares (`step_goes_with`). It is also
+/// proportional to the inverse of the index of refraction, so that the distance covered by a step does not depend on
+/// the index. It is at most escape_radius, which limits the steps in a medium that hardly bends light. For a spacetime,
+/// the declared step belongs to the rescaled H. Without rescaling, it is proportional to the first parameter that is a
+/// length.
 std::array<double, 3> default_steps(const HamiltonianInfo& info, const SpaceDescription& space, double escape_radius) {
-    const auto stated = [&](std::size_t i) { return space.parameters[i].second; };
-    const auto fallback = [&](std::size_t i) { return info.parameters[i].fallback; };
-    const auto over_default = [&](const char* formula) {
-        const double standard = formula ? value_of(formula, info, fallback, IntegratorDescription().escape_radius) : 1;
-        return formula ? value_of(formula, info, stated, escape_radius) / standard : 1;
+    const auto value_in_scene = [&](std::size_t i) { return space.parameters[i].second; };
+    const auto default_of = [&](std::size_t i) { return info.parameters[i].default_value; };
+    const auto ratio_to_default = [&](const char* formula) {
+        const double radius = IntegratorDescription().escape_radius;
+        const double default_value = formula ? value_of(formula, info, default_of, radius) : 1;
+        return formula ? value_of(formula, info, value_in_scene, escape_radius) / default_value : 1;
     };
-    const double way = info.step * over_default(info.step_goes_with);
-    const double length =
-        (info.step_goes_with ? std::min(way, escape_radius) : way) / over_default(info.index_parameter);
+    const double scaled_step = info.step * ratio_to_default(info.step_goes_with);
+    const double limited_step = info.step_goes_with ? std::min(scaled_step, escape_radius) : scaled_step;
+    const double length = limited_step / ratio_to_default(info.index_parameter);
     const double angle = info.orbit_method ? info.orbit_step : 0.2;
     if (!info.spacetime || !info.rescales) return {length, length, angle};
     const ParameterInfo* const end = info.parameters + info.parameter_count;
-    const ParameterInfo* const size =
+    const ParameterInfo* const size_parameter =
         std::find_if(info.parameters, end, [](const ParameterInfo& one) { return one.unit == Unit::length; });
-    return {size == end || stated(std::size_t(size - info.parameters)) == 0 ? length
-                                                                            : length * over_default(size->name),
-            length, angle};
+    const bool size_is_nonzero =
+        size_parameter != end && value_in_scene(std::size_t(size_parameter - info.parameters)) != 0;
+    return {size_is_nonzero ? length * ratio_to_default(size_parameter->name) : length, length, angle};
 }
 
-/// Of a method about a space, whose H is rescaled unless the scene says otherwise.
+/// Returns the unit of the method's step. H of a spacetime is rescaled unless the scene disables rescaling or the
+/// method does not support it.
 StepKind kind_of_step(const Section& section, const HamiltonianInfo& info, std::size_t method,
                       const Catalogue& catalogue) {
     if (catalogue.integrators[method].angular) return StepKind::angle;
@@ -102,8 +107,8 @@ StepKind kind_of_step(const Section& section, const HamiltonianInfo& info, std::
 }  // namespace
 
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
-    only_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull",
-                        "rescale", "refill", "symmetry", "lanes", "max_pixel_error"});
+    check_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull",
+                         "rescale", "refill", "symmetry", "lanes", "max_pixel_error"});
 
     IntegratorDescription integrator;
     const HamiltonianInfo& info = *catalogue.hamiltonian_named(space.hamiltonian);
@@ -113,23 +118,25 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     if (const Value* symmetry = find(section, "symmetry")) {
         integrator.use_symmetry = to_choice(*symmetry, "integrator.symmetry", {"auto", "none"}) == 0;
     }
-    if (follows_orbits(section, integrator, info)) integrator.method = info.orbit_method;
+    if (uses_orbit_method(section, integrator, info)) integrator.method = info.orbit_method;
     const auto methods = names_of(catalogue.integrators, catalogue.integrator_count);
     if (const Value* method = find(section, "method")) {
         const std::size_t chosen = to_choice(*method, "integrator.method", methods);
-        integrator.method = methods[chosen], integrator.method_place = method->place;
+        integrator.method = methods[chosen];
+        integrator.method_location = method->location;
         if (!integrator.use_symmetry && catalogue.integrators[chosen].angular)
             throw InputError(
-                method->place,
+                method->location,
                 "integrator.method = \"" + methods[chosen] +
-                    "\" follows rays in the plane of their orbit, which integrator.symmetry = \"none\" forbids");
+                    "\" integrates rays in their orbit plane, which integrator.symmetry = \"none\" forbids; "
+                    "choose another method, or symmetry = \"auto\"");
     }
     const auto method = std::size_t(std::find(methods.begin(), methods.end(), integrator.method) - methods.begin());
     integrator.step = integrator.default_step[std::size_t(kind_of_step(section, info, method, catalogue))];
     read(section, "step", integrator.step, {0, 1e12, true});
-    if (const Value* step = find(section, "step")) integrator.step_place = step->place;
+    if (const Value* step = find(section, "step")) integrator.step_location = step->location;
     read(section, "tolerance", integrator.tolerance, {0, 1, true, true});
-    if (const Value* tolerance = find(section, "tolerance")) integrator.tolerance_place = tolerance->place;
+    if (const Value* tolerance = find(section, "tolerance")) integrator.tolerance_location = tolerance->location;
     read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});
     read(section, "max_pixel_error", integrator.max_pixel_error, {0, 1e6, true});
     if (const Value* steps = find(section, "max_steps")) {
@@ -141,8 +148,10 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     }
     if (const Value* cull = find(section, "cull"))
         integrator.cull = to_choice(*cull, "integrator.cull", {"auto", "none"}) == 0;
-    if (const Value* lanes = find(section, "lanes"))
-        integrator.lanes = to_lanes(*lanes), integrator.lanes_place = lanes->place;
+    if (const Value* lanes = find(section, "lanes")) {
+        integrator.lanes = to_lanes(*lanes);
+        integrator.lanes_location = lanes->location;
+    }
     if (const Value* refill = find(section, "refill")) {
         integrator.refill = static_cast<Refill>(to_choice(*refill, "integrator.refill", refill_names()));
     }

@@ -1,11 +1,11 @@
-/// The table [integrator], and what a space gets that states no method or step.
+/// Loads the table [integrator], with the default method and step of the space.
 #pragma once
 
 #include "scene/reader.h"
 
 namespace kagero {
 
-/// An expression for `rescale` goes to the formula of the space.
+/// Loads the table [integrator]. If the Hamiltonian is a formula, the parsed `rescale` is stored in that formula.
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue);
 
 }  // namespace kagero

@@ -11,50 +11,50 @@ namespace {
 
 constexpr Range color_range{0, 1e6};
 constexpr Range checker_range{0, 1e6, true};
-/// Kelvin: colder bodies do not glow, and hotter ones have all the same colour.
+/// In kelvin. Colder bodies emit no visible light; all hotter bodies have nearly the same colour.
 constexpr Range temperature_range{500, 1e9};
 
-/// The keys of a shape beside those that all objects have.
+/// Returns the legal keys of an object with this shape.
 std::vector<std::string> keys_of(Shape shape) {
     std::vector<std::string> keys{"name", "shape", "color", "texture", "checker", "shading"};
-    std::vector<std::string> own;
+    std::vector<std::string> shape_keys;
     switch (shape) {
         case Shape::rectangle:
-            own = {"origin", "edge_u", "edge_v"};
+            shape_keys = {"origin", "edge_u", "edge_v"};
             break;
         case Shape::box:
         case Shape::room:
-            own = {"min", "max", "faces"};
+            shape_keys = {"min", "max", "faces"};
             break;
         case Shape::sphere:
-            own = {"center", "radius"};
+            shape_keys = {"center", "radius"};
             break;
         case Shape::mesh:
-            own = {"file", "translate", "rotate", "scale"};
+            shape_keys = {"file", "translate", "rotate", "scale"};
             break;
         case Shape::disk:
-            own = {"center", "normal", "inner", "outer", "temperature"};
+            shape_keys = {"center", "normal", "inner", "outer", "temperature"};
             break;
     }
-    keys.insert(keys.end(), own.begin(), own.end());
+    keys.insert(keys.end(), shape_keys.begin(), shape_keys.end());
     return keys;
 }
 
-Double3 needed_point(const Section& section, const std::string& key) {
-    return to_double3(need(section, key), full_name(section, key), any_length);
+Double3 require_point(const Section& section, const std::string& key) {
+    return to_double3(require(section, key), full_name(section, key), any_length);
 }
 
 void load_rectangle(const Section& section, ObjectDescription& object) {
-    object.origin = needed_point(section, "origin");
-    object.edge_u = needed_point(section, "edge_u");
-    object.edge_v = needed_point(section, "edge_v");
+    object.origin = require_point(section, "origin");
+    object.edge_u = require_point(section, "edge_u");
+    object.edge_v = require_point(section, "edge_v");
     for (const char* key : {"edge_u", "edge_v"}) {
         const Double3& edge = key[5] == 'u' ? object.edge_u : object.edge_v;
-        if (length(edge) == 0) fail(need(section, key), full_name(section, key), "an edge that is not zero");
+        if (length(edge) == 0) fail(require(section, key), full_name(section, key), "a vector that is not zero");
     }
     const double sine = length(cross(unit(object.edge_u), unit(object.edge_v)));
     if (sine <= std::sqrt(std::numeric_limits<double>::epsilon())) {
-        fail(need(section, "edge_v"), full_name(section, "edge_v"), "an edge that is not parallel to edge_u");
+        fail(require(section, "edge_v"), full_name(section, "edge_v"), "a vector that is not parallel to edge_u");
     }
 }
 
@@ -63,8 +63,8 @@ void load_faces(const Section& section, const std::string& directory, ObjectDesc
     const Value* table = find(section, "faces");
     if (!table) return;
     const std::string name = full_name(section, "faces");
-    if (table->kind != Value::Kind::table) fail(*table, name, "a table { px = …, nx, py, ny, pz, nz }");
-    only_keys({table, name, table->place}, face_names());
+    if (table->kind != Value::Kind::table) fail(*table, name, "a table with keys among px, nx, py, ny, pz, nz");
+    check_keys({table, name, table->location}, face_names());
     for (std::size_t i = 0; i < 6; ++i) {
         const Value* face = find(*table, face_names()[i]);
         if (!face) continue;
@@ -73,58 +73,59 @@ void load_faces(const Section& section, const std::string& directory, ObjectDesc
         if (face->kind == Value::Kind::array) {
             paint = {};
             paint.color = to_double3(*face, face_name, color_range);
-            paint.place = face->place;
+            paint.location = face->location;
         } else if (face->kind == Value::Kind::table) {
-            const Section entry{face, face_name, face->place};
-            only_keys(entry, {"color", "texture", "checker"});
+            const Section entry{face, face_name, face->location};
+            check_keys(entry, {"color", "texture", "checker"});
             paint = load_paint(entry, paint, CheckerKey::counts, directory);
         } else {
-            fail(*face, face_name, "[r, g, b] or { color, texture or checker }");
+            fail(*face, face_name, "a colour [r, g, b], or a table with color, texture or checker");
         }
     }
 }
 
 void load_box(const Section& section, const std::string& directory, ObjectDescription& object) {
-    object.min = needed_point(section, "min");
-    object.max = needed_point(section, "max");
+    object.min = require_point(section, "min");
+    object.max = require_point(section, "max");
     for (std::size_t i = 0; i < 3; ++i) {
         if (object.min[i] < object.max[i]) continue;
-        const Value& max = need(section, "max");
+        const Value& max = require(section, "max");
         fail(max, full_name(section, "max"),
-             "more than min in every coordinate; min[" + std::to_string(i) + "] = " + written(object.min[i]));
+             "greater than min in every coordinate, but min[" + std::to_string(i) + "] = " + to_toml(object.min[i]));
     }
     load_faces(section, directory, object);
 }
 
 void load_sphere(const Section& section, ObjectDescription& object) {
-    object.center = needed_point(section, "center");
-    object.radius = to_number(need(section, "radius"), full_name(section, "radius"), positive_length);
+    object.center = require_point(section, "center");
+    object.radius = to_number(require(section, "radius"), full_name(section, "radius"), positive_length);
 }
 
 void load_disk(const Section& section, ObjectDescription& object) {
-    object.center = needed_point(section, "center");
+    object.center = require_point(section, "center");
     read(section, "normal", object.normal, any_length);
     if (length(object.normal) == 0)
-        fail(need(section, "normal"), full_name(section, "normal"), "a vector that is not zero");
+        fail(require(section, "normal"), full_name(section, "normal"), "a vector that is not zero");
     const Value* normal = find(section, "normal");
-    object.center_place = need(section, "center").place, object.normal_place = normal ? normal->place : object.place;
-    object.inner = to_number(need(section, "inner"), full_name(section, "inner"), positive_length);
-    const Value& outer = need(section, "outer");
+    object.center_location = require(section, "center").location;
+    object.normal_location = normal ? normal->location : object.location;
+    object.inner = to_number(require(section, "inner"), full_name(section, "inner"), positive_length);
+    const Value& outer = require(section, "outer");
     object.outer = to_number(outer, full_name(section, "outer"), positive_length);
     if (object.outer <= object.inner)
-        fail(outer, full_name(section, "outer"), "more than inner = " + written(object.inner));
+        fail(outer, full_name(section, "outer"), "greater than inner = " + to_toml(object.inner));
     const Value* temperature = find(section, "temperature");
     if (!temperature) return;
     for (const char* key : {"color", "texture", "checker"}) {
         if (!find(section, key)) continue;
-        throw InputError(temperature->key_place,
-                         full_name(section, "temperature") + " and " + key + " exclude each other: keep one");
+        throw InputError(temperature->key_location,
+                         full_name(section, "temperature") + " and " + key + " exclude each other; remove one of them");
     }
     object.temperature = to_number(*temperature, full_name(section, "temperature"), temperature_range);
 }
 
 void load_mesh_keys(const Section& section, const std::string& directory, ObjectDescription& object) {
-    const Value& file = need(section, "file");
+    const Value& file = require(section, "file");
     const std::string name = full_name(section, "file");
     std::string extension = std::filesystem::path(to_text(file, name)).extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -133,20 +134,20 @@ void load_mesh_keys(const Section& section, const std::string& directory, Object
     if (std::find(known.begin(), known.end(), extension) == known.end())
         fail(file, name, "a .obj, .ply, .gltf or .glb file");
     object.file = to_file(file, name, directory);
-    object.file_place = file.place;
+    object.file_location = file.location;
     read(section, "translate", object.translate, any_length);
     read(section, "rotate", object.rotate, any_angle);
     read(section, "scale", object.scale, positive_length);
 }
 
 ObjectDescription load_object(const Value& table, const std::string& name, const std::string& directory) {
-    const Section section{&table, "object." + name, table.place};
+    const Section section{&table, "object." + name, table.location};
     ObjectDescription object;
     object.name = name;
-    object.place = table.place;
-    const Value& shape = need_kind(section, "shape");
+    object.location = table.location;
+    const Value& shape = require_type(section, "shape");
     object.shape = static_cast<Shape>(to_choice(shape, full_name(section, "shape"), shape_names()));
-    only_keys(section, keys_of(object.shape));
+    check_keys(section, keys_of(object.shape));
     object.paint = load_paint(section, object.paint, CheckerKey::counts, directory);
     if (const Value* shading = find(section, "shading")) {
         const std::size_t choice = to_choice(*shading, full_name(section, "shading"), {"emission", "lambert"});
@@ -176,7 +177,8 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
 
 }  // namespace
 
-Paint load_paint(const Section& section, const Paint& fallback, CheckerKey checker_key, const std::string& directory) {
+Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey checker_key,
+                 const std::string& directory) {
     const Value* color = find(section, "color");
     const Value* texture = find(section, "texture");
     const Value* checker = find(section, "checker");
@@ -184,14 +186,14 @@ Paint load_paint(const Section& section, const Paint& fallback, CheckerKey check
         if (checker->kind != Value::Kind::boolean) fail(*checker, full_name(section, "checker"), "true or false");
         if (!checker->boolean) checker = nullptr;
     }
-    if (!color && !texture && !checker) return fallback;
+    if (!color && !texture && !checker) return default_paint;
     if (texture && (color || checker)) {
         const std::string other = color ? "color" : "checker";
-        throw InputError(texture->key_place,
-                         full_name(section, "texture") + " and " + other + " exclude each other: keep one");
+        throw InputError(texture->key_location,
+                         full_name(section, "texture") + " and " + other + " exclude each other; remove one of them");
     }
     Paint paint;
-    paint.place = (texture ? texture : checker ? checker : color)->place;
+    paint.location = (texture ? texture : checker ? checker : color)->location;
     if (color) paint.color = to_double3(*color, full_name(section, "color"), color_range);
     if (texture) {
         paint.kind = Paint::Kind::texture;
@@ -215,12 +217,13 @@ std::vector<ObjectDescription> load_objects(const Value& root, const std::string
         std::string name = "object-" + std::to_string(objects.size() + 1);
         const Value* given = find(table, "name");
         if (given) name = to_text(*given, "object." + name + ".name");
-        if (name.empty()) fail(*given, "object.name", "a name, or none");
+        if (name.empty())
+            fail(*given, "object.name", "a name that is not empty; without the key, the object gets a default name");
         for (const ObjectDescription& other : objects) {
             if (other.name != name) continue;
-            const Place& place = given ? given->place : table.place;
-            throw InputError(place, "there are two objects named " + written(name) + ": the other is in line " +
-                                        std::to_string(other.place.line));
+            const FileLocation& location = given ? given->location : table.location;
+            throw InputError(location, "two objects are named " + to_toml(name) + "; the other one is in line " +
+                                        std::to_string(other.location.line));
         }
         objects.push_back(load_object(table, name, directory));
     }

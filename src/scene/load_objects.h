@@ -1,16 +1,18 @@
-/// The tables of objects, and the paints of objects and skies.
+/// Loads the tables of objects, and the paints of objects and skies.
 #pragma once
 
 #include "scene/reader.h"
 
 namespace kagero {
 
-/// How `checker` is written: how many squares along u and v, or just `true`.
+/// The type of the key `checker`: numbers of squares along u and v for an object, or true or false for a sky.
 enum class CheckerKey { counts, flag };
-/// The keys color, texture and checker; `fallback` where none of them is there.
-Paint load_paint(const Section& section, const Paint& fallback, CheckerKey checker, const std::string& directory);
+/// Loads the keys color, texture and checker. Returns `default_paint` if all three are missing.
+/// Relative paths of textures start at `directory`.
+Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey checker_key,
+                 const std::string& directory);
 
-/// All [[object]] tables of a document.
+/// Loads all [[object]] tables of a scene file. Relative paths start at `directory`.
 std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory);
 
 }  // namespace kagero

@@ -15,8 +15,9 @@ std::string trimmed(const std::string& text) {
     return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-/// Splits `object."left wall".color` at its dots; keys may be quoted. `end` becomes the position of the '='.
-std::vector<std::string> split_path(const std::string& text, std::size_t& end, const Place& place) {
+/// Splits the path before '=', such as `object."left wall".color`, at its dots. Keys may be quoted. Sets `end` to the
+/// position of '='.
+std::vector<std::string> split_path(const std::string& text, std::size_t& end, const FileLocation& location) {
     std::vector<std::string> path{""};
     char quote = 0;
     for (end = 0; end < text.size(); ++end) {
@@ -38,12 +39,13 @@ std::vector<std::string> split_path(const std::string& text, std::size_t& end, c
     }
     for (std::string& key : path) key = trimmed(key);
     const bool named = std::none_of(path.begin(), path.end(), [](const std::string& key) { return key.empty(); });
-    if (end == text.size() || !named) throw InputError(place, "expected key.path=value, for example space.rg=0.1");
+    if (end == text.size() || !named)
+        throw InputError(location, "an override has the form key.path=value, for example space.rg=0.1");
     return path;
 }
 
-/// The object of a name; objects without one are called object-1, object-2 … by their position.
-Value& object_named(Value& root, const std::string& name, const Place& place) {
+/// Returns the object with this name. Objects without a name are named object-1, object-2 and so on, by their position.
+Value& object_named(Value& root, const std::string& name, const FileLocation& location) {
     std::vector<std::string> names;
     for (Value& item : root.items) {
         if (item.key != "object" || item.kind != Value::Kind::array) continue;
@@ -54,23 +56,25 @@ Value& object_named(Value& root, const std::string& name, const Place& place) {
             if (names.back() == name) return object;
         }
     }
-    std::string message = "there is no object " + written(name);
+    std::string message = "there is no object " + to_toml(name);
     const std::string near = near_match(name, names);
-    if (!near.empty()) message += "; did you mean " + written(near) + '?';
-    message += names.empty() ? "; the scene has no objects" : "; objects:";
+    if (!near.empty()) message += "; did you mean " + to_toml(near) + '?';
+    message += names.empty() ? "; the scene has no objects" : near.empty() ? "; the objects are:" : " The objects are:";
     for (const std::string& known : names) message += ' ' + known;
-    throw InputError(place, message);
+    throw InputError(location, message);
 }
 
-Value& table_entry(Value& table, const std::string& key, const Place& place) {
+/// Returns the table with this key inside `table`, which is created if it does not exist.
+Value& find_or_create_table(Value& table, const std::string& key, const FileLocation& location) {
     for (Value& item : table.items) {
         if (item.key != key) continue;
-        if (item.kind != Value::Kind::table) throw InputError(place, key + " is not a table: it is " + written(item));
+        if (item.kind != Value::Kind::table)
+            throw InputError(location, key + " = " + to_toml(item) + " is not a table, so no key below it can be set");
         return item;
     }
     Value entry;
     entry.key = key;
-    entry.place = entry.key_place = place;
+    entry.location = entry.key_location = location;
     table.items.push_back(entry);
     return table.items.back();
 }
@@ -79,38 +83,39 @@ void erase(Value& table, const std::string& key) {
     std::erase_if(table.items, [&](const Value& item) { return item.key == key; });
 }
 
-/// A paint given on the command line replaces the one in the file instead of contradicting it; no checker is none.
+/// Removes those keys for paints that are stated in the file and exclude the paint of an override.
+/// `checker = false` is not a paint and replaces nothing.
 void erase_other_paints(Value& table, const Value& paint) {
     if (paint.kind == Value::Kind::boolean && !paint.boolean) return;
-    const auto replaces = [&](std::initializer_list<const char*> paints, std::initializer_list<const char*> others) {
+    const auto erase_for = [&](std::initializer_list<const char*> paints, std::initializer_list<const char*> others) {
         if (std::none_of(paints.begin(), paints.end(), [&](const char* one) { return paint.key == one; })) return;
         for (const char* other : others) erase(table, other);
     };
-    replaces({"texture", "temperature"}, {"color", "checker"});
-    replaces({"color", "checker", "temperature"}, {"texture"});
-    replaces({"color", "checker", "texture"}, {"temperature"});
+    erase_for({"texture", "temperature"}, {"color", "checker"});
+    erase_for({"color", "checker", "temperature"}, {"texture"});
+    erase_for({"color", "checker", "texture"}, {"temperature"});
 }
 
 }  // namespace
 
-void apply_override(Value& root, const std::string& override_text, const std::string& said) {
-    constexpr std::size_t shown = 100;  // of a formula, which may be long
-    const Place place{said.size() > shown ? said.substr(0, shown) + "…" : said, 0, 0};
+void apply_override(Value& root, const std::string& override_text, const std::string& option) {
+    constexpr std::size_t max_length = 100;  // bytes; a formula may be long
+    const FileLocation location{option.size() > max_length ? option.substr(0, max_length) + "…" : option, 0, 0};
     std::size_t equals = 0;
-    std::vector<std::string> path = split_path(override_text, equals, place);
-    Value value = parse_toml_value(trimmed(override_text.substr(equals + 1)), place);
+    std::vector<std::string> path = split_path(override_text, equals, location);
+    Value value = parse_toml_value(trimmed(override_text.substr(equals + 1)), location);
 
     Value* table = &root;
     std::size_t first = 0;
     if (path[0] == "object") {
-        if (path.size() < 3) throw InputError(place, "expected object.NAME.key=value");
-        table = &object_named(root, path[1], place);
+        if (path.size() < 3) throw InputError(location, "an override of an object has the form object.NAME.key=value");
+        table = &object_named(root, path[1], location);
         first = 2;
     }
-    for (std::size_t i = first; i + 1 < path.size(); ++i) table = &table_entry(*table, path[i], place);
+    for (std::size_t i = first; i + 1 < path.size(); ++i) table = &find_or_create_table(*table, path[i], location);
     value.key = path.back();
     if (path[0] == "object" || path[0] == "sky") erase_other_paints(*table, value);
-    // In its old place: the helpers of a formula use those before them.
+    // The value keeps its position in the table, because each helper of a formula may use the helpers before it.
     const auto old = std::find_if(table->items.begin(), table->items.end(),
                                   [&](const Value& item) { return item.key == value.key; });
     if (old != table->items.end()) *old = value;

@@ -1,4 +1,4 @@
-// Every key is written, defaults too, so that the text says all that the picture depends on.
+// Every key is written, including defaults, so that the text contains everything on which the picture depends.
 #include "scene/print.h"
 
 #include "scene/value.h"
@@ -11,13 +11,13 @@ namespace {
 
 template <class T>
 std::string text_of(const T& value) {
-    return written(value);
+    return to_toml(value);
 }
 std::string text_of(std::uint32_t number) {
     return std::to_string(number);
 }
 
-/// Writes "key = value" lines.
+/// Function object that writes lines "key = value".
 struct KeyLine {
     std::ostringstream& out;
     template <class T>
@@ -26,13 +26,13 @@ struct KeyLine {
     }
 };
 
-/// color, texture or checker as "key = value" pairs.
+/// Returns the keys color, texture and checker of a paint as texts "key = value".
 std::vector<std::string> paint_pairs(const Paint& paint, bool checker_is_flag) {
     switch (paint.kind) {
         case Paint::Kind::color:
             return {"color = " + text_of(paint.color)};
         case Paint::Kind::texture:
-            return {"texture = " + written(paint.texture)};
+            return {"texture = " + to_toml(paint.texture)};
         case Paint::Kind::checker:
             break;
     }
@@ -47,7 +47,7 @@ void print_faces(std::ostringstream& out, const ObjectDescription& object) {
     out << "\n[object.faces]\n";
     for (std::size_t i = 0; i < 6; ++i) {
         std::string text;
-        for (const std::string& pair : paint_pairs(object.faces[i], false)) enumerate(text, pair);
+        for (const std::string& pair : paint_pairs(object.faces[i], false)) append_to_list(text, pair);
         out << face_names()[i] << " = { " << text << " }\n";
     }
 }
@@ -92,18 +92,18 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
     if (object.temperature > 0) line("temperature", object.temperature);
     else for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
     line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
-    bool painted = false;
-    for (const Paint& face : object.faces) painted = painted || !same(face, object.paint);
-    if (painted) print_faces(out, object);
+    bool faces_differ = false;
+    for (const Paint& face : object.faces) faces_differ = faces_differ || !same(face, object.paint);
+    if (faces_differ) print_faces(out, object);
 }
 
-/// The keys of a formula, and its tables.
+/// Writes the keys of a formula and its tables.
 void print_formula(std::ostringstream& out, const FormulaDescription& formula, const Double3& center) {
     const KeyLine line{out};
     line("H", formula.energy);
     line("H0", formula.level);
     if (!formula.parts.empty())
-        out << "parts = [" << written(formula.parts[0]) << ", " << written(formula.parts[1]) << "]\n";
+        out << "parts = [" << to_toml(formula.parts[0]) << ", " << to_toml(formula.parts[1]) << "]\n";
     if (!formula.domain.empty()) line("domain", formula.domain);
     if (!formula.capture.empty()) line("capture", formula.capture);
     if (!formula.length_scale.empty()) line("length_scale", formula.length_scale);
@@ -118,17 +118,19 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
     const KeyLine line{out};
     out << "\n[integrator]\n";
-    // A method that is stated binds the pilot, and is refused where it needs another rescaling than is wanted; a step,
-    // or any of what follows it here, leads out of the plane of the orbit.
-    const bool open = !integrator.method_place && (integrator.max_pixel_error > 0 || integrator.rescale != "auto");
-    const char* unstated = open && integrator.method.starts_with("orbit-") ? "# " : "";
-    if (open) out << "# ";
+    // A default method that may still change is written as a comment: a trial may choose another method, and a stated
+    // method is rejected if it does not support the stated rescaling. If the default is an orbit method, the keys step,
+    // tolerance and rescale are comments too, because their presence would exclude orbit methods.
+    const bool method_may_change =
+        !integrator.method_location && (integrator.max_pixel_error > 0 || integrator.rescale != "auto");
+    const char* comment_out = method_may_change && integrator.method.starts_with("orbit-") ? "# " : "";
+    if (method_may_change) out << "# ";
     line("method", integrator.method);
-    out << unstated;
+    out << comment_out;
     line("step", integrator.step);
-    out << (integrator.tolerance_place ? unstated : "# ") << "tolerance = " << written(integrator.tolerance)
-        << "  # of adaptive methods\n";
-    out << unstated << "solver_tolerance = " << written(integrator.solver_tolerance)
+    out << (integrator.tolerance_location ? comment_out : "# ") << "tolerance = " << to_toml(integrator.tolerance)
+        << "  # for adaptive methods only\n";
+    out << comment_out << "solver_tolerance = " << to_toml(integrator.solver_tolerance)
         << (integrator.solver_tolerance == 0 ? "  # to rounding\n" : "\n");
     line("max_steps", integrator.max_steps);
     line("escape_radius", integrator.escape_radius);
@@ -139,7 +141,7 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     if (integrator.max_pixel_error > 0) line("max_pixel_error", integrator.max_pixel_error);
     if (integrator.lanes) line("lanes", integrator.lanes);
     else line("lanes", std::string("auto"));
-    out << unstated;
+    out << comment_out;
     line("rescale", integrator.rescale);
 }
 
@@ -178,10 +180,10 @@ std::string print_scene(const SceneDescription& scene) {
     line("spp", scene.film.spp);
     line("seed", scene.film.seed);
     std::string layers;
-    for (const std::string& layer : scene.film.layers) enumerate(layers, written(layer));
+    for (const std::string& layer : scene.film.layers) append_to_list(layers, to_toml(layer));
     out << "layers = [" << layers << "]\n";
     print_sky(out, "sky", scene.sky);
-    if (scene.space.far_sided) print_sky(out, "sky.far", scene.far_sky);
+    if (scene.space.has_second_sheet) print_sky(out, "sky.far", scene.far_sky);
     for (const ObjectDescription& object : scene.objects) print_object(out, object);
     return out.str();
 }

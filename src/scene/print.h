@@ -1,11 +1,11 @@
-/// A description back to a scene file.
+/// Writes the description of a scene as a scene file.
 #pragma once
 
 #include "scene/description.h"
 
 namespace kagero {
 
-/// The scene written back whole as TOML, defaults included; loading it again gives the same description.
+/// Returns the whole scene as TOML text, including defaults. Loading the text again gives the same description.
 std::string print_scene(const SceneDescription& scene);
 
 }  // namespace kagero

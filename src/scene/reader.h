@@ -1,4 +1,4 @@
-/// Strict reading of tables: every value has a type, a legal range and a place; whatever is left over is an error.
+/// Strict reading of tables. Every value has a type, a legal range and a position in the file. Unknown keys are errors.
 #pragma once
 
 #include "scene/description.h"
@@ -6,59 +6,62 @@
 
 namespace kagero {
 
-/// A table with the name that messages give it ("camera", "object.floor"). `table` is null where the file has none.
+/// A table of a scene file.
 struct Section {
-    const Value* table;
-    std::string name;
-    Place place;
+    const Value* table;     ///< Null if the file does not contain the table.
+    std::string name;       ///< Name in messages, such as "camera" or "object.floor".
+    FileLocation location;  ///< Position of the table, or line 1 of the file.
 };
 
-/// Legal values of a number: least ≤ value ≤ greatest, without the ends that are open.
+/// Legal range of a number: least ≤ value ≤ greatest, or < at an open end.
 struct Range {
     double least, greatest;
     bool least_open = false, greatest_open = false;
 };
 
-/// Lengths in scene units. Embree aborts beyond 1.8e18, so what a scene may name stays well below.
+/// Ranges of lengths in scene units and of angles in degrees. Embree aborts at coordinates beyond 1.8e18; the limit
+/// 1e12 stays well below.
 inline constexpr Range any_length{-1e12, 1e12};
 inline constexpr Range positive_length{0, 1e12, true};
 inline constexpr Range any_angle{-36000, 36000};
 
-/// The table `key` of a document; not there is not an error.
+/// Returns the table `key` of a document. A missing table is not an error.
 Section section(const Value& root, const std::string& key);
 
-/// "camera.fov", "object.floor.radius": the path that -D takes.
+/// Returns the full name of a key, as in the option -D: "camera.fov" or "object.floor.radius".
 std::string full_name(const Section& section, const std::string& key);
 
+/// Throws InputError at the position of the value. `expected` describes the legal values, such as "a number".
 [[noreturn]] void fail(const Value& value, const std::string& name, const std::string& expected);
-/// "; did you mean "x"? known: a, b, c"
+/// Returns the end of a message about an unknown word, such as "; did you mean "x"? Legal names: x, y, z".
 std::string suggestion(const std::string& word, const std::vector<std::string>& known);
 
+/// Returns the value of a key, or nullptr if the key is missing.
 const Value* find(const Section& section, const std::string& key);
-/// Throws unless the key is there.
-const Value& need(const Section& section, const std::string& key);
-/// The same of a key that tells which others there may be: where it is missing, one that looks like it is taken for a
-/// slip.
-const Value& need_kind(const Section& section, const std::string& key);
-/// Throws if the table has any other key.
-void only_keys(const Section& section, const std::vector<std::string>& known);
+/// Returns the value of a key. Throws InputError if the key is missing.
+const Value& require(const Section& section, const std::string& key);
+/// Returns the value of a key on which the other legal keys of the table depend. If the key is missing but a similar
+/// key exists, the InputError reports the similar key as a misspelling.
+const Value& require_type(const Section& section, const std::string& key);
+/// Throws InputError if the table has a key that is not in `known`.
+void check_keys(const Section& section, const std::vector<std::string>& known);
 
-// A value of the type wanted. Throws InputError at the value's place, with its `name` and what is legal, for any other
-// type and outside of it.
+// The following functions convert a value to a type. They throw InputError at the position of the value if it has
+// another type or is outside the legal range. `name` is the full name of the key, for the message.
 double to_number(const Value& value, const std::string& name, const Range& range);
 Double3 to_double3(const Value& value, const std::string& name, const Range& range);
 std::array<double, 2> to_double2(const Value& value, const std::string& name, const Range& range);
 std::uint32_t to_count(const Value& value, const std::string& name, std::uint32_t least, std::uint32_t greatest);
 const std::string& to_text(const Value& value, const std::string& name);
-/// The index of a string in a list of words.
+/// Returns the index of a string in a list of words.
 std::size_t to_choice(const Value& value, const std::string& name, const std::vector<std::string>& words);
 
-// The same for a key that may be absent: the target keeps its value then.
+// The following functions read an optional key. The target keeps its value if the key is missing.
 void read(const Section& section, const std::string& key, double& target, const Range& range);
 void read(const Section& section, const std::string& key, Double3& target, const Range& range);
 
-/// An absolute path to an existing file; relative ones start at `directory`. Throws InputError where there is no such
-/// file.
+/// Returns the absolute path of an existing file. Relative paths start at `directory`. Throws InputError if there is no
+/// such file.
 std::string to_file(const Value& value, const std::string& name, const std::string& directory);
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-// The only file that includes toml++.
+// This is the only file that includes toml++.
 #include "scene/toml.h"
 
 #include <toml++/toml.h>
@@ -12,7 +12,7 @@ namespace kagero {
 
 namespace {
 
-Place place_of(const toml::source_region& region, const std::string& file) {
+FileLocation location_of(const toml::source_region& region, const std::string& file) {
     return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
 }
 
@@ -23,17 +23,18 @@ void convert_table(const toml::table& table, const std::string& file, Value& val
     for (const auto& [key, item] : table) {
         value.items.push_back(convert(item, file));
         value.items.back().key = std::string(key.str());
-        value.items.back().key_place = place_of(key.source(), file);
+        value.items.back().key_location = location_of(key.source(), file);
     }
-    // toml++ sorts by key; errors should come in the order of the file.
+    // toml++ sorts entries by key. Sorting by position lets errors be reported in the order of the file.
     std::stable_sort(value.items.begin(), value.items.end(), [](const Value& a, const Value& b) {
-        return std::pair(a.key_place.line, a.key_place.column) < std::pair(b.key_place.line, b.key_place.column);
+        return std::pair(a.key_location.line, a.key_location.column) <
+               std::pair(b.key_location.line, b.key_location.column);
     });
 }
 
 Value convert(const toml::node& node, const std::string& file) {
     Value value;
-    value.place = place_of(node.source(), file);
+    value.location = location_of(node.source(), file);
     if (const auto* table = node.as_table()) {
         convert_table(*table, file, value);
     } else if (const auto* array = node.as_array()) {
@@ -61,44 +62,47 @@ Value convert(const toml::node& node, const std::string& file) {
     return value;
 }
 
-void set_place(Value& value, const Place& place) {
-    value.place = value.key_place = place;
-    for (Value& item : value.items) set_place(item, place);
+void set_location(Value& value, const FileLocation& location) {
+    value.location = value.key_location = location;
+    for (Value& item : value.items) set_location(item, location);
 }
 
-/// Past the string that begins at `i`, in any of the four ways that TOML writes them.
+/// Returns the position after the string that begins at `i`. Its delimiter is one or three quotes, single or double.
 std::size_t end_of_string(const std::string& text, std::size_t i) {
     const char quote = text[i];
-    const std::string whole(text.compare(i, 3, std::string(3, quote)) == 0 ? 3 : 1, quote);
-    for (i += whole.size(); i < text.size(); ++i) {
-        if (text.compare(i, whole.size(), whole) == 0) return i + whole.size();
+    const std::string delimiter(text.compare(i, 3, std::string(3, quote)) == 0 ? 3 : 1, quote);
+    for (i += delimiter.size(); i < text.size(); ++i) {
+        if (text.compare(i, delimiter.size(), delimiter) == 0) return i + delimiter.size();
         if (quote == '"' && text[i] == '\\') ++i;
-        if (whole.size() == 1 && i < text.size() && text[i] == '\n') return i;  // not closed
+        if (delimiter.size() == 1 && i < text.size() && text[i] == '\n') return i;  // the string is not closed
     }
     return text.size();
 }
 
-/// toml++ makes a table of every part of a key, and takes them down one inside the other: thousands of parts exhaust
-/// the stack.
-void check_depth_of_keys(const std::string& text, Place place) {
-    constexpr int most_parts = 32;
+/// Throws InputError if a key has too many parts. toml++ creates one nested table for each part of a key and destroys
+/// the tables recursively, so that thousands of parts exhaust the stack.
+void check_depth_of_keys(const std::string& text, FileLocation location) {
+    constexpr int max_parts = 32;
     int parts = 1;
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
         if (c == '"' || c == '\'') {
             const std::size_t end = end_of_string(text, i);
-            place.line += static_cast<int>(
+            location.line += static_cast<int>(
                 std::count(text.begin() + std::ptrdiff_t(i), text.begin() + std::ptrdiff_t(end), '\n'));
             i = end - 1;
             continue;
         }
         if (c == '#') i = std::min(text.find('\n', i), text.size()) - 1;
-        else if (c == '\n') ++place.line, parts = 1;
-        else if (c == '.') ++parts;
+        else if (c == '\n') {
+            ++location.line;
+            parts = 1;
+        } else if (c == '.') ++parts;
         else if (!std::isalnum(static_cast<unsigned char>(c)) && !std::strchr("_- \t", c)) parts = 1;
-        if (parts > most_parts)
-            throw InputError(place,
-                             "a key of more than " + std::to_string(most_parts) + " parts; a scene's have up to 3");
+        if (parts > max_parts)
+            throw InputError(location,
+                             "a key has more than " + std::to_string(max_parts) +
+                                 " parts; keys of scene files have at most 3 parts");
     }
 }
 
@@ -113,26 +117,28 @@ Value parse_toml(const std::string& text, const std::string& file) {
     try {
         return convert(toml::parse(text, file), file);
     } catch (const toml::parse_error& error) {
-        throw InputError(place_of(error.source(), file), std::string(error.description()));
+        throw InputError(location_of(error.source(), file), std::string(error.description()));
     }
 }
 
-Value parse_toml_value(const std::string& text, const Place& place) {
+Value parse_toml_value(const std::string& text, const FileLocation& location) {
     Value value;
-    if (text.empty()) throw InputError(place, "expected a value after '='");
-    check_depth_of_keys(text, place);
+    if (text.empty()) throw InputError(location, "the value after '=' is missing; write KEY=VALUE");
+    check_depth_of_keys(text, location);
     try {
         const Value document = convert(toml::parse("value = " + text), "");
-        if (document.items.size() != 1) throw InputError(place, "expected one value after '='");
+        if (document.items.size() != 1)
+            throw InputError(location,
+                             "there is more than one value after '='; use one option -D KEY=VALUE for each key");
         value = document.items.front();
     } catch (const toml::parse_error& error) {
         if (!is_bare_word(text))
-            throw InputError(place, std::string(error.description()) +
-                                        "; words with commas, brackets or quotes go in quotes: 'KEY=\"…\"'");
+            throw InputError(location, std::string(error.description()) +
+                                        "; put text with commas, brackets or quotes in quotes: 'KEY=\"TEXT\"'");
         value.kind = Value::Kind::string;
         value.string = text;
     }
-    set_place(value, place);
+    set_location(value, location);
     return value;
 }
 

@@ -1,14 +1,16 @@
-/// TOML text to values; the only header of toml++ is in toml.cpp.
+/// Parses TOML text into values. Only toml.cpp includes toml++.
 #pragma once
 
 #include "scene/value.h"
 
 namespace kagero {
 
-/// Reads a whole document. `file` is the name that places carry. Throws InputError for what is not TOML.
+/// Parses a whole document. `file` is the file name in the positions of the values. Throws InputError if the text is
+/// not valid TOML.
 Value parse_toml(const std::string& text, const std::string& file);
 
-/// Reads the right-hand side of an override, all of it placed at `place`. A bare word is a string.
-Value parse_toml_value(const std::string& text, const Place& place);
+/// Parses the right-hand side of an override. All values get the position `location`. A bare word is read as a string.
+/// Throws InputError if the text is not one valid value.
+Value parse_toml_value(const std::string& text, const FileLocation& location);
 
 }  // namespace kagero

@@ -12,19 +12,19 @@ const Value* find(const Value& table, const std::string& key) {
     return nullptr;
 }
 
-std::string written(double number) {
+std::string to_toml(double number) {
     if (std::isnan(number)) return "nan";
     if (std::isinf(number)) return number < 0 ? "-inf" : "inf";
-    if (number == 0 && std::signbit(number)) return "-0.0";  // TOML reads -0 as the integer 0
+    if (number == 0 && std::signbit(number)) return "-0.0";  // TOML would read -0 as the integer 0
     char buffer[40];
-    // Whole numbers are written out (100000, not 1e+05) as far as all their digits mean something.
+    // Whole numbers have no exponent (100000 instead of 1e+05) as long as all their digits are significant.
     const bool whole = number == std::floor(number) && std::abs(number) < 1e15;
     const auto result = whole ? std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::fixed)
                               : std::to_chars(buffer, buffer + sizeof buffer, number);
     return {buffer, result.ptr};
 }
 
-std::string written(const std::string& text) {
+std::string to_toml(const std::string& text) {
     static const char digits[] = "0123456789abcdef";
     std::string out = "\"";
     for (const char letter : text) {
@@ -44,16 +44,16 @@ std::string written(const std::string& text) {
     return out + '"';
 }
 
-std::string written(const Value& value) {
+std::string to_toml(const Value& value) {
     switch (value.kind) {
         case Value::Kind::boolean:
             return value.boolean ? "true" : "false";
         case Value::Kind::integer:
             return std::to_string(value.integer);
         case Value::Kind::number:
-            return written(value.number);
+            return to_toml(value.number);
         case Value::Kind::string:
-            return written(value.string);
+            return to_toml(value.string);
         case Value::Kind::other:
             return "a " + value.string;
         case Value::Kind::array:
@@ -65,7 +65,7 @@ std::string written(const Value& value) {
     for (const Value& item : value.items) {
         if (!out.empty()) out += ", ";
         if (is_table) out += item.key + " = ";
-        out += written(item);
+        out += to_toml(item);
     }
     return is_table ? "{ " + out + " }" : "[" + out + "]";
 }

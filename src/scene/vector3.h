@@ -1,4 +1,4 @@
-/// The few vector operations that scenes need, on Double3.
+/// Vector operations on Double3.
 #pragma once
 
 #include "scene/description.h"

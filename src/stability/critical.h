@@ -1,14 +1,15 @@
-/// Rays between two fates: the photon sphere, the horizon, a wormhole's throat.
+/// Stability cases near a critical orbit: the photon sphere, the horizon, and the throat of a wormhole.
 #pragma once
 
-#include "stability/trial.h"
+#include "stability/case_run.h"
 
 namespace kagero::stability {
 
-void photon_sphere(Trial&);
-void near_critical(Trial&);
-void near_horizon(Trial&);
-void inside(Trial&);
-void throat(Trial&);
+// Each function runs one case of the table in stability.cpp.
+void photon_sphere(CaseRun&);
+void near_critical(CaseRun&);
+void near_horizon(CaseRun&);
+void inside(CaseRun&);
+void throat(CaseRun&);
 
 }  // namespace kagero::stability

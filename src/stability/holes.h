@@ -1,13 +1,14 @@
-/// A black hole and steps that are too long, methods that are too rough, rays that go the wrong way.
+/// Stability cases around a black hole: steps that are too long, inaccurate methods, and a wrong sign of p_t.
 #pragma once
 
-#include "stability/trial.h"
+#include "stability/case_run.h"
 
 namespace kagero::stability {
 
-void captured_stay(Trial&);
-void wrong_time_momentum(Trial&);
-void unsolvable_step(Trial&);
-void coarse_steps(Trial&);
+// Each function runs one case of the table in stability.cpp.
+void captured_stay(CaseRun&);
+void wrong_time_momentum(CaseRun&);
+void unsolvable_step(CaseRun&);
+void coarse_steps(CaseRun&);
 
 }  // namespace kagero::stability

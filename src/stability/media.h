@@ -1,15 +1,16 @@
-/// Index media: layers, lenses, fibres, and where the index ends.
+/// Stability cases in media: layers, lenses, fibres, and an index that falls to zero.
 #pragma once
 
-#include "stability/trial.h"
+#include "stability/case_run.h"
 
 namespace kagero::stability {
 
-void layer_refraction(Trial&);
-void layer_momentum(Trial&);
-void lens_surface(Trial&);
-void vanishing_index(Trial&);
-void long_fiber(Trial&);
-void trapped(Trial&);
+// Each function runs one case of the table in stability.cpp.
+void layer_refraction(CaseRun&);
+void layer_momentum(CaseRun&);
+void lens_surface(CaseRun&);
+void vanishing_index(CaseRun&);
+void long_fiber(CaseRun&);
+void trapped(CaseRun&);
 
 }  // namespace kagero::stability

@@ -1,12 +1,13 @@
-/// Numbers at the edges of their range, and the number of digits.
+/// Stability cases of floating-point arithmetic: very large and small scales, denormals, and float precision.
 #pragma once
 
-#include "stability/trial.h"
+#include "stability/case_run.h"
 
 namespace kagero::stability {
 
-void scaled_scene(Trial&);
-void denormals(Trial&);
-void float_floor(Trial&);
+// Each function runs one case of the table in stability.cpp.
+void scaled_scene(CaseRun&);
+void denormals(CaseRun&);
+void float_floor(CaseRun&);
 
 }  // namespace kagero::stability

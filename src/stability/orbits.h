@@ -1,4 +1,4 @@
-/// Rays around a Schwarzschild hole of r_g = 1 that come in with a given impact parameter.
+/// Rays with a given impact parameter around a Schwarzschild hole of r_g = 1.
 #pragma once
 
 #include "render/render.h"
@@ -8,14 +8,15 @@
 
 namespace kagero::stability {
 
+/// Impact parameter b_c = 3√3/2 r_g that separates captured from escaped rays.
 inline const double critical_impact = 1.5 * std::sqrt(3.0);
 
-/// Two unit vectors that span an orbital plane.
+/// Two orthogonal unit vectors that span an orbit plane.
 struct OrbitPlane {
     Double3 outward, across;
 };
 
-/// Planes along the axes and askew.
+/// Orbit planes in axis-parallel and oblique positions.
 inline const OrbitPlane planes[] = {
     {{1, 0, 0}, {0, 1, 0}},
     {{0, 0, -1}, {0, 1, 0}},
@@ -23,19 +24,19 @@ inline const OrbitPlane planes[] = {
     {{2.0 / 3, 1.0 / 3, 2.0 / 3}, {1.0 / 3, 2.0 / 3, -2.0 / 3}},
 };
 
-/// The ray that starts at radius r in a plane, inward, with impact parameter b: with H = 0 and p_t = 1, dq/dλ is
-/// −√(1 − (1 − 1/r) b²/r²) along the radius and b/r across it.
+/// Returns the inward ray in a plane that starts at radius r with impact parameter b. For H = 0 and p_t = 1, dq/dλ has
+/// the radial component −√(1 − (1 − 1/r) b²/r²) and the tangential component b/r.
 inline RayInput ray_inward(const OrbitPlane& plane, double b, double r) {
-    const double along = -std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), aside = b / r;
+    const double radial = -std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), tangential = b / r;
     RayInput ray{};
     for (std::size_t k = 0; k < 3; ++k) {
         ray.position[k] = r * plane.outward[k];
-        ray.direction[k] = along * plane.outward[k] + aside * plane.across[k];
+        ray.direction[k] = radial * plane.outward[k] + tangential * plane.across[k];
     }
     return ray;
 }
 
-/// A hole of r_g = 1; `integrator` are further lines of that table.
-std::string hole(const std::string& method, double step, const std::string& integrator = "");
+/// Returns the scene text of a hole of r_g = 1. `integrator` holds further lines of the [integrator] table.
+std::string hole_scene_text(const std::string& method, double step, const std::string& integrator = "");
 
 }  // namespace kagero::stability

@@ -1,12 +1,13 @@
-/// Input that cannot be used, and pictures whose every pixel is known.
+/// Stability cases with invalid input, grazing rays, and pictures that are known exactly.
 #pragma once
 
-#include "stability/trial.h"
+#include "stability/case_run.h"
 
 namespace kagero::stability {
 
-void unusable_input(Trial&);
-void grazing(Trial&);
-void straight_picture(Trial&);
+// Each function runs one case of the table in stability.cpp.
+void unusable_input(CaseRun&);
+void grazing(CaseRun&);
+void straight_picture(CaseRun&);
 
 }  // namespace kagero::stability

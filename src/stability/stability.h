@@ -1,5 +1,5 @@
-/// Stiff and extreme cases: small scenes whose outcome theory knows, run through the kernels and the loop that `render`
-/// and `trace` use.
+/// Stiff and extreme cases: small scenes whose result is known from theory. The kernels and the loop are those of
+/// `render` and `trace`.
 #pragma once
 
 #include "kernels/abi.h"
@@ -11,33 +11,35 @@
 
 namespace kagero {
 
-/// What one case came to on one instruction set.
+/// Result of one case on one instruction set.
 struct StabilityOutcome {
-    std::string isa, got;
+    std::string isa;
+    std::string result;  ///< Failures, measured values and notes, or "as expected".
     bool pass = false;
 };
 
+/// One case and its results.
 struct StabilityRow {
-    std::string name, what, expected;
-    std::vector<StabilityOutcome> outcomes;  ///< one per instruction set, in the order of the request
-    bool pass() const;                       ///< on all of them
+    std::string name, description, expected;
+    std::vector<StabilityOutcome> outcomes;  ///< One per instruction set, in the order of the request.
+    bool pass() const;                       ///< Returns true if the case passes on all instruction sets.
 };
 
-/// The ways every case is run: all combinations.
+/// Variants of each case. All combinations of instruction set, precision and strategy are run.
 struct StabilityRequest {
     std::vector<std::string> isas{"auto"};
     std::vector<Precision> precisions{Precision::float64, Precision::float32};
     std::vector<Strategy> strategies{Strategy::packet, Strategy::scalar};
-    unsigned threads = 0;  ///< 0: all
+    unsigned threads = 0;  ///< Number of threads; 0: all processors.
 };
 
-/// Names of all cases, in the order of the table.
+/// Returns the names of all cases, in the order of the table.
 std::vector<std::string> stability_case_names();
-/// Throws InputError where a name is that of no case.
+/// Throws InputError if a name is not the name of a case.
 void require_cases(const std::vector<std::string>& names);
 
-/// Runs the named cases, or all for none, in the order of the table; `done` is called after each, and none begins once
-/// `stop` is set. Throws InputError, with a near match, for a name that is none.
+/// Runs the named cases in the order of the table, or all cases if `names` is empty. Calls `done` after each case.
+/// Starts no further case if `stop` is set. Throws InputError, with a near match, for an unknown name.
 std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
                                         const std::function<void(const StabilityRow&)>& done = {},
                                         const std::atomic<bool>* stop = nullptr);

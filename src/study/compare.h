@@ -1,4 +1,4 @@
-/// Vectorization strategies side by side: the same picture by every kernel, through the path that `render` takes.
+/// Comparison of the vectorization strategies: every kernel renders the same picture with the code of `render`.
 #pragma once
 
 #include "accuracy/timing.h"
@@ -9,44 +9,51 @@
 
 namespace kagero {
 
+/// Options of a comparison.
 struct CompareOptions {
-    std::vector<std::string> isas;     ///< whose modules to compare
-    std::vector<std::string> methods;  ///< empty: the scene's own
-    std::vector<std::uint32_t> lanes;  ///< empty: every number of lanes
-    std::optional<Strategy> strategy;  ///< none: every one
-    std::optional<Precision> precision;
-    double equal_error =
-        0;  ///< pixels; each kernel by its own cheapest method for it. 0: all by the same method and step
+    std::vector<std::string> isas;       ///< Instruction sets to compare.
+    std::vector<std::string> methods;    ///< Methods to compare. Empty: the method of the scene.
+    std::vector<std::uint32_t> lanes;    ///< Numbers of lanes. Empty: all, except gangs of at most 64 lanes.
+    std::optional<Strategy> strategy;    ///< Strategy to compare. Empty: all strategies.
+    std::optional<Precision> precision;  ///< Precision to compare. Empty: both precisions.
+    /// Bound on the pixel error, in pixels. Each kernel uses its cheapest method that meets the bound. 0: all kernels
+    /// use the same method and step.
+    double equal_error = 0;
     unsigned rounds = 5, threads = 1;
 };
 
-/// One kernel on one picture.
+/// Result of one kernel.
 struct CompareRow {
-    std::string isa, method, shape;  ///< shape: pixels of a packet, width x height
+    std::string isa, method;
+    std::string shape;  ///< Pixels of a packet as WIDTHxHEIGHT; for a gang of N packets, "N of WIDTHxHEIGHT".
     const KernelInfo* kernel = nullptr;
-    double step = 0;  ///< of adaptive methods: the tolerance
-    double solver_tolerance = 0;
-    Timing seconds;
-    double rays_per_second = 0;  ///< of the median
-    double speedup = 0;          ///< median over the rounds of scalar double's seconds over these
-    bool drawn = false;          ///< what follows was measured before an interruption
-    double occupancy = 1;        ///< active lane-steps over issued ones
-    double max_difference = 0;   ///< of linear colours, to scalar double, where status and object agree
-    std::uint64_t flips = 0;     ///< pixels where they do not
+    double step = 0;              ///< Step in the unit of a scene file, or the tolerance of an adaptive method.
+    double solver_tolerance = 0;  ///< Relative solver tolerance; 0: iterate to rounding.
+    Timing seconds;               ///< Time to render the picture.
+    double rays_per_second = 0;   ///< Number of rays divided by the median time.
+    double speedup = 0;           ///< Median over the rounds of (time of the baseline) / (time of this kernel).
+    bool rendered = false;        ///< True if the picture was compared. If false, the members below are not measured.
+    double occupancy = 1;         ///< Active lane-steps divided by issued lane-steps.
+    /// Greatest difference of a linear colour to the baseline, over the pixels whose status and object agree.
+    double max_difference = 0;
+    std::uint64_t flips = 0;  ///< Number of pixels whose status or object differs from the baseline.
 };
 
+/// Results of a comparison.
 struct Comparison {
     std::vector<CompareRow> rows;
-    std::vector<std::array<std::string, 2>> left_out;  ///< what, and why
-    std::vector<std::string> remarks;                  ///< of the scene, for the user
+    std::vector<std::array<std::string, 2>> left_out;  ///< Pairs (kernel, reason) of kernels that were not compared.
+    std::vector<std::string> remarks;                  ///< Remarks on the scene for the user.
     std::string compiler;
-    std::uint64_t rays = 0;
-    unsigned rounds = 0;  ///< done
+    std::uint64_t rays = 0;  ///< Number of rays of the picture.
+    unsigned rounds = 0;     ///< Number of completed rounds.
     bool interrupted = false;
 };
 
-/// Every row is measured in each of the rounds, so that what disturbs the machine for a while disturbs them all. Throws
-/// InputError where the scene or a method cannot be done at all.
+/// Renders the scene with every selected kernel and compares pictures and times. The baseline of a kernel is the scalar
+/// kernel in double of the same instruction set. It has the same method, except with `equal_error`. Every kernel runs
+/// once per round, so that a temporary disturbance of the machine affects all of them. Throws InputError if the scene
+/// or the options are not supported.
 Comparison compare(const SceneDescription& scene, const CompareOptions& options, const Progress& progress = {},
                    const std::atomic<bool>* stop = nullptr);
 

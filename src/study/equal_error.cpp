@@ -11,40 +11,45 @@
 namespace kagero {
 namespace {
 
-/// Methods that need this many times the gradients of the thriftiest are not timed.
-constexpr double wasteful = 3;
-/// Candidates are timed in turn, this often, so that a busy moment of the machine is no one's alone; and no more if
-/// they take that much longer than the quickest.
+/// Candidates that need more than this multiple of the fewest gradients are not timed.
+constexpr double max_relative_gradients = 3;
+/// Number of times that each candidate is timed. The runs are interleaved, so that a disturbance of the machine affects
+/// all candidates.
 constexpr unsigned timed_rounds = 9;
-constexpr double slow = 1.5;
+/// Candidates that take more than this multiple of the shortest time are dropped after the second round.
+constexpr double max_relative_time = 1.5;
 
+/// A candidate with its measured time.
 struct TimedVariant {
     Variant variant;
     double gradients;
-    double least = std::numeric_limits<double>::infinity();  ///< seconds
+    double min_seconds = std::numeric_limits<double>::infinity();  ///< Shortest time of a run.
 };
 
-/// Some of the picture's tiles, from all parts of it: a ray's neighbours count, in its packet and for what the packet
-/// asks of the scene.
+/// Returns a sample of about 32768 rays in tiles from all parts of the picture. Whole tiles are sampled because the
+/// time of a packet and of its queries depends on neighbouring rays.
 WorkList sample_of(const Plan& plan) {
     constexpr std::size_t rays = 32768;
-    const WorkList all = cut(plan, plan.view.window, Schedule::tiles);
-    const double whole = std::accumulate(all.costs.begin(), all.costs.end(), 0.0);
-    const std::size_t every =
-        static_cast<std::size_t>(whole / rays) | 1;  // odd, so that it is no column of the picture
+    const WorkList all = split_into_tiles(plan, plan.view.window, Schedule::tiles);
+    const double all_rays = std::accumulate(all.costs.begin(), all.costs.end(), 0.0);
+    // The interval is odd, because an even interval could select the tiles of a few columns only.
+    const std::size_t interval = static_cast<std::size_t>(all_rays / rays) | 1;
     WorkList sample;
-    for (std::size_t i = 0; i < all.tiles.size(); i += every)
-        sample.tiles.push_back(all.tiles[i]), sample.costs.push_back(all.costs[i]);
+    for (std::size_t i = 0; i < all.tiles.size(); i += interval) {
+        sample.tiles.push_back(all.tiles[i]);
+        sample.costs.push_back(all.costs[i]);
+    }
     return sample;
 }
 
-double seconds_of(const Plan& own, const Variant& variant) {
-    const Plan plan = plan_by(own, variant);
+/// Returns the time in seconds to trace the sample with a variant.
+double seconds_of(const Plan& base, const Variant& variant) {
+    const Plan plan = plan_with_variant(base, variant);
     const Job job = plan.job();
     TileRays rays;
     if (!job.camera) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
-    return run_tiles(plan, job, sample_of(plan), rays, [](const Tile&, const RayEnd*, const RayList&, const Halt&) {})
-        .seconds;
+    const auto ignore_ends = [](const Tile&, const RayEnd*, const RayList&, const CancelToken&) {};
+    return run_tiles(plan, job, sample_of(plan), rays, ignore_ends).seconds;
 }
 
 }  // namespace
@@ -53,8 +58,8 @@ Candidates find_candidates(const Plan& plan, double pixels, const std::atomic<bo
     CurveOptions options;
     options.pixel_bound = pixels;
     const ErrorCurves study = measure_curves(plan, options, {}, stop);
-    if (!is_known(study.reference)) throw RunError("--equal-error: " + what_is_unknown(study.reference));
-    Candidates found;
+    if (!is_confirmed(study.reference)) throw RunError("--equal-error: " + describe_disagreement(study.reference));
+    Candidates candidates;
     for (const StudyCurve& curve : study.curves) {
         const StudyPoint* best = nullptr;
         for (const StudyPoint& point : curve.points)
@@ -62,37 +67,41 @@ Candidates find_candidates(const Plan& plan, double pixels, const std::atomic<bo
                 (!best || point.gradients < best->gradients))
                 best = &point;
         if (!best) continue;
-        found.push_back(
-            {curve.method, curve.precision, best->step, curve.loose ? best->solver_tolerance : -1, best->gradients});
+        const double solver_tolerance = curve.has_loose_solver ? best->solver_tolerance : -1;
+        candidates.push_back({curve.method, curve.precision, best->step, solver_tolerance, best->gradients});
     }
-    return found;
+    return candidates;
 }
 
 std::optional<Variant> cheapest_for(const Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
                                     const std::atomic<bool>* stop) {
-    std::vector<TimedVariant> served;
-    double thriftiest = std::numeric_limits<double>::infinity();
+    std::vector<TimedVariant> timed_variants;
+    double fewest_gradients = std::numeric_limits<double>::infinity();
     for (const Candidate& candidate : candidates) {
         if (candidate.precision != kernel.precision) continue;
         auto variant = find_variant(plan, candidate.method, kernel, candidate.step);
         if (!variant) continue;
         variant->solver_tolerance = candidate.solver_tolerance;
-        served.push_back({*variant, candidate.gradients});
-        thriftiest = std::min(thriftiest, candidate.gradients);
+        timed_variants.push_back({*variant, candidate.gradients});
+        fewest_gradients = std::min(fewest_gradients, candidate.gradients);
     }
-    std::erase_if(served, [&](const TimedVariant& timed) { return timed.gradients > wasteful * thriftiest; });
-    double least = std::numeric_limits<double>::infinity();
+    std::erase_if(timed_variants, [&](const TimedVariant& timed) {
+        return timed.gradients > max_relative_gradients * fewest_gradients;
+    });
+    double shortest = std::numeric_limits<double>::infinity();
     for (unsigned round = 0; round < timed_rounds; ++round) {
-        for (TimedVariant& timed : served) {
+        for (TimedVariant& timed : timed_variants) {
             if (stop && stop->load(std::memory_order_relaxed)) return {};
-            timed.least = std::min(timed.least, seconds_of(plan, timed.variant));
-            least = std::min(least, timed.least);
+            timed.min_seconds = std::min(timed.min_seconds, seconds_of(plan, timed.variant));
+            shortest = std::min(shortest, timed.min_seconds);
         }
-        if (round > 0) std::erase_if(served, [&](const TimedVariant& timed) { return timed.least > slow * least; });
+        if (round == 0) continue;
+        std::erase_if(timed_variants,
+                      [&](const TimedVariant& timed) { return timed.min_seconds > max_relative_time * shortest; });
     }
-    const auto best = std::min_element(served.begin(), served.end(),
-                                       [](const TimedVariant& a, const TimedVariant& b) { return a.least < b.least; });
-    if (best == served.end()) return {};
+    const auto is_faster = [](const TimedVariant& a, const TimedVariant& b) { return a.min_seconds < b.min_seconds; };
+    const auto best = std::min_element(timed_variants.begin(), timed_variants.end(), is_faster);
+    if (best == timed_variants.end()) return {};
     return best->variant;
 }
 

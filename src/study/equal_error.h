@@ -1,4 +1,4 @@
-/// The cheapest way to a bound on the error, kernel by kernel.
+/// Search for the cheapest method that meets a bound on the error, separately for each kernel.
 #pragma once
 
 #include "plan/variant.h"
@@ -9,21 +9,22 @@
 
 namespace kagero {
 
-/// A method at the step that meets a bound with the least work.
+/// A method and the step with which it meets a bound on the error with the least work.
 struct Candidate {
     std::string method;
     Precision precision{};
-    double step = 0;               ///< of adaptive methods: the tolerance
-    double solver_tolerance = -1;  ///< negative: the scene's
-    double gradients = 0;          ///< per ray
+    double step = 0;               ///< Step in the kernel's unit, or the tolerance of an adaptive method.
+    double solver_tolerance = -1;  ///< Relative solver tolerance; negative: that of the scene.
+    double gradients = 0;          ///< Gradient evaluations per ray.
 };
 
-/// Of each method the thriftiest step by which 99 % of the rays end within `pixels` of where they should.
 using Candidates = std::vector<Candidate>;
+/// Returns the cheapest step of each method and precision: the one that needs the fewest gradients among those whose
+/// 99th percentile of the pixel error is at most `pixels`. Throws RunError if the reference is not confirmed.
 Candidates find_candidates(const Plan& plan, double pixels, const std::atomic<bool>* stop);
 
-/// The candidate that is the quickest by this kernel, of a sample of the picture's tiles; nothing where none is in its
-/// precision, or it refuses them all.
+/// Times the candidates of the kernel's precision on a sample of the picture's tiles and returns the fastest. Returns
+/// nothing if the kernel supports none of them, or if `stop` is set.
 std::optional<Variant> cheapest_for(const Plan& plan, const KernelInfo& kernel, const Candidates& candidates,
                                     const std::atomic<bool>* stop);
 

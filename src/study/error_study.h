@@ -1,5 +1,5 @@
-/// Error against run time for a scene's own rays: methods × steps × precisions, through the kernels and the loop that
-/// `render` uses.
+/// Study of error against run time for a scene's camera rays, over methods, steps and precisions. The kernels and the
+/// loop are those of `render`.
 #pragma once
 
 #include "accuracy/error_curves.h"
@@ -8,33 +8,37 @@
 
 namespace kagero {
 
+/// Options of a study.
 struct StudyOptions : CurveOptions {
-    unsigned threads = 1;  ///< of the timed runs
-    unsigned repeats = 5;  ///< at least; of a quick study 1, for runs that take long
+    unsigned threads = 1;  ///< Number of threads of the timed runs.
+    unsigned repeats = 5;  ///< Smallest number of timed runs per point. In a quick study, long runs are timed once.
 };
 
-/// The quickest point whose 99th percentile of an error stays below a bound, and of whose rays at most 1 % end
-/// otherwise.
+/// The fastest point that meets a bound on the error, see `is_within`.
 struct Cheapest {
-    double error = 0;
-    const char* measure = "";  ///< "pixels" or "direction"
-    std::size_t curve = 0, point = 0;
-    bool found = false;
+    double error = 0;                  ///< The bound, in pixels or radians.
+    const char* measure = "";          ///< The quantity that is bounded: "pixels" or "direction".
+    std::size_t curve = 0, point = 0;  ///< Index of the curve, and of the point on it.
+    bool found = false;                ///< False if no point meets the bound.
 };
 
+/// Results of a study.
 struct ErrorStudy : ErrorCurves {
     StudyOptions options;
-    Strategy strategy = Strategy::packet;          ///< of those that were studied, what tables and charts show,
-    Precision precision = Precision::float64;      ///< … with few exceptions
+    Strategy strategy = Strategy::packet;      ///< Strategy of the curves that the order table and the charts show.
+    Precision precision = Precision::float64;  ///< Precision of those curves.
+    /// Returns true if a curve has the strategy and the precision above.
     bool shows(const StudyCurve& curve) const { return curve.strategy == strategy && curve.precision == precision; }
     std::vector<Cheapest> cheapest;
-    std::vector<StrategyTime> strategies;  ///< of the scene's own method at its own step
-    std::vector<EnergyTrace> energy;   ///< along one ray, as near to equal work as was measured
-    std::vector<PictureError> pictures;
-    ErrorMap map;
+    std::vector<StrategyTime> strategies;  ///< Times of all strategies with the scene's method and step.
+    /// Energy errors along one ray, for methods at steps of approximately equal work.
+    std::vector<EnergyTrace> energy;
+    std::vector<PictureError> pictures;  ///< Picture errors of the methods and steps of `energy`.
+    ErrorMap map;                        ///< Position error of each pixel of a small picture.
     double seconds = 0;
 };
 
+/// Runs a study of the plan's scene.
 ErrorStudy study_error(const Plan& plan, const StudyOptions& options, const Progress& progress = {},
                        const std::atomic<bool>* stop = nullptr);
 

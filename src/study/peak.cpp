@@ -11,11 +11,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// Rounds that take one thread some 20 ms.
+/// Returns a number of rounds that takes one thread about 20 ms.
 std::uint64_t rounds_for(const Module& module, Precision precision) {
     std::uint64_t rounds = 1 << 16;
     for (;; rounds *= 2) {
@@ -32,7 +30,7 @@ Peak::Peak(const Module& module, Precision precision)
 
 double Peak::operations_per_second(unsigned threads) const {
     std::vector<double> rates(threads);
-    on_threads(threads, [&](unsigned i) {
+    run_on_threads(threads, [&](unsigned i) {
         const auto begin = Clock::now();
         const double operations = module_.multiply_adds(precision_, rounds_);
         rates[i] = operations / seconds_since(begin);

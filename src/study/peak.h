@@ -1,17 +1,16 @@
-/// The roof of a roofline.
+/// Peak arithmetic rate of the processor, the horizontal line of a roofline diagram.
 #pragma once
 
 #include "kernels/abi.h"
 
 namespace kagero {
 
-/// How many floating-point operations per second a number of threads reach together when nothing but multiply-adds
-/// runs.
+/// Measures the rate of floating-point operations that several threads reach together with independent multiply-adds.
 class Peak {
 public:
     Peak(const Module& module, Precision precision);
 
-    /// In one run of some 20 ms.
+    /// Runs multiply-adds on all threads for about 20 ms and returns the sum of their rates.
     double operations_per_second(unsigned threads) const;
 
 private:

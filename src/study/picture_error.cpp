@@ -11,33 +11,35 @@
 namespace kagero {
 namespace {
 
-/// The plan of a picture at most `width` pixels wide.
+/// Returns the plan of the picture, scaled down to at most `width` pixels.
 Plan small_plan(const Plan& plan, std::uint32_t width, std::uint32_t rays_per_pixel) {
     SceneDescription scene = plan.description();
     const double share = std::min(1.0, double(width) / scene.film.width);
     const auto scaled = [&](std::uint32_t n) {
         return std::max(1u, static_cast<std::uint32_t>(std::lround(n * share)));
     };
-    scene.film.width = scaled(scene.film.width), scene.film.height = scaled(scene.film.height);
+    scene.film.width = scaled(scene.film.width);
+    scene.film.height = scaled(scene.film.height);
     scene.film.spp = rays_per_pixel;
     scene.film.layers = {"color"};
-    return remade(plan, std::move(scene), plan.run.wish.isa);
+    return rebuild_plan(plan, std::move(scene), plan.run.kernel_request.isa);
 }
 
-/// Null where the run was interrupted.
+/// Renders the picture with a variant and sets its time. Returns null if the run was interrupted.
 std::unique_ptr<Film> picture(const Plan& plan, const Variant& variant, const std::atomic<bool>* stop,
                               double& seconds) {
     const FilmDescription& size = plan.description().film;
     auto film = std::make_unique<Film>(size.width, size.height, std::vector<std::string>{"color"});
-    const RunReport report = render(plan_by(plan, variant), *film, {.stop = stop});
+    const RunReport report = render(plan_with_variant(plan, variant), *film, {.stop = stop});
     seconds = report.seconds;
     return report.interrupted ? nullptr : std::move(film);
 }
 
-void compare(const Film& should, const Film& is, PictureError& error) {
+/// Sets the difference between the expected and the actual picture.
+void compare(const Film& expected, const Film& actual, PictureError& error) {
     constexpr float visible = 1.0f / 255;
-    const float *a = should.plane("color"), *b = is.plane("color");
-    const std::size_t pixels = std::size_t(should.width()) * should.height();
+    const float *a = expected.plane("color"), *b = actual.plane("color");
+    const std::size_t pixels = std::size_t(expected.width()) * expected.height();
     std::size_t wrong = 0;
     double squares = 0;
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -66,12 +68,13 @@ ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& referen
     map.estimate.assign(film.plane("position_error"), film.plane("position_error") + pixels);
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < map.height; ++y)
-        for (std::uint32_t x = 0; x < map.width; ++x) starts.push_back(pixel_ray(small, x, y));
-    std::vector<RayEnd> should, is;
-    if (trace(small, starts, is, {.stop = stop}).interrupted) return {};
-    if (trace(plan_by(small, reference), starts, should, {.stop = stop}).interrupted) return {};
+        for (std::uint32_t x = 0; x < map.width; ++x) starts.push_back(pixel_ray_start(small, x, y));
+    std::vector<RayEnd> expected, actual;
+    if (trace(small, starts, actual, {.stop = stop}).interrupted) return {};
+    if (trace(plan_with_variant(small, reference), starts, expected, {.stop = stop}).interrupted) return {};
     for (std::size_t i = 0; i < pixels; ++i)
-        map.truth.push_back(float(pixel_error(small, in_space(small, should[i]), in_space(small, is[i]))));
+        map.truth.push_back(float(pixel_error(small, to_hamiltonian_coordinates(small, expected[i]),
+                                              to_hamiltonian_coordinates(small, actual[i]))));
     return map;
 }
 
@@ -79,16 +82,18 @@ std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, 
                                          const std::vector<Variant>& variants, const std::atomic<bool>* stop) {
     const Plan small = small_plan(plan, width, plan.description().film.spp);
     double unused = 0;
-    const auto should = picture(small, reference, stop, unused);
+    const auto expected = picture(small, reference, stop, unused);
     std::vector<PictureError> errors;
     for (const Variant& variant : variants) {
         PictureError error;
-        const auto is = should ? picture(small, variant, stop, error.seconds) : nullptr;
-        if (!is) break;
+        const auto actual = expected ? picture(small, variant, stop, error.seconds) : nullptr;
+        if (!actual) break;
         const IntegratorInfo& info = info_of(plan, variant);
-        error.method = info.name, error.adaptive = info.adaptive, error.precision = variant.kernel->precision,
+        error.method = info.name;
+        error.adaptive = info.adaptive;
+        error.precision = variant.kernel->precision;
         error.step = stated_step(plan, variant);
-        compare(*should, *is, error);
+        compare(*expected, *actual, error);
         errors.push_back(std::move(error));
     }
     return errors;

@@ -1,4 +1,4 @@
-/// A small picture against the picture it should be.
+/// Error of a small picture against a reference picture.
 #pragma once
 
 #include "plan/variant.h"
@@ -7,29 +7,34 @@
 
 namespace kagero {
 
+/// Difference between the pictures of one variant and of the reference.
 struct PictureError {
     std::string method;
     Precision precision{};
     bool adaptive = false;
-    double step = 0;             ///< of adaptive methods: the tolerance
-    double gradients = 0;        ///< per ray, of the sample of the study
-    double seconds = 0;          ///< of rendering
-    double wrong_pixels = 0;     ///< share of pixels of which a colour differs by more than 1/255, linear
-    double rms = 0;              ///< over all colours, linear; 1 is white
-    std::optional<double> psnr;  ///< decibels below white; none for equal pictures
+    double step = 0;             ///< Step in the unit of a scene file, or the tolerance of an adaptive method.
+    double gradients = 0;        ///< Gradient evaluations per ray, mean over the sample rays of the study.
+    double seconds = 0;          ///< Time to render the picture.
+    double wrong_pixels = 0;     ///< Share of pixels with a linear colour component that differs by more than 1/255.
+    double rms = 0;              ///< Root mean square difference of linear colour components; white is 1.
+    std::optional<double> psnr;  ///< Peak signal-to-noise ratio in decibels. Empty for equal pictures.
 };
 
-/// The scene's own picture, and how wrong its rays are, pixel by pixel; not a number where that is not known.
+/// The picture of the scene, and the error of each pixel's ray end. An error is NaN if both ends differ in status or
+/// object, or if the ray does not end.
 struct ErrorMap {
     std::uint32_t width = 0, height = 0;
-    std::vector<float> color;            ///< linear RGB
-    std::vector<float> estimate, truth;  ///< pixels: the layer `position_error`, and the distance to the reference
+    std::vector<float> color;     ///< Linear RGB.
+    std::vector<float> estimate;  ///< Estimated error, the layer `position_error`, in pixels.
+    std::vector<float> truth;     ///< Distance to the reference ray end, in pixels.
 };
 
-/// At most `width` pixels wide, one ray per pixel; by the plan's own method against `reference`.
+/// Returns the error map of the plan's method and step, relative to the variant `reference`. The picture is at most
+/// `width` pixels wide, with one ray per pixel. The map is empty if `stop` is set.
 ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& reference, const std::atomic<bool>* stop);
 
-/// The scene's picture at most `width` pixels wide, by each variant, against that by `reference`.
+/// Renders the scene's picture, at most `width` pixels wide, with each variant and with `reference`. Returns the errors
+/// of the variants, in their order; the list is shorter if `stop` is set.
 std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, const Variant& reference,
                                          const std::vector<Variant>& variants, const std::atomic<bool>* stop);
 

@@ -8,33 +8,41 @@
 namespace kagero {
 namespace {
 
-constexpr unsigned least_rounds = 3, most_rounds = 25;
-/// More rounds than the least are run until this time has been spent on each instruction set.
-constexpr double enough_seconds = 1;
+/// Every kernel runs once per round. There are between `min_timing_rounds` and `max_timing_rounds` rounds.
+constexpr unsigned min_timing_rounds = 3, max_timing_rounds = 25;
+/// After `min_timing_rounds` rounds, the measurement ends when all runs together have taken this time for each
+/// instruction set, in seconds.
+constexpr double seconds_per_isa = 1;
 
+/// A kernel with its plan and the times of its runs.
 struct TimedKernel {
     StrategyTime result;
-    Plan plan;  ///< by that kernel
-    std::vector<double> times;
+    Plan plan;                  ///< Plan that traces the rays with this kernel.
+    std::vector<double> times;  ///< Nanoseconds per ray, one per run.
 };
 
-bool alike(const KernelInfo& a, const KernelInfo& b) {
+/// Returns true if two kernels have the same strategy, form and precision.
+bool same_kind(const KernelInfo& a, const KernelInfo& b) {
     return a.strategy == b.strategy && a.form == b.form && a.precision == b.precision;
 }
 
-/// The first kernel of each strategy, form and precision that serves the scene, as `render` would take it.
-void add_runners(std::vector<TimedKernel>& runners, const Plan& plan, const Plan& like) {
-    const std::size_t before = runners.size();
-    for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i) {
-        const KernelInfo& kernel = plan.module().kernels[i];
+/// Appends the kernels of the instruction set of `isa_plan`, with the method and the step of `scene_plan`. For each
+/// strategy, form and precision, this is the first kernel of the module that supports the scene. Gangs are left out,
+/// because `render` uses them only if the scene states their number of lanes.
+void append_kernels(std::vector<TimedKernel>& kernels, const Plan& isa_plan, const Plan& scene_plan) {
+    const Module& module = isa_plan.module();
+    const std::size_t first = kernels.size();
+    for (std::uint32_t i = 0; i < module.kernel_count; ++i) {
+        const KernelInfo& kernel = module.kernels[i];
         if (kernel.form == Form::gang) continue;
-        const bool taken = std::any_of(runners.begin() + std::ptrdiff_t(before), runners.end(),
-                                       [&](const TimedKernel& runner) { return alike(*runner.result.kernel, kernel); });
-        if (taken) continue;
-        auto variant = find_variant(plan, like.method().name, kernel, 0);
+        const bool already_added =
+            std::any_of(kernels.begin() + std::ptrdiff_t(first), kernels.end(),
+                        [&](const TimedKernel& timed) { return same_kind(*timed.result.kernel, kernel); });
+        if (already_added) continue;
+        auto variant = find_variant(isa_plan, scene_plan.method().name, kernel, 0);
         if (!variant) continue;
-        variant->step = info_of(plan, *variant).adaptive ? like.run.tolerance : like.run.step;
-        runners.push_back({{plan.module().isa, &kernel, {}}, plan_by(plan, *variant), {}});
+        variant->step = info_of(isa_plan, *variant).adaptive ? scene_plan.run.tolerance : scene_plan.run.step;
+        kernels.push_back({{module.isa, &kernel, {}}, plan_with_variant(isa_plan, *variant), {}});
     }
 }
 
@@ -42,33 +50,33 @@ void add_runners(std::vector<TimedKernel>& runners, const Plan& plan, const Plan
 
 std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<RayStart>& rays, unsigned threads,
                                          const std::atomic<bool>* stop) {
-    std::vector<TimedKernel> runners;
-    const std::string& wished = plan.run.wish.isa;
-    const std::vector<std::string> isas = isas_for(wished == "auto" ? "all" : wished);
+    std::vector<TimedKernel> kernels;
+    const std::string& requested = plan.run.kernel_request.isa;
+    const std::vector<std::string> isas = find_isa_names(requested == "auto" ? "all" : requested);
     for (const std::string& isa : isas) {
         SceneDescription description = plan.description();
-        description.integrator.lanes = 0;  // not every instruction set has packets of them
-        Plan one = remade(plan, std::move(description), isa);
-        one.run.threads = threads;
-        add_runners(runners, one, plan);
+        description.integrator.lanes = 0;  // This instruction set may have no kernel with the scene's number of lanes.
+        Plan isa_plan = rebuild_plan(plan, std::move(description), isa);
+        isa_plan.run.threads = threads;
+        append_kernels(kernels, isa_plan, plan);
     }
     const auto stopped = [stop] { return stop && stop->load(std::memory_order_relaxed); };
     std::vector<RayEnd> ends;
-    double spent = 0;
-    for (unsigned round = 0; round < most_rounds; ++round) {
-        if (round >= least_rounds && spent > enough_seconds * double(isas.size())) break;
-        for (TimedKernel& runner : runners) {
+    double total_seconds = 0;
+    for (unsigned round = 0; round < max_timing_rounds; ++round) {
+        if (round >= min_timing_rounds && total_seconds > seconds_per_isa * double(isas.size())) break;
+        for (TimedKernel& timed : kernels) {
             if (stopped()) break;
-            const RunReport report = trace(runner.plan, rays, ends, {.stop = stop});
+            const RunReport report = trace(timed.plan, rays, ends, {.stop = stop});
             if (report.interrupted) break;
-            runner.times.push_back(1e9 * report.seconds / double(rays.size()));
-            spent += report.seconds;
+            timed.times.push_back(1e9 * report.seconds / double(rays.size()));
+            total_seconds += report.seconds;
         }
     }
     std::vector<StrategyTime> results;
-    for (TimedKernel& runner : runners) {
-        runner.result.time = timing_of(std::move(runner.times));
-        results.push_back(std::move(runner.result));
+    for (TimedKernel& timed : kernels) {
+        timed.result.time = timing_of(std::move(timed.times));
+        results.push_back(std::move(timed.result));
     }
     return results;
 }

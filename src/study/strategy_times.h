@@ -1,4 +1,4 @@
-/// The same rays one at a time, one per vector and in packets, on every instruction set.
+/// Times of the same rays with every strategy and instruction set.
 #pragma once
 
 #include "accuracy/timing.h"
@@ -8,15 +8,16 @@
 
 namespace kagero {
 
-/// One kernel, by the scene's own method at its own step.
+/// Time of one kernel with the method and step of the scene.
 struct StrategyTime {
     std::string isa;
     const KernelInfo* kernel = nullptr;
-    Timing time;  ///< ns per ray
+    Timing time;  ///< Nanoseconds per ray.
 };
 
-/// The best instruction set first; only that of the plan where its options name one. The runs are interleaved, three of
-/// each at least, and no ray takes more than the plan's steps.
+/// Returns the times of the kernels, those of the best instruction set first. If the options of the plan name an
+/// instruction set, only its kernels are timed. Each kernel runs at least three times, and the runs of the kernels are
+/// interleaved. Rays end after at most `plan.run.max_steps` steps. Returns early, with fewer runs, if `stop` is set.
 std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<RayStart>& rays, unsigned threads,
                                          const std::atomic<bool>* stop);
 

@@ -4,73 +4,93 @@
 #include "error.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace kagero {
 namespace {
 
-/// Rays along an edge of the grid.
-constexpr std::uint32_t pilot_grid = 32;
-/// The cost of an operation in float, in operations in double: there are twice as many lanes.
+/// Number of rays along each edge of the trial's grid.
+constexpr std::uint32_t method_trial_grid = 32;
+/// Cost of a float operation, in double operations. A register has twice as many lanes in float.
 constexpr double float_cost = 0.5;
 
-/// The kernel that does for the plan what a curve shows of packets: by the strategy and lanes asked for, as errors do
-/// not depend on them. Null where there is none, or the scene states another method or precision.
+/// Returns the kernel of the requested strategy and lanes with the curve's method and precision. The curve was measured
+/// with packets, but errors depend on neither strategy nor lanes. Returns null if there is no such kernel, or if
+/// another method or precision is requested.
 const KernelInfo* kernel_for(const Plan& plan, const StudyCurve& curve) {
-    if (plan.description().integrator.method_place && curve.method != plan.method().name) return nullptr;
-    KernelWish wish = plan.run.wish;
-    if (wish.precision && *wish.precision != curve.precision) return nullptr;
-    wish.precision = curve.precision;
-    return find_kernel(*plan.scene,
-                       find_variant(plan, curve.method, curve.strategy, curve.precision, plan.run.step)->method, wish);
+    if (plan.description().integrator.method_location && curve.method != plan.method().name) return nullptr;
+    KernelRequest request = plan.run.kernel_request;
+    if (request.precision && *request.precision != curve.precision) return nullptr;
+    request.precision = curve.precision;
+    const auto variant = find_variant(plan, curve.method, curve.strategy, curve.precision, plan.run.step);
+    return find_kernel(*plan.scene, variant->method, request);
 }
 
-/// Why no point of a study is within the bound.
-std::string why_not(const ErrorCurves& study, const Plan& plan) {
-    if (!is_known(study.reference)) return what_is_unknown(study.reference);
-    return "by no " +
-           (plan.description().integrator.method_place ? std::string("step of ") + plan.method().name
-                                                       : std::string("method")) +
-           " that was tried" + (study.interrupted ? " before its time was up" : "");
+/// Returns the smallest 99th percentile of the pixel error over all measured points that a kernel can use; infinity if
+/// there is none. Points at which more than 1 % of the rays are flips do not count.
+double least_error(const Plan& plan, const ErrorCurves& study) {
+    constexpr double no_bound = std::numeric_limits<double>::infinity();
+    double least = no_bound;
+    for (const StudyCurve& curve : study.curves) {
+        if (!kernel_for(plan, curve)) continue;
+        for (const StudyPoint& point : curve.points)
+            if (is_within(point, no_bound, &RayErrors::pixels, study.reference))
+                least = std::min(least, point.errors.pixels.p99);
+    }
+    return least;
 }
 
-/// A stated step or tolerance is used only if no method is seen to meet the bound.
+/// Returns the reason why no measured point is within the bound, and the smallest bound that can be met.
+std::string reason_for_no_choice(const Plan& plan, const ErrorCurves& study) {
+    if (!is_confirmed(study.reference)) return describe_disagreement(study.reference);
+    const bool is_method_stated = plan.description().integrator.method_location.has_value();
+    const std::string reason =
+        "no measured " + (is_method_stated ? std::string("step of ") + plan.method().name : std::string("method")) +
+        " meets the bound" + (study.interrupted ? " within the time limit" : "");
+    const double smallest_bound = std::max(least_error(plan, study), study.reference.pixels.p99);
+    if (!std::isfinite(smallest_bound)) return reason;
+    return reason + "; the smallest bound that can be met is " + plain_number(smallest_bound) + " pixels";
+}
+
+/// Returns a remark for each stated step or tolerance that the trial replaces.
 std::vector<std::string> remarks_on_stated(const Plan& plan) {
     const IntegratorDescription& stated = plan.description().integrator;
     std::vector<std::string> remarks;
-    const auto say = [&](const char* key, double value) {
+    const auto add_remark = [&](const char* key, double value) {
         std::ostringstream remark;
-        remark << "integrator." << key << " = " << value << " is not taken: for integrator.max_pixel_error, "
-               << plan.method().name << " takes " << (plan.method().adaptive ? "tolerance " : "step ")
+        remark << "integrator." << key << " = " << value << " is not used: to meet integrator.max_pixel_error, "
+               << plan.method().name << " runs with " << (plan.method().adaptive ? "tolerance " : "step ")
                << (plan.method().adaptive ? plan.run.tolerance : stated_step(*plan.scene, plan.run));
         remarks.push_back(remark.str());
     };
-    if (stated.step_place) say("step", stated.step);
-    if (stated.tolerance_place) say("tolerance", stated.tolerance);
+    if (stated.step_location) add_remark("step", stated.step);
+    if (stated.tolerance_location) add_remark("tolerance", stated.tolerance);
     return remarks;
 }
 
-/// Where rays diverge strongly from their neighbours, a pixel counts as larger than that of a straight ray.
+/// Returns a remark if more than 1 % of the rays are ill-conditioned, because their pixel errors are scaled.
 std::vector<std::string> remarks_on_ill_conditioned(const MethodTrial& trial) {
-    constexpr double few = 0.01;
-    if (!(trial.ill_conditioned > few)) return {};
+    constexpr double min_share = 0.01;
+    if (!(trial.ill_conditioned > min_share)) return {};
     std::ostringstream remark;
     remark.precision(2);
     remark << "integrator.max_pixel_error: " << 100 * trial.ill_conditioned
-           << " % of the pilot's rays turn their neighbours apart more than a thousandfold; the pixel of such a ray is "
-              "a thousandth of what it shows, "
-              "not that of a straight ray";
+           << " % of the trial's rays are ill-conditioned: they magnify errors more than 1000 times. The pixel error "
+              "of such a ray is divided by magnification/1000, because a pixel near it shows a region many pixels wide";
     return {remark.str()};
 }
 
+/// A measured point, and the kernel of the picture for its method and precision.
 struct Choice {
     const StudyCurve* curve = nullptr;
     const StudyPoint* point = nullptr;
     const KernelInfo* kernel = nullptr;
-    double cost = std::numeric_limits<double>::infinity();
+    double cost = std::numeric_limits<double>::infinity();  ///< Operations per ray, in double operations.
 };
 
-/// The cheapest point of a study that is within the bound, and by what kernel; nulls where there is none.
+/// Returns the cheapest measured point that is within the bound, with its kernel; nulls if there is none.
 Choice cheapest_within(const Plan& plan, const ErrorCurves& study, double bound) {
     Choice best;
     for (const StudyCurve& curve : study.curves) {
@@ -85,46 +105,49 @@ Choice cheapest_within(const Plan& plan, const ErrorCurves& study, double bound)
     return best;
 }
 
-/// The plan's configuration with the method, step and kernel of a choice.
-RunConfig run_by(const Plan& plan, const Choice& choice) {
+/// Returns the plan's configuration with the method, step and kernel of a choice.
+RunConfig run_config_with_choice(const Plan& plan, const Choice& choice) {
     auto variant = find_variant(plan, choice.curve->method, *choice.kernel, choice.point->step);
-    if (choice.curve->loose) variant->solver_tolerance = choice.point->solver_tolerance;
-    RunConfig run = run_by(plan, *variant);
+    if (choice.curve->has_loose_solver) variant->solver_tolerance = choice.point->solver_tolerance;
+    RunConfig run = run_config_with_variant(plan, *variant);
     run.max_steps = plan.description().integrator.max_steps;
     return run;
 }
 
-/// The result of the trial; `failure` is the reason why no reference could be traced, or empty.
+/// Returns the result of the trial. `failure` is the reason why the reference could not be traced; empty if it was.
 MethodTrial trial_of(const Plan& plan, const ErrorCurves& study, const Choice& choice, const std::string& failure) {
     MethodTrial trial;
-    trial.rays = study.sample.starts.size(), trial.bound = plan.description().integrator.max_pixel_error,
+    trial.rays = study.sample.starts.size();
+    trial.bound = plan.description().integrator.max_pixel_error;
     trial.met = choice.point != nullptr;
     if (!choice.point) {
-        trial.why_not = failure.empty() ? why_not(study, plan) : failure;
+        trial.failure_reason = failure.empty() ? reason_for_no_choice(plan, study) : failure;
         return trial;
     }
     const RayErrors& errors = choice.point->errors;
-    if (const double compared = double(errors.compared + errors.ill); compared > 0) {
+    if (const double compared = double(errors.compared + errors.compared_ill_conditioned); compared > 0) {
         trial.estimate = std::max(errors.pixels.p99, study.reference.pixels.p99);
-        trial.ill_conditioned = double(errors.ill) / compared;
+        trial.ill_conditioned = double(errors.compared_ill_conditioned) / compared;
     }
     return trial;
 }
 
+/// Returns the decision that `explain` prints.
 Decision decision_of(const MethodTrial& trial) {
     if (trial.met)
-        return {"a pilot of " + std::to_string(trial.rays) + " rays: 99 % of them within " +
-                    plain_number(trial.estimate) + " pixels, of " + plain_number(trial.bound) + " allowed",
+        return {"trial of " + std::to_string(trial.rays) + " rays: 99 % have an error of at most " +
+                    plain_number(trial.estimate) + " pixels; the bound is " + plain_number(trial.bound) + " pixels",
                 true,
                 {}};
-    return {"what a pilot chose", false,
-            "no way to keep within " + plain_number(trial.bound) + " pixels was seen: " + trial.why_not};
+    return {"choice of method, step and precision by a trial", false,
+            "no error of at most " + plain_number(trial.bound) + " pixels was confirmed: " + trial.failure_reason};
 }
 
+/// Returns the remark that the bound may not be met.
 std::string remark_on_unmet(const Plan& plan, const MethodTrial& trial) {
     std::ostringstream remark;
-    remark << "integrator.max_pixel_error = " << trial.bound << " is not seen to be met: " << trial.why_not << "; "
-           << plan.method().name << " takes its own step";
+    remark << "integrator.max_pixel_error = " << trial.bound << " may not be met: " << trial.failure_reason << "; "
+           << plan.method().name << " runs with its stated or default step";
     return remark.str();
 }
 
@@ -132,28 +155,29 @@ std::string remark_on_unmet(const Plan& plan, const MethodTrial& trial) {
 
 Plan autotune(Plan plan, const Progress& progress, double time_limit) {
     CurveOptions options;
-    options.width = options.height = pilot_grid;
-    options.quick = true, options.pixel_bound = plan.description().integrator.max_pixel_error;
+    options.width = options.height = method_trial_grid;
+    options.quick = true;
+    options.pixel_bound = plan.description().integrator.max_pixel_error;
     options.deadline = Deadline(time_limit);
     ErrorCurves study;
     std::string failure;
     try {
         study = measure_curves(plan, options, progress);
-    } catch (const RunError& error) {  // there is nothing to measure by: the picture can be drawn all the same
+    } catch (const RunError& error) {  // Without a reference, the plan keeps its method and step.
         failure = error.what();
     }
     const Choice choice = cheapest_within(plan, study, options.pixel_bound);
     const MethodTrial trial = trial_of(plan, study, choice, failure);
-    const auto remark = [&](const std::vector<std::string>& more) {
-        plan.remarks.insert(plan.remarks.end(), more.begin(), more.end());
+    const auto add_remarks = [&](const std::vector<std::string>& remarks) {
+        plan.remarks.insert(plan.remarks.end(), remarks.begin(), remarks.end());
     };
     if (trial.met) {
-        plan.run = run_by(plan, choice);
+        plan.run = run_config_with_choice(plan, choice);
         plan.decisions.motion = motion_decisions(*plan.scene, plan.run, true);
-        remark(remarks_on_stated(plan));
-        remark(remarks_on_ill_conditioned(trial));
+        add_remarks(remarks_on_stated(plan));
+        add_remarks(remarks_on_ill_conditioned(trial));
     } else {
-        remark({remark_on_unmet(plan, trial)});
+        add_remarks({remark_on_unmet(plan, trial)});
     }
     plan.decisions.tuning.push_back(decision_of(trial));
     plan.method_trial = trial;

@@ -1,4 +1,4 @@
-/// A method and a step for the error that a scene allows, `integrator.max_pixel_error`.
+/// Choice of method and step for the error that a scene permits, `integrator.max_pixel_error`.
 #pragma once
 
 #include "plan/plan.h"
@@ -6,12 +6,14 @@
 
 namespace kagero {
 
-/// Traces a sparse grid of the film's rays by a handful of methods, in double and (where the options leave it open)
-/// float. Returns the plan by the one that keeps 99 % of them within the bound with the fewest floating-point
-/// operations, two in float for one in double. A method that the scene states is kept; strategy and lanes are those
-/// asked for. Where none is within the bound, the plan stays as it is. Plan::method_trial and the decisions record the
-/// result. The choice does not depend on how fast the machine is, unless the time is limited: then it is among what was
-/// tried within so many seconds.
+/// Traces a sparse grid of the film's rays with a few methods, in double and, if the options leave the precision open,
+/// in float. Chooses the method, step and precision with the fewest floating-point operations for which the error of 99
+/// % of the rays is within the bound. Two operations in float count as one in double. A method that the scene states,
+/// and the requested strategy and lanes, are kept. The plan keeps its method and step if no measurement is within the
+/// bound. Plan::method_trial and the decisions record the result.
+///
+/// The choice does not depend on the speed of the machine, unless the time is limited. A time limit restricts the
+/// choice to the measurements that are complete after `time_limit` seconds.
 Plan autotune(Plan plan, const Progress& progress = {}, double time_limit = std::numeric_limits<double>::infinity());
 
 }  // namespace kagero

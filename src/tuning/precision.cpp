@@ -11,39 +11,46 @@
 namespace kagero {
 namespace {
 
-/// Rays along an edge of the grid.
+/// Number of rays along each edge of the trial's grid.
 constexpr std::uint32_t trial_grid = 32;
-/// A picture with fewer rays than some times those of the trial is not worth one.
-constexpr double worthwhile = 16.0 * trial_grid * trial_grid;
-/// The greatest difference of 99 % of the rays, in pixels: too small to be seen, or to add to the error of the method.
-constexpr double most_apart = 0.1;
-/// The share that may end otherwise, or more than a pixel off: rays that graze an edge, or circle before they leave.
-constexpr double most_strays = 0.003;
-/// Below this tolerance float's rounding is what an adaptive method would try to control.
-constexpr double least_float_tolerance = 5e-7;
-/// Float gains nothing where it needs so many more steps.
-constexpr double most_extra_steps = 1.2;
+/// Smallest number of rays of a picture for which a trial is worthwhile.
+constexpr double min_picture_rays = 16.0 * trial_grid * trial_grid;
+/// Greatest permitted 99th percentile of the differences between float and double, in pixels. Such differences are
+/// invisible, and small compared with the error of the method.
+constexpr double max_difference = 0.1;
+/// Greatest share of strays: rays whose ends in float and in double differ in status or object, or by more than one
+/// pixel. Such rays graze an edge, or orbit a hole before they escape.
+constexpr double max_stray_share = 0.003;
+/// Smallest tolerance for float. With a smaller tolerance, step control would respond to rounding errors.
+constexpr double min_float_tolerance = 5e-7;
+/// Greatest number of steps in float, divided by that in double. With more steps, float is not faster.
+constexpr double max_step_ratio = 1.2;
 
-/// The reason for double that is known before any ray is traced; empty if there is none.
-std::string plain_reason(const Plan& plan) {
+/// Returns the reason to use double that is known before any ray is traced; empty if there is none.
+std::string reason_without_trial(const Plan& plan) {
     const FilmDescription& film = plan.description().film;
-    if (plan.run.wish.precision) return std::string("--precision ") + name_of(*plan.run.wish.precision);
-    if (plan.run.kernel->strategy != Strategy::packet) return "one ray at a time is hardly quicker in float";
+    if (const auto& requested = plan.run.kernel_request.precision)
+        return std::string("--precision ") + name_of(*requested);
+    if (plan.run.kernel->strategy != Strategy::packet)
+        return std::string("strategy ") + name_of(plan.run.kernel->strategy) + " is hardly faster in float";
     for (const std::string& layer : film.layers) {
-        if (needs_of(layer) & need_any_error) return "float would be most of what layer " + layer + " shows";
+        if (needs_of(layer) & need_any_error) return "the rounding errors of float would dominate layer " + layer;
         if (needs_of(layer) & need_footprint)
-            return "layer " + layer + " shows differences of neighbours, and of their roundings in float";
+            return "layer " + layer + " shows differences between neighbouring rays, which are inaccurate in float";
     }
-    if (plan.method().adaptive && !plan.scene->straight && plan.run.tolerance < least_float_tolerance)
-        return "integrator.tolerance is below what float can hold";
-    if (double(film.width) * film.height * film.spp < worthwhile) return "so small a picture gains nothing";
+    if (plan.method().adaptive && !plan.scene->straight && plan.run.tolerance < min_float_tolerance)
+        return "the tolerance " + plain_number(plan.run.tolerance) + " is below " + plain_number(min_float_tolerance) +
+               ", the smallest that step control in float can meet";
+    if (double(film.width) * film.height * film.spp < min_picture_rays)
+        return "the picture has fewer than " + plain_number(min_picture_rays) + " rays, too few for a trial";
     return {};
 }
 
+/// Traces the rays and returns their ends in the coordinates of the Hamiltonian.
 std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayStart>& starts) {
     std::vector<RayEnd> ends;
     trace(plan, starts, ends);
-    for (RayEnd& end : ends) end = in_space(plan, end);
+    for (RayEnd& end : ends) end = to_hamiltonian_coordinates(plan, end);
     return ends;
 }
 
@@ -53,56 +60,64 @@ double total_steps(const std::vector<RayEnd>& ends) {
     return steps;
 }
 
-/// Null where there is none.
+/// Returns the float kernel for the plan's method and lanes; null if there is none.
 const KernelInfo* kernel_in_float(const Plan& plan) {
-    KernelWish wish = plan.run.wish;
-    wish.precision = Precision::float32;
-    return find_kernel(*plan.scene, plan.run.method, wish);
+    KernelRequest request = plan.run.kernel_request;
+    request.precision = Precision::float32;
+    return find_kernel(*plan.scene, plan.run.method, request);
 }
 
-/// The reason for double in the ends of rays that are traced in both precisions; empty if there is none.
+/// Traces the trial's rays in both precisions. Returns the reason to use double that follows from the ray ends; empty
+/// if there is none.
 std::string measured_reason(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
     std::vector<RayStart> starts;
     for (const auto& [x, y] : sample_pixels(plan.description().film, trial_grid, trial_grid))
-        starts.push_back(film_ray(plan, x, y));
+        starts.push_back(camera_ray_start(plan, x, y));
     const std::vector<RayEnd> in_double = ends_of(plan, starts), in_float = ends_of(plan_in_float, starts);
-    std::vector<double> apart;
+    std::vector<double> differences;
     std::size_t strays = 0;
     for (std::size_t i = 0; i < in_double.size(); ++i) {
-        if (in_double[i].status == in_float[i].status && !has_end(in_double[i])) continue;
+        if (in_double[i].status == in_float[i].status && !has_visible_end(in_double[i])) continue;
         const double error = pixel_error(plan, in_double[i], in_float[i]);
         if (std::isnan(error) || error > 1) ++strays;
-        if (!std::isnan(error)) apart.push_back(error);
+        if (!std::isnan(error)) differences.push_back(error);
     }
     trial.rays = in_double.size();
-    if (!apart.empty()) trial.apart = spread_of(std::move(apart)).p99;
-    if (double(strays) > most_strays * double(trial.rays))
-        return std::to_string(strays) + " of " + std::to_string(trial.rays) + " rays end elsewhere in float";
-    if (!(trial.apart <= most_apart)) return "float is more than a tenth of a pixel from double";
-    if (total_steps(in_float) > most_extra_steps * total_steps(in_double)) return "float needs more steps than double";
+    if (!differences.empty()) trial.difference = percentiles_of(std::move(differences)).p99;
+    if (double(strays) > max_stray_share * double(trial.rays))
+        return std::to_string(strays) + " of " + std::to_string(trial.rays) +
+               " rays have another status or object in float, or end more than a pixel away; at most " +
+               plain_number(100 * max_stray_share) + " % may";
+    if (!(trial.difference <= max_difference))
+        return "the 99th percentile of the difference between float and double is " + plain_number(trial.difference) +
+               " pixels; at most " + plain_number(max_difference) + " is permitted";
+    const double step_ratio = total_steps(in_float) / total_steps(in_double);
+    if (step_ratio > max_step_ratio)
+        return "float needs " + plain_number(std::round(100 * step_ratio) / 100) + " times as many steps as double";
     return {};
 }
 
 }  // namespace
 
 Plan choose_precision(Plan plan) {
-    if (plan.run.wish.precision == Precision::float32) return plan;
+    if (plan.run.kernel_request.precision == Precision::float32) return plan;
     PrecisionTrial trial;
-    trial.why_not = plain_reason(plan);
-    if (trial.why_not.empty()) {
+    trial.reason_for_double = reason_without_trial(plan);
+    if (trial.reason_for_double.empty()) {
         Plan in_float = plan;
         in_float.run.kernel = kernel_in_float(plan);
-        if (!in_float.run.kernel) trial.why_not = "no kernel in float serves the method and integrator.lanes";
+        if (!in_float.run.kernel) trial.reason_for_double = "no float kernel supports the method and integrator.lanes";
         else if (camera_needs_double(*plan.scene, plan.view))
-            trial.why_not = "so near a horizon float cannot hold the momentum";
-        else trial.why_not = measured_reason(plan, in_float, trial);
-        if (trial.why_not.empty()) plan.run.kernel = in_float.run.kernel;
+            trial.reason_for_double = "the momentum of a camera this close to a horizon is too large for float";
+        else trial.reason_for_double = measured_reason(plan, in_float, trial);
+        if (trial.reason_for_double.empty()) plan.run.kernel = in_float.run.kernel;
     }
-    const bool taken = trial.why_not.empty();
-    plan.decisions.tuning.push_back({taken ? "float: 99 % of " + std::to_string(trial.rays) + " rays ended within " +
-                                                 plain_number(trial.apart) + " pixels of where double ends them"
-                                           : "float",
-                                     taken, trial.why_not});
+    const bool use_float = trial.reason_for_double.empty();
+    plan.decisions.tuning.push_back({use_float ? "float: for 99 % of " + std::to_string(trial.rays) +
+                                                     " rays, its difference from double is at most " +
+                                                     plain_number(trial.difference) + " pixels"
+                                               : "float",
+                                     use_float, trial.reason_for_double});
     plan.precision_trial = trial;
     return plan;
 }

@@ -1,4 +1,4 @@
-/// The one place that resolves everything a scene and its options leave to the program.
+/// Resolution of every `auto` of a scene and its options. The command line and the library share these functions.
 #pragma once
 
 #include "plan/plan.h"
@@ -6,19 +6,19 @@
 
 namespace kagero {
 
-/// How long trial rays may take, and how they report their progress.
-struct TrialWatch {
+/// The progress callback and the time limit of trials.
+struct TrialControl {
     Progress progress = {};
-    double time_limit = std::numeric_limits<double>::infinity();  ///< seconds
+    double time_limit = std::numeric_limits<double>::infinity();  ///< Seconds.
 };
 
-/// From a scene to a plan with every `auto` resolved. Of a picture, method, step and precision are chosen by trial rays
-/// where the scene bounds the error (max_pixel_error), else the precision alone. Throws InputError for what cannot be
-/// done.
+/// Returns the plan of a scene with every `auto` resolved. For a picture, trial rays choose method, step and precision
+/// if the scene bounds the error (max_pixel_error); otherwise they choose only the precision. Throws InputError if
+/// scene and options cannot be used.
 Plan resolve(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture,
-             const TrialWatch& watch = {});
+             const TrialControl& control = {});
 
-/// The decisions from trial rays alone, for a plan of a picture.
-Plan tuned(Plan plan, const TrialWatch& watch = {});
+/// Returns the plan of a picture with the choices that trial rays make.
+Plan choose_by_trial(Plan plan, const TrialControl& control = {});
 
 }  // namespace kagero

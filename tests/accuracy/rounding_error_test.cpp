@@ -1,4 +1,4 @@
-// The layer that bounds what rounding did to a picture's rays.
+// Tests of the error layer `rounding_error`, which bounds the effect of rounding on the ray ends of a picture.
 #include "tests/support/end_errors.h"
 
 #include <gtest/gtest.h>
@@ -26,50 +26,63 @@ center = [0, 0, 0]
 radius = 3
 )";
 
-/// A line, onto the ball or past it.
+/// Returns the exact end of a straight ray: on the ball of radius 3 if `end` is a hit, otherwise on the escape sphere
+/// of radius 20.
 RayEnd exact_line(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
     const long double size = std::hypot(static_cast<long double>(ray.p[0]), ray.p[1], ray.p[2]);
     long double d[3], along = 0, square = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-        d[k] = ray.p[k] / size, along += d[k] * ray.q[k], square += static_cast<long double>(ray.q[k]) * ray.q[k];
+    for (std::size_t k = 0; k < 3; ++k) {
+        d[k] = ray.p[k] / size;
+        along += d[k] * ray.q[k];
+        square += static_cast<long double>(ray.q[k]) * ray.q[k];
+    }
     const long double radius = end.status == Status::hit ? 3 : 20,
                       root = std::sqrt(along * along - square + radius * radius);
     const long double t = -along + (end.status == Status::hit ? -root : root);
-    for (std::size_t k = 0; k < 3; ++k) exact.q[k] = double(ray.q[k] + t * d[k]), exact.v[k] = double(d[k]);
+    for (std::size_t k = 0; k < 3; ++k) {
+        exact.q[k] = double(ray.q[k] + t * d[k]);
+        exact.v[k] = double(d[k]);
+    }
     return exact;
 }
 
-/// Ends of the picture's rays with other roundings: by steps longer by one part in 10^12 or so, which changes the
-/// method's error as little (Vignes, Math. Comput. Simul. 35, 1993, perturbs single roundings to the same end).
-std::vector<RayEnd> ends_of(Plan& plan, double longer) {
+/// Returns the ends of all camera rays, computed with steps and tolerance multiplied by `factor`. A factor such as 1 +
+/// 1e-12 changes the error of the method by a similarly small fraction, but all roundings differ. (Vignes, Math.
+/// Comput. Simul. 35, 1993, perturbs the single roundings for the same purpose.)
+std::vector<RayEnd> ends_of(Plan& plan, double factor) {
     const double step = plan.run.step, tolerance = plan.run.tolerance;
-    plan.run.step *= longer, plan.run.tolerance *= longer;
+    plan.run.step *= factor;
+    plan.run.tolerance *= factor;
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < plan.description().film.height; ++y)
-        for (std::uint32_t x = 0; x < plan.description().film.width; ++x) starts.push_back(pixel_ray(plan, x, y));
+        for (std::uint32_t x = 0; x < plan.description().film.width; ++x) starts.push_back(pixel_ray_start(plan, x, y));
     std::vector<RayEnd> ends;
     trace(plan, starts, ends);
-    for (RayEnd& end : ends) end = in_space(plan, end);
-    plan.run.step = step, plan.run.tolerance = tolerance;
+    for (RayEnd& end : ends) end = to_hamiltonian_coordinates(plan, end);
+    plan.run.step = step;
+    plan.run.tolerance = tolerance;
     return ends;
 }
 
-/// A bound on the rounding errors of a picture's rays, over the spread of those of other runs.
+/// Comparison of the rounding bounds of a picture's rays with the spread of their ends over runs with other roundings.
 struct Tightness {
-    double holding = 0;  ///< share of the rays whose spread is less
-    double median = 0;   ///< bound over spread
-    std::size_t compared = 0, unknown = 0;
+    double holding = 0;  ///< Share of the rays whose bound is at least the spread.
+    double median = 0;   ///< Median of bound / spread.
+    std::size_t compared = 0, unknown = 0;  ///< Number of rays with a bound, and of rays whose bound is NaN.
 };
+
+/// Renders the plan's picture and traces its rays again in 3 perturbed runs. The spread of a ray is the root mean
+/// square of the pixel errors between the unperturbed and the perturbed ends, divided by √2.
 Tightness tightness(Plan& plan) {
     Film film(plan.description().film.width, plan.description().film.height, {"rounding_error"});
     render_with_errors(plan, film);
     constexpr int runs = 3;
-    const double slightly = plan.run.kernel->precision == Precision::float32 ? 0x1p-20 : 0x1p-40;
+    const double perturbation = plan.run.kernel->precision == Precision::float32 ? 0x1p-20 : 0x1p-40;
     const std::vector<RayEnd> ends = ends_of(plan, 1);
     std::vector<double> squares(ends.size());
     for (int run = 1; run <= runs; ++run) {
-        const std::vector<RayEnd> others = ends_of(plan, 1 + run * slightly);
+        const std::vector<RayEnd> others = ends_of(plan, 1 + run * perturbation);
         for (std::size_t i = 0; i < ends.size(); ++i)
             squares[i] += std::pow(pixel_error(plan, others[i], ends[i]), 2) / runs;
     }
@@ -77,8 +90,8 @@ Tightness tightness(Plan& plan) {
     std::vector<double> ratios;
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const double bound = film.plane("rounding_error")[i],
-                     spread = std::sqrt(0.5 * squares[i]);  // both ends are rounded
-        if (!has_end(ends[i]) || std::isnan(spread)) continue;
+                     spread = std::sqrt(0.5 * squares[i]);  // factor 0.5: both ends have rounding errors
+        if (!has_visible_end(ends[i]) || std::isnan(spread)) continue;
         if (std::isnan(bound)) {
             ++result.unknown;
             continue;
@@ -95,12 +108,13 @@ Tightness tightness(Plan& plan) {
 
 struct Case {
     const char* scene;
-    const char* integrator;  ///< of the scene, in TOML
+    const char* integrator;  ///< Value of the scene's key `integrator`, in TOML.
     const char* precision = "double";
 };
 
-// If N roundings worked together they would do √N times what they do.
-TEST(RoundingError, BoundsTheSpreadOfErrors) {
+// The bound adds the absolute values of N roundings. Independent roundings partly cancel, so that their sum is smaller
+// by a factor of about √N. The median of bound / spread is therefore expected to lie between 2 and 200.
+TEST(RoundingError, BoundsTheSpreadOverRunsWithOtherRoundings) {
     for (const Case& c : {Case{hole_scene, "{method=\"gauss8\", step=0.3, escape_radius=20}"},
                           {hole_scene, "{method=\"verlet\", step=0.05, escape_radius=20}"},
                           {hole_scene, "{method=\"suzuki4-nine\", step=0.1, escape_radius=20}"},
@@ -127,48 +141,52 @@ TEST(RoundingError, BoundsTheSpreadOfErrors) {
     }
 }
 
-// What the scene's formula is compiled to has about the operations of the same Hamiltonian in C++.
-TEST(RoundingError, OfAFormulaIsThatOfItsSpace) {
+// The formula is the Hamiltonian of the fisheye. Its compiled program has nearly the same operations as the C++ version
+// of the fisheye, so that the two bounds differ by less than a factor of 2.
+TEST(RoundingError, IsSimilarForAFormulaAndTheBuiltInSpace) {
     const std::string formula = R"toml({hamiltonian="formula", H="0.5*(px^2+py^2+pz^2-(2/(1+x^2+y^2+z^2))^2)"})toml";
     const Overrides overrides{"integrator.method=\"gauss8\"", "integrator.step=0.1"};
     Overrides as_formula = overrides;
     as_formula.insert(as_formula.begin(), "space=" + formula);
-    Film film(48, 48, {"rounding_error"}), same(48, 48, {"rounding_error"});
+    Film film(48, 48, {"rounding_error"}), formula_film(48, 48, {"rounding_error"});
     render_with_errors(*plan_of_text(fisheye_scene, overrides), film);
-    render_with_errors(*plan_of_text(fisheye_scene, as_formula), same);
+    render_with_errors(*plan_of_text(fisheye_scene, as_formula), formula_film);
     for (std::size_t i = 0; i < 48 * 48; ++i) {
-        ASSERT_GT(same.plane("rounding_error")[i], 0.5f * film.plane("rounding_error")[i]);
-        ASSERT_LT(same.plane("rounding_error")[i], 2 * film.plane("rounding_error")[i]);
+        ASSERT_GT(formula_film.plane("rounding_error")[i], 0.5f * film.plane("rounding_error")[i]);
+        ASSERT_LT(formula_film.plane("rounding_error")[i], 2 * film.plane("rounding_error")[i]);
     }
 }
 
-// Steps so fine, or numbers so coarse, that rounding is all there is to the true error.
-TEST(RoundingError, BoundsTheTrueError) {
-    struct Exactly {
+// The steps are so short, or the precision is so low, that the true error consists of rounding only. The true error is
+// the distance from the closed form. The bound must be at least the true error for 99 % of the rays.
+TEST(RoundingError, BoundsTheTrueErrorIfRoundingDominates) {
+    struct CaseWithClosedForm {
         const char* scene;
         const char* method;
-        Exact exact;
+        ExactEnd exact;
         const char* precision;
     };
-    for (const Exactly& c : {Exactly{hole_scene, "gauss12", exact_escape, "float"},
-                             Exactly{fisheye_scene, "gauss12", exact_hit, "float"},
-                             Exactly{fisheye_scene, "gauss16", exact_hit, "double"}}) {
-        const Compared compared = compare(c.scene, c.method, 0.05, c.exact, "rounding_error", c.precision, 0);
+    for (const CaseWithClosedForm& c : {CaseWithClosedForm{hole_scene, "gauss12", exact_escape, "float"},
+                                        CaseWithClosedForm{fisheye_scene, "gauss12", exact_hit, "float"},
+                                        CaseWithClosedForm{fisheye_scene, "gauss16", exact_hit, "double"}}) {
+        const Comparison compared = compare(c.scene, c.method, 0.05, c.exact, "rounding_error", c.precision, 0);
         ASSERT_GT(compared.pairs.size(), 1000u);
         const auto holding = std::count_if(compared.pairs.begin(), compared.pairs.end(),
-                                           [](const Pair& pair) { return pair.truth <= pair.estimate; });
+                                           [](const ErrorPair& pair) { return pair.truth <= pair.estimate; });
         EXPECT_GE(double(holding), 0.99 * double(compared.pairs.size()));
     }
 }
 
+// Straight rays have no method error, so that the true error consists of rounding only. The bound must hold for 99 % of
+// the rays, and its median must be at most 30 times the true error.
 TEST(RoundingError, BoundsTheTrueErrorOfStraightRays) {
     for (const char* camera : {"perspective", "orthographic"}) {
-        const Compared compared = compare(straight_scene, "gauss8", 0.05, exact_line, "rounding_error", "float", 0,
+        const Comparison compared = compare(straight_scene, "gauss8", 0.05, exact_line, "rounding_error", "float", 0,
                                           {std::string("camera.type=") + camera});
         ASSERT_GT(compared.pairs.size(), 2000u);
         std::size_t holding = 0;
         std::vector<double> ratios;
-        for (const Pair& pair : compared.pairs) {
+        for (const ErrorPair& pair : compared.pairs) {
             holding += pair.truth <= pair.estimate;
             if (pair.truth > 0) ratios.push_back(pair.estimate / pair.truth);
         }

@@ -1,4 +1,5 @@
-// Colours of black bodies: chromaticities of tables, Planck's law, and what sRGB does not hold.
+// Tests of the colours of black bodies: chromaticities from published tables, luminance from Planck's law, and colours
+// outside the gamut of sRGB.
 #include "appearance/blackbody.h"
 
 #include <gtest/gtest.h>
@@ -8,9 +9,9 @@
 namespace kagero::test {
 namespace {
 
-// Chromaticities of black bodies (CIE 15:2004): illuminant A, and Planck's locus at 6500 K and 10000 K; the fits of the
-// observer are good to some thousandths.
-TEST(Blackbody, HasTheColorsOfTheTables) {
+// CIE 1931 chromaticities (x, y) of black bodies (CIE 15:2004): illuminant A, and Planck's locus at 6500 K and 10000 K.
+// The tolerance 4e-3 is the error of the fit to the colour matching functions of the observer.
+TEST(Blackbody, HasThePublishedChromaticities) {
     struct Row {
         double kelvin, x, y;
     };
@@ -18,15 +19,15 @@ TEST(Blackbody, HasTheColorsOfTheTables) {
         const auto [r, g, b] = blackbody_color(row.kelvin);
         const double x = 0.4124 * r + 0.3576 * g + 0.1805 * b, y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
         const double z = 0.0193 * r + 0.1192 * g + 0.9505 * b;
-        EXPECT_NEAR(y / blackbody_luminance(row.kelvin), 1, 1e-3);  // the matrices are rounded
+        EXPECT_NEAR(y / blackbody_luminance(row.kelvin), 1, 1e-3);  // the matrix elements are rounded to 4 digits
         EXPECT_NEAR(x / (x + y + z), row.x, 4e-3) << row.kelvin;
         EXPECT_NEAR(y / (x + y + z), row.y, 4e-3) << row.kelvin;
     }
 }
 
-// The luminance is Planck's law times the observer's ȳ (Wyman, Sloan and Shirley 2013, table 1), here summed in steps
-// of 0.01 nm.
-TEST(Blackbody, SumsPlancksLaw) {
+// The luminance is the integral of Planck's law times the observer's ȳ(λ). The test evaluates the same fit of ȳ (Wyman,
+// Sloan and Shirley 2013, table 1) and sums in steps of 0.01 nm. Wavelengths are in nm.
+TEST(Blackbody, LuminanceIsTheIntegralOfPlancksLaw) {
     const auto lobe = [](double l, double height, double middle, double below, double above) {
         const double t = (l - middle) / (l < middle ? below : above);
         return height * std::exp(-0.5 * t * t);
@@ -35,14 +36,15 @@ TEST(Blackbody, SumsPlancksLaw) {
         double sum = 0;
         for (int i = 0; i < 70000; ++i) {
             const double l = 300 + 0.01 * i;
-            const double seen = lobe(l, 0.821, 568.8, 46.9, 40.5) + lobe(l, 0.286, 530.9, 16.3, 31.1);
-            sum += 0.01 * seen / (std::pow(l / 560, 5) * std::expm1(1.438776877e7 / (l * kelvin)));
+            const double luminous_efficiency = lobe(l, 0.821, 568.8, 46.9, 40.5) + lobe(l, 0.286, 530.9, 16.3, 31.1);
+            sum += 0.01 * luminous_efficiency / (std::pow(l / 560, 5) * std::expm1(1.438776877e7 / (l * kelvin)));
         }
         EXPECT_NEAR(blackbody_luminance(kelvin) / sum, 1, 1e-4) << kelvin;
     }
 }
 
-// Deep red lies outside sRGB: its luminance is kept.
+// Below about 1900 K the colour of a black body is outside the gamut of sRGB. The channel that would be negative is 0,
+// and the luminance is preserved.
 TEST(Blackbody, KeepsItsLuminanceOutsideSrgb) {
     for (const double kelvin : {500.0, 800.0, 1500.0, 1800.0}) {
         const auto [r, g, b] = blackbody_color(kelvin);
@@ -51,8 +53,9 @@ TEST(Blackbody, KeepsItsLuminanceOutsideSrgb) {
     }
 }
 
-// Far up the spectrum's tail light grows with the temperature itself, and its colour stays.
-TEST(Blackbody, IsRayleighAndJeansWhenVeryHot) {
+// In the Rayleigh-Jeans limit of high temperatures, radiance is proportional to temperature, so that the colour is
+// constant. At 1e8 K the deviation from the limit is below 1e-3.
+TEST(Blackbody, IsProportionalToTemperatureInTheRayleighJeansLimit) {
     const auto one = blackbody_color(1e8), two = blackbody_color(2e8);
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(two[k] / one[k], 2, 1e-3);
     EXPECT_EQ(blackbody_color(1000)[2], 0);

@@ -1,4 +1,5 @@
-// Accretion disks: their edges, their colours, and the redshift of their orbiting matter against closed forms.
+// Tests of accretion disks: their edges, their colours, and the redshift of their orbiting matter, which is compared
+// with closed forms.
 #include "tests/support/plan_fixture.h"
 #include "appearance/redshift.h"
 #include "appearance/blackbody.h"
@@ -46,12 +47,12 @@ Film picture(const Plan& plan) {
     return film;
 }
 
-/// The rays of all pixels and their ends, positions relative to `space.center`.
-struct Traced {
+/// Rays of all pixels and their ends. The positions of the ends are relative to `space.center`.
+struct TracedPicture {
     std::vector<CameraRay> rays;
     std::vector<RayEnd> ends;
 
-    explicit Traced(const Plan& plan) {
+    explicit TracedPicture(const Plan& plan) {
         std::vector<RayStart> starts;
         for (std::uint32_t y = 0; y < plan.description().film.height; ++y)
             for (std::uint32_t x = 0; x < plan.description().film.width; ++x) {
@@ -64,10 +65,11 @@ struct Traced {
     }
 };
 
-/// Frequency seen over that at infinity: 1/√(1 − r_g/r) at rest; falling from rest with the speed v = √(r_g/r) it is
-/// 1/(1 + v cos χ) at the angle χ of the ray from the outward direction, because the energy at infinity is that of ∂_t
-/// = u + v e_r.
-double frequency_of_infinity(const Plan& plan, const RayStart& s, std::uint32_t i) {
+/// Returns the observed frequency of a ray's light divided by its frequency at infinity. For an observer at rest it is
+/// 1/√(1 − r_g/r). For an observer that falls from rest at infinity with speed v = √(r_g/r), it is 1/(1 + v cos χ). χ
+/// is the angle between the ray and the outward direction. The second formula follows from ∂_t = u + v e_r, to which
+/// the conserved energy belongs.
+double blueshift_from_infinity(const Plan& plan, const RayStart& s, std::uint32_t i) {
     const double r = std::hypot(s.q[0], s.q[1], s.q[2]);
     if (plan.description().camera.observer != ObserverKind::falling) return 1 / std::sqrt(1 - 1 / r);
     const CameraRays& c = plan.view.camera;
@@ -77,30 +79,33 @@ double frequency_of_infinity(const Plan& plan, const RayStart& s, std::uint32_t 
     return 1 / (1 + std::sqrt(1 / r) * dot(unit(d), {s.q[0] / r, s.q[1] / r, s.q[2] / r}));
 }
 
-// 1/g = (1 − Ω L/E) / √(1 − 3r_g/2r) over the observer's own: L and E of the light are those the ray starts with,
-// L/E = −(q × p)_z / |p_t|.
-TEST(Redshift, OfCircularOrbitsIsTheClosedForm) {
+// The emitter contributes (1 − Ω L/E) / √(1 − 3r_g/2r) to 1/g, and the observer contributes the inverse of its
+// blueshift. L and E are the angular momentum and energy of the light at the start of the ray, L/E = −(q × p)_z /
+// |p_t|.
+TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundSchwarzschild) {
     for (const auto& [center, observer] :
          {std::pair{"[0,0,0]", "static"}, {"[0.5,1,-0.25]", "static"}, {"[0,0,0]", "zamo"}, {"[0,0,0]", "falling"}}) {
         const auto plan =
             plan_of_text(disk, {std::string("space.center=") + center, std::string("object.disk.center=") + center,
                                 std::string("camera.observer=") + observer});
-        const Traced traced(*plan);
+        const TracedPicture traced(*plan);
         int hits = 0;
         double least = 10, greatest = 0;
         for (std::size_t i = 0; i < traced.ends.size(); ++i) {
             const RayEnd& end = traced.ends[i];
             if (end.status != Status::hit) continue;
             const RayStart& s = traced.rays[i].start;
-            const double own = frequency_of_infinity(*plan, s, static_cast<std::uint32_t>(i));
+            const double observer_factor = blueshift_from_infinity(*plan, s, static_cast<std::uint32_t>(i));
             const double r = std::hypot(end.q[0], end.q[1], end.q[2]);
             const double momentum = -(s.q[0] * s.p[1] - s.q[1] * s.p[0]) / std::abs(s.pt),
                          omega = std::sqrt(0.5) / std::pow(r, 1.5);
-            const double expected = own * std::sqrt(1 - 1.5 / r) / (1 - omega * momentum);
+            const double expected = observer_factor * std::sqrt(1 - 1.5 / r) / (1 - omega * momentum);
             const double g = redshift_of(*plan, {&end, &traced.rays[i]});
-            // Of the integration there is the error of p where the ray ends; the rest is rounding.
+            // The tolerance covers the integration error of p at the end of the ray, and rounding.
             EXPECT_NEAR(g / expected, 1, 1e-9) << i << " " << observer;
-            least = std::min(least, g), greatest = std::max(greatest, g), ++hits;
+            least = std::min(least, g);
+            greatest = std::max(greatest, g);
+            ++hits;
         }
         EXPECT_GT(hits, 200);
         EXPECT_LT(least, 0.4);
@@ -108,9 +113,9 @@ TEST(Redshift, OfCircularOrbitsIsTheClosedForm) {
     }
 }
 
-// Matter orbits in the right-handed sense about the normal: seen from −y with the normal up, the left side comes
-// nearer.
-TEST(Redshift, TheApproachingSideIsBlue) {
+// Matter orbits in the right-handed sense around the normal. Seen from −y with the normal up, the matter in the left
+// half of the picture approaches the camera. With the opposite normal, the picture is mirrored.
+TEST(Redshift, IsGreaterOnTheApproachingSide) {
     const auto up = plan_of_text(disk, {}), down = plan_of_text(disk, {"object.disk.normal=[0,0,-1]"});
     Film a = picture(*up), b = picture(*down);
     int compared = 0;
@@ -126,7 +131,7 @@ TEST(Redshift, TheApproachingSideIsBlue) {
     EXPECT_GT(compared, 50);
 }
 
-TEST(Redshift, OfAColorIsItsFourthPower) {
+TEST(Redshift, ScalesColorsWithItsFourthPower) {
     const auto plan = plan_of_text(disk, {});
     Film film = picture(*plan);
     for (std::uint32_t y = 0; y < 32; ++y)
@@ -136,8 +141,8 @@ TEST(Redshift, OfAColorIsItsFourthPower) {
             }
 }
 
-// The edges are Embree's to find, alone and in packets.
-TEST(Disk, IsTheSamePictureWhateverTheStrategyAndTheThreads) {
+// The result of Embree at the edges of the disk must be the same for single rays and for packets.
+TEST(Disk, LooksTheSameForEveryStrategyAndNumberOfThreads) {
     Options options = with_strategy("packet");
     Film packet = picture(*plan_of_text(disk, {}, options)),
          scalar = picture(*plan_of_text(disk, {}, with_strategy("scalar")));
@@ -151,31 +156,31 @@ TEST(Disk, IsTheSamePictureWhateverTheStrategyAndTheThreads) {
             }
 }
 
-TEST(Redshift, IsNoneWithoutAHole) {
+TEST(Redshift, IsOneWithoutABlackHole) {
     for (const char* space : {"space.rg=0", "space={hamiltonian=\"flat\"}"}) {
         const auto plan = plan_of_text(disk, {space});
-        const Traced traced(*plan);
+        const TracedPicture traced(*plan);
         for (std::size_t i = 0; i < traced.ends.size(); ++i)
             EXPECT_NEAR(redshift_of(*plan, {&traced.ends[i], &traced.rays[i]}), 1, 16 * epsilon) << space;
     }
 }
 
-// Light from rest at infinity is seen at 1/√(1 − r_g/r_o) of its frequency; a captured ray has none.
-TEST(Redshift, OfTheSkyIsTheObservers) {
+// The source of the sky's light is at rest at infinity. The ratio of frequencies is therefore the observer's blueshift,
+// and 0 for captured rays.
+TEST(Redshift, IsTheBlueshiftOfTheObserverForTheSky) {
     for (const char* observer : {"static", "falling"}) {
         const auto plan = plan_of_text(disk, {"object.disk.outer=2", std::string("camera.observer=") + observer});
-        const Traced traced(*plan);
+        const TracedPicture traced(*plan);
         int escaped = 0, captured = 0;
         for (std::size_t i = 0; i < traced.ends.size(); ++i) {
             const double g = redshift_of(*plan, {&traced.ends[i], &traced.rays[i]});
-            const bool is_escaped = traced.ends[i].status == Status::escaped,
-                       is_captured = traced.ends[i].status == Status::captured;
-            escaped += is_escaped, captured += is_captured;
-            if (is_escaped) {
-                EXPECT_NEAR(g, frequency_of_infinity(*plan, traced.rays[i].start, static_cast<std::uint32_t>(i)),
+            if (traced.ends[i].status == Status::escaped) {
+                ++escaped;
+                EXPECT_NEAR(g, blueshift_from_infinity(*plan, traced.rays[i].start, static_cast<std::uint32_t>(i)),
                             32 * epsilon);
             }
-            if (is_captured) {
+            if (traced.ends[i].status == Status::captured) {
+                ++captured;
                 EXPECT_EQ(g, 0);
             }
         }
@@ -184,27 +189,33 @@ TEST(Redshift, OfTheSkyIsTheObservers) {
     }
 }
 
-TEST(Redshift, NothingOrbitsWithinTheOrbitOfLight) {
+// Within the photon sphere at r = 1.5 r_g, matter cannot orbit freely, and the disk is dark.
+TEST(Redshift, IsZeroForMatterWithinThePhotonSphere) {
     const auto plan = plan_of_text(disk, {"object.disk.inner=0.5"});
     for (const double r : {1.2, 1.49, 1.51, 3.0}) {
         RayEnd end{};
-        end.status = Status::hit, end.q[0] = r, end.p[2] = 1, end.pt = 1;
-        const CameraRay seen{{}, 1};
-        EXPECT_EQ(redshift_of(*plan, {&end, &seen}) > 0, r > 1.5) << r;
+        end.status = Status::hit;
+        end.q[0] = r;
+        end.p[2] = end.pt = 1;
+        const CameraRay ray{{}, 1};
+        EXPECT_EQ(redshift_of(*plan, {&end, &ray}) > 0, r > 1.5) << r;
     }
 }
 
-// u^t = (r^{3/2} + a√M) / (r^{3/4} √(r^{3/2} − 3M√r ± 2a√M)) of circular orbits (Bardeen, Press and Teukolsky 1972).
-TEST(Redshift, OfKerrsOrbitsIsTheClosedForm) {
-    const Catalogue known = catalogue("auto");
-    bool built = false;
-    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i)
-        built |= std::string(known.hamiltonians[i].name) == "kerr";
-    if (!built) GTEST_SKIP() << "without kerr";
+bool has_kerr() {
+    const Catalogue spaces = catalogue("auto");
+    return std::any_of(spaces.hamiltonians, spaces.hamiltonians + spaces.hamiltonian_count,
+                       [](const HamiltonianInfo& info) { return std::string(info.name) == "kerr"; });
+}
+
+// The emitted frequency follows from the 4-velocity of circular orbits in the equatorial plane, u^t = (r^{3/2} + a√M) /
+// (r^{3/4} √(r^{3/2} − 3M√r ± 2a√M)) (Bardeen, Press and Teukolsky 1972).
+TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundKerr) {
+    if (!has_kerr()) GTEST_SKIP() << "the kernel modules were built without kerr";
     for (const double sense : {1.0, -1.0}) {
         const auto plan = plan_of_text(disk, {"space={hamiltonian=\"kerr\", mass=0.5, spin=0.8}", "object.disk.inner=4",
                                               "object.disk.normal=[0,0," + std::to_string(sense) + "]"});
-        const Traced traced(*plan);
+        const TracedPicture traced(*plan);
         std::size_t hits = 0;
         for (std::size_t i = 0; i < traced.ends.size(); ++i) {
             const RayEnd& end = traced.ends[i];
@@ -213,22 +224,20 @@ TEST(Redshift, OfKerrsOrbitsIsTheClosedForm) {
             const double a = 0.4 * sense, root = std::sqrt(0.5);
             const double r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a), rr = std::pow(r, 1.5);
             const double ut = (rr + a * root) / (std::pow(r, 0.75) * std::sqrt(rr - 1.5 * std::sqrt(r) + 2 * a * root));
-            const double spun = (end.q[0] * end.p[1] - end.q[1] * end.p[0]) * sense;
-            const double sent = ut * (end.pt + root / (rr + a * root) * spun);
-            EXPECT_NEAR(redshift_of(*plan, {&end, &traced.rays[i]}) * sent / traced.rays[i].frequency, 1, 1e-11) << i;
+            const double angular_momentum = (end.q[0] * end.p[1] - end.q[1] * end.p[0]) * sense;
+            const double emitted = ut * (end.pt + root / (rr + a * root) * angular_momentum);
+            const double g = redshift_of(*plan, {&end, &traced.rays[i]});
+            EXPECT_NEAR(g * emitted / traced.rays[i].frequency, 1, 1e-11) << i;
         }
         EXPECT_GT(hits, 100u);
     }
 }
 
-// Within the ergosphere matter sends light of negative energy, which no sky does: it is seen there, by a zamo and by
-// whoever rests in the coordinates, and has its redshift. The frequency sent is the closed form above.
-TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
-    const Catalogue known = catalogue("auto");
-    bool built = false;
-    for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i)
-        built |= std::string(known.hamiltonians[i].name) == "kerr";
-    if (!built) GTEST_SKIP() << "without kerr";
+// Within the ergosphere, matter emits light of negative energy, which cannot come from the sky. An observer inside the
+// ergosphere, such as a zamo or an observer at rest in the coordinates, receives this light with a positive redshift
+// factor. The emitted frequency is the closed form of the test above.
+TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
+    if (!has_kerr()) GTEST_SKIP() << "the kernel modules were built without kerr";
     for (const auto& [observer, look_at] : {std::pair{"zamo", "[10,-1.9,0]"}, {"coordinate", "[0,-10,0]"}}) {
         const Overrides overrides{"space={hamiltonian=\"kerr\", mass=1, spin=0.998}",
                                   "object.disk.inner=1.62",
@@ -240,34 +249,37 @@ TEST(Redshift, LightOfNegativeEnergyHasItsOwn) {
                                   std::string("camera.observer=") + observer,
                                   std::string("camera.look_at=") + look_at};
         const auto plan = plan_of_text(disk, overrides);
-        const Traced traced(*plan);
+        const TracedPicture traced(*plan);
         int negative = 0;
         for (std::size_t i = 0; i < traced.ends.size(); ++i) {
             const RayEnd& end = traced.ends[i];
-            const bool below = traced.rays[i].start.pt < 0;
-            EXPECT_FALSE(below && end.status == Status::escaped) << i;
-            if (end.status != Status::hit || !below) continue;
+            const bool negative_energy = traced.rays[i].start.pt < 0;
+            EXPECT_FALSE(negative_energy && end.status == Status::escaped) << i;
+            if (end.status != Status::hit || !negative_energy) continue;
             ++negative;
             const double a = 0.998, r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a),
                          rr = std::pow(r, 1.5);
             const double ut = (rr + a) / (std::pow(r, 0.75) * std::sqrt(rr - 3 * std::sqrt(r) + 2 * a));
-            const double sent = ut * (end.pt + (end.q[0] * end.p[1] - end.q[1] * end.p[0]) / (rr + a));
+            const double emitted = ut * (end.pt + (end.q[0] * end.p[1] - end.q[1] * end.p[0]) / (rr + a));
             const double g = redshift_of(*plan, {&end, &traced.rays[i]});
             EXPECT_GT(g, 0) << i;
-            EXPECT_NEAR(g * sent / traced.rays[i].frequency, 1, 1e-6) << observer << ' ' << i;
+            EXPECT_NEAR(g * emitted / traced.rays[i].frequency, 1, 1e-6) << observer << ' ' << i;
         }
         EXPECT_GT(negative, 10) << observer;
-        // Where there is the sky alone such a ray ends at once.
-        const auto sky =
+        // In a scene without surfaces, a ray of negative energy is captured at its start.
+        const auto sky_plan =
             plan_of_text(std::string(disk).substr(0, std::string(disk).find("[[object]]")),
                          {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
-        const Traced alone(*sky);
-        for (std::size_t i = 0; i < alone.ends.size(); ++i)
-            EXPECT_TRUE(alone.rays[i].start.pt > 0 || alone.ends[i].status == Status::captured) << observer << ' ' << i;
+        const TracedPicture sky_picture(*sky_plan);
+        for (std::size_t i = 0; i < sky_picture.ends.size(); ++i)
+            EXPECT_TRUE(sky_picture.rays[i].start.pt > 0 || sky_picture.ends[i].status == Status::captured)
+                << observer << ' ' << i;
     }
 }
 
-TEST(Disk, HasRoundEdgesAndAHole) {
+// The camera is orthographic and above the disk, in flat space; 40 pixels are one length unit. Pixels within 1e-5 of an
+// edge are left out, because rounding decides their status.
+TEST(Disk, HasCircularInnerAndOuterEdges) {
     const auto plan = plan_of_text(disk, {"space={hamiltonian=\"flat\"}", "camera.type=orthographic",
                                           "camera.position=[0,0,5]", "camera.up=[0,1,0]", "camera.height=4",
                                           "film.size=[240,160]", "object.disk.inner=0.7", "object.disk.outer=1.8"});
@@ -282,8 +294,9 @@ TEST(Disk, HasRoundEdgesAndAHole) {
         }
 }
 
-// u runs once around from +x in the right-handed sense about the normal, v from the inner to the outer edge.
-TEST(Disk, PaintGoesAroundAndOutward) {
+// u increases from 0 to 1 around the disk, starting at +x, in the right-handed sense about the normal. v increases from
+// the inner to the outer edge.
+TEST(Disk, PaintCoordinatesAreAngleAndRadius) {
     const auto plan = plan_of_text(disk, {"object.disk.inner=1", "object.disk.outer=3", "object.disk.checker=[2,2]"});
     const auto bright = [&](double x, double y) {
         return plan->scene->paints->surface_color(0, 0, {x, y, 0}, {0, 0, -1})[0] == 1;
@@ -296,12 +309,13 @@ TEST(Disk, PaintGoesAroundAndOutward) {
         }
 }
 
+// The key `temperature` is that of the inner edge; the temperature decreases as r^(−3/4). The redshift g multiplies it.
 TEST(Disk, IsHottestAtItsInnerEdge) {
     std::string text = disk;
     const std::string paint = "color = [1, 1, 1]";
     text.replace(text.find(paint), paint.size(), "temperature = 6000");
     const auto plan = plan_of_text(text, {});
-    const auto seen = [&](double r, double g) {
+    const auto color_at = [&](double r, double g) {
         return plan->scene->paints->surface_color(0, 0, {0, r, 0}, {0, 0, -1}, g);
     };
     const auto expect_color = [](const Float3& color, double kelvin) {
@@ -310,13 +324,13 @@ TEST(Disk, IsHottestAtItsInnerEdge) {
         for (std::size_t k = 0; k < 3; ++k)
             EXPECT_NEAR(color[k], expected[k] / unit, 1e-6 * expected[0] / unit) << kelvin;
     };
-    expect_color(seen(1.6, 1), 6000);
-    expect_color(seen(1.6, 1.5), 9000);
-    expect_color(seen(1.6 * 16, 1), 750);
-    EXPECT_EQ(seen(2, 0), (Float3{0, 0, 0}));
+    expect_color(color_at(1.6, 1), 6000);
+    expect_color(color_at(1.6, 1.5), 9000);
+    expect_color(color_at(1.6 * 16, 1), 750);
+    EXPECT_EQ(color_at(2, 0), (Float3{0, 0, 0}));
 }
 
-TEST(Disk, NeedsOrbits) {
+TEST(Disk, IsRefusedIfItsMatterHasNoCircularOrbits) {
     const auto refusal = [](const Override& change) -> std::string {
         try {
             plan_of_text(disk, {change});
@@ -326,8 +340,8 @@ TEST(Disk, NeedsOrbits) {
         return "";
     };
     EXPECT_EQ(refusal("object.disk.center=[0,0,1]"),
-              "-D object.disk.center=[0,0,1]: object.disk.center = [0, 0, 1]: expected space.center, "
-              "[0, 0, 0], as a disk's matter orbits the hole");
+              "-D object.disk.center=[0,0,1]: object.disk.center = [0, 0, 1]: expected space.center = "
+              "[0, 0, 0], because the matter of a disk orbits the hole");
     EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.center=[0,0,1]", "space.rg=0"}));
     EXPECT_NO_THROW(plan_of_text(disk, {"object.disk.normal=[0,1,1]"}));
 }

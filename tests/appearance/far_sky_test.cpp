@@ -1,4 +1,5 @@
-// Through a wormhole: which universe's sky an escaped ray sees, and in which direction.
+// Tests of the sky and direction that an escaped ray shows in a wormhole scene. The second sheet, with the far sky, is
+// the ball of radius R (`radius`) in isotropic coordinates.
 #include "appearance/sky_view.h"
 
 #include "scene/vector3.h"
@@ -12,7 +13,7 @@ namespace {
 
 constexpr double radius = 0.375;
 
-TEST(SkyView, OutsideTheThroatIsTheNearSky) {
+TEST(SkyView, ShowsTheNearSkyOutsideTheThroat) {
     const Double3 d = unit({1, 2, -2});
     for (const double r : {0.3750001, 1.0, 50.0}) {
         const SkyView view = sky_view(radius, {0, r, 0}, d);
@@ -22,16 +23,16 @@ TEST(SkyView, OutsideTheThroatIsTheNearSky) {
     EXPECT_FALSE(sky_view(0, {0, 0, 0.1}, d).far);
 }
 
-// A ray that falls straight through comes out straight.
-TEST(SkyView, StraightThroughIsStraightOut) {
+// The direction of a radial ray is reflected: a ray that moves to the centre moves outward on the second sheet.
+TEST(SkyView, ReversesTheDirectionOfARadialRayOnTheSecondSheet) {
     const SkyView view = sky_view(radius, {0, 0, 0.01}, {0, 0, -1});
     EXPECT_TRUE(view.far);
     EXPECT_EQ(view.direction, (Double3{0, 0, 1}));
 }
 
-// The other universe's own coordinates are q R²/|q|²: a short way along d in q is one along the direction found in
-// those.
-TEST(SkyView, TheDirectionIsTheInversionsDifferential) {
+// The coordinates of the second sheet are the inversion q R²/|q|². A small displacement along the ray direction d in q
+// is therefore parallel, in the inverted coordinates, to the direction that sky_view returns.
+TEST(SkyView, MapsDirectionsByTheDifferentialOfTheInversion) {
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     const auto inverted = [](const Double3& q) { return scaled(q, radius * radius / dot(q, q)); };
@@ -41,9 +42,9 @@ TEST(SkyView, TheDirectionIsTheInversionsDifferential) {
         const SkyView view = sky_view(radius, q, d);
         ASSERT_TRUE(view.far);
         constexpr double h = 1e-7;
-        const Double3 there = unit(subtract(inverted(add(q, scaled(d, h))), inverted(subtract(q, scaled(d, h)))));
-        // Central difference: (h/|q|)² of the direction, and rounding over h/|q|.
-        EXPECT_LE(length(subtract(there, view.direction)), 1e-9);
+        const Double3 expected = unit(subtract(inverted(add(q, scaled(d, h))), inverted(subtract(q, scaled(d, h)))));
+        // The central difference has a truncation error of (h/|q|)² and a rounding error of ε/(h/|q|).
+        EXPECT_LE(length(subtract(expected, view.direction)), 1e-9);
     }
 }
 

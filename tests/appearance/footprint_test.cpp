@@ -1,4 +1,5 @@
-// Averages over pieces of the sky: the pyramid of images, the piece a ray stands for, and what they do to a picture.
+// Tests of averages over footprints on the sky: copies of an image in decreasing resolution, the footprint of a ray,
+// and the effect of both on a picture.
 #include "appearance/footprint.h"
 #include "tests/support/plan_fixture.h"
 #include "appearance/pyramid.h"
@@ -14,6 +15,7 @@
 namespace kagero::test {
 namespace {
 
+/// Returns an image of independent random values, uniform in [0, 1).
 Image noise(int width, int height) {
     Image image{width, height,
                 std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
@@ -22,7 +24,8 @@ Image noise(int width, int height) {
     return image;
 }
 
-TEST(Pyramid, EndsWithTheMeanOverTheSphere) {
+// The mean over the sphere weights each row of an equirectangular image by the area of its latitude band.
+TEST(CoarserImages, EndWithTheMeanOverTheSphere) {
     for (const auto& [width, height] : {std::pair{64, 32}, {37, 19}, {5, 1}, {1, 7}}) {
         const Image image = noise(width, height);
         const auto coarser = coarser_images(image);
@@ -34,34 +37,35 @@ TEST(Pyramid, EndsWithTheMeanOverTheSphere) {
                     std::cos(std::numbers::pi * y / height) - std::cos(std::numbers::pi * (y + 1) / height);
                 sum += image.rgb[3 * static_cast<std::size_t>(y * width + x)] * band / (2 * width);
             }
-        EXPECT_NEAR(coarser.back().rgb[0], sum, 1e-5) << width << "x" << height;  // sums of floats
+        EXPECT_NEAR(coarser.back().rgb[0], sum, 1e-5) << width << "x" << height;  // rounding of float sums
     }
 }
 
-TEST(Pyramid, KeepsAConstant) {
+TEST(CoarserImages, AreConstantForAConstantImage) {
     Image image{33, 17, std::vector<float>(3 * 33 * 17, 0.5f)};
     for (const Image& level : coarser_images(image))
         for (const float value : level.rgb) EXPECT_NEAR(value, 0.5, 1e-5);
 }
 
-TEST(SkyTexture, SmallFootprintsSeeTheImageItself) {
+TEST(SkyTexture, IsTheInterpolatedImageForFootprintsSmallerThanATexel) {
     const Image image = noise(64, 32);
     const auto coarser = coarser_images(image);
     const Double3 d = unit({1, -2, 0.7}), pole{0, 0, 1};
     const auto [u, v] = sky_coordinates(d, pole);
-    const Footprint small{{0, 0, 0.09}, {0.05, 0, 0}};  // a texel is 0.098
-    EXPECT_EQ(sky_texture_color(image, coarser, d, pole, {}), texture_color(image, u, v, around));
-    EXPECT_EQ(sky_texture_color(image, coarser, d, pole, small), texture_color(image, u, v, around));
+    const Footprint small{{0, 0, 0.09}, {0.05, 0, 0}};  // a texel is 0.098 radians high
+    EXPECT_EQ(sky_texture_color(image, coarser, d, pole, {}), texture_color(image, u, v, repeat_along_u));
+    EXPECT_EQ(sky_texture_color(image, coarser, d, pole, small), texture_color(image, u, v, repeat_along_u));
 }
 
-// Stripes along the equator: a footprint along a stripe keeps it, one across the stripes mixes them.
-TEST(SkyTexture, LongFootprintsAverageAlongTheirLength) {
+// The rows of the image are alternately black and white. A footprint along a row has the colour of the row, and one
+// across the rows has their mean.
+TEST(SkyTexture, IsTheMeanAlongTheMajorAxisOfALongFootprint) {
     Image image{256, 128, std::vector<float>(3 * 256 * 128)};
     for (std::size_t y = 0; y < 128; ++y)
         for (std::size_t i = 0; i < 3 * 256; ++i) image.rgb[3 * 256 * y + i] = y % 2 ? 1.0f : 0.0f;
     const auto coarser = coarser_images(image);
-    const double texel = std::numbers::pi / 128,
-                 latitude = 0.5 * texel;  // in the middle of the row above the equator, y = 63
+    const double texel = std::numbers::pi / 128;
+    const double latitude = 0.5 * texel;  // the middle of the row above the equator, y = 63
     const Double3 d{std::cos(latitude), 0, std::sin(latitude)}, pole{0, 0, 1};
     const Footprint along{{0, 8 * texel, 0}, {0, 0, texel}}, across{{0, 0, 8 * texel}, {0, texel, 0}};
     const Footprint round{{0, 8 * texel, 0}, {0, 0, 8 * texel}};
@@ -71,20 +75,23 @@ TEST(SkyTexture, LongFootprintsAverageAlongTheirLength) {
     EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, round)[0], 0.5, 0.02);
 }
 
-// An image four times as wide as high has texels twice as high as wide: those too are averaged.
-TEST(SkyTexture, WideImagesAreAveragedAlongTheirRows) {
+// An image that is four times as wide as high has texels that are twice as high as wide. The columns are alternately
+// black and white. A footprint that is two columns wide must have their mean.
+TEST(SkyTexture, IsAveragedOverColumnsOfAWideImage) {
     Image image{256, 64, std::vector<float>(3 * 256 * 64)};
     for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = i / 3 % 2 ? 1.0f : 0.0f;
     const auto coarser = coarser_images(image);
     const double texel = 2 * std::numbers::pi / 256;
-    for (const double turn : {0.0, 0.3, 0.5}) {
-        const Double3 d{std::cos(turn * texel), std::sin(turn * texel), 0}, pole{0, 0, 1};
+    for (const double offset : {0.0, 0.3, 0.5}) {
+        const Double3 d{std::cos(offset * texel), std::sin(offset * texel), 0}, pole{0, 0, 1};
         const Footprint two{{0, 2 * texel, 0}, {0, 0, 2 * texel}};
-        EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, two)[0], 0.5, 0.02) << turn;
+        EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, two)[0], 0.5, 0.02) << offset;
     }
 }
 
-TEST(SkyTexture, ProbesAreAsManyAsAFootprintIsLong) {
+// The number of probes is the major axis divided by the minor axis, which counts as at least one texel. It is at least
+// 1 and at most 16.
+TEST(SkyTexture, HasAsManyProbesAsTheAxisRatioOfTheFootprint) {
     const Image image = noise(64, 32);
     const double texel = std::numbers::pi / 32;
     const auto probes = [&](double along, double across) {
@@ -97,9 +104,10 @@ TEST(SkyTexture, ProbesAreAsManyAsAFootprintIsLong) {
     EXPECT_EQ(probes(100, 1), 16);
 }
 
-// A linear map of places to directions, sampled in a block: its singular values are the axes. A cap of two degrees,
-// white on black: a pixel of a fifth of a degree sees nothing else, however long the way around it is in longitude.
-TEST(SphereTexture, IsAsSharpAtThePolesAsElsewhere) {
+// The image has a white cap of about two degrees around the pole on a black sphere. A pixel is 0.2 degrees wide. Within
+// the cap its colour must be white, although the pixel covers many texels in longitude near the pole. Outside the cap
+// its colour must be black.
+TEST(SphereTexture, IsSharpAtThePole) {
     Image image{2048, 1024, std::vector<float>(3 * 2048 * 1024, 0.0f)};
     std::fill_n(image.rgb.begin(), 3 * 2048 * 12, 1.0f);
     const auto coarser = coarser_images(image);
@@ -109,35 +117,38 @@ TEST(SphereTexture, IsAsSharpAtThePolesAsElsewhere) {
         EXPECT_GT(sphere_texture_color(image, coarser, point, {radius * pixel, 0, 0}, {0, radius * pixel, 0})[0], 0.95)
             << polar;
     }
-    const double beyond = 0.042;
-    EXPECT_LT(sphere_texture_color(image, coarser, {std::sin(beyond), 0, std::cos(beyond)}, {pixel, 0, 0},
+    const double outside_cap = 0.042;
+    EXPECT_LT(sphere_texture_color(image, coarser, {std::sin(outside_cap), 0, std::cos(outside_cap)}, {pixel, 0, 0},
                                    {0, pixel, 0})[0],
               0.05);
 }
 
-TEST(Spread, IsThatOfALinearMap) {
+// The directions are a linear function of the film positions. The axes of the footprint must be the singular values of
+// that function; the relative tolerance 1e-3 covers the curvature of the sphere. A single direction has no footprint.
+TEST(FitFootprint, FindsTheSingularValuesOfALinearMap) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
     std::vector<std::array<double, 2>> centers{{0.5, 0.5}, {1.5, 0.5}, {0.5, 1.5}, {1.5, 1.5}};
     for (int n = 0; n < 50; ++n) {
         const Double3 axis = unit({normal(random), normal(random), normal(random)});
         const Double3 a = unit(cross(axis, {normal(random), normal(random), normal(random)})), b = cross(axis, a);
-        const double large = 1e-4, small = 2e-5, turn = normal(random);
+        const double large = 1e-4, small = 2e-5, angle = normal(random);
         std::vector<Double3> directions;
         for (const auto& [x, y] : centers) {
-            const double p = x * std::cos(turn) - y * std::sin(turn), q = x * std::sin(turn) + y * std::cos(turn);
+            const double p = x * std::cos(angle) - y * std::sin(angle), q = x * std::sin(angle) + y * std::cos(angle);
             directions.push_back(unit(add(axis, add(scaled(a, large * p), scaled(b, small * q)))));
         }
-        const Footprint f = spread_of(directions, centers);
+        const Footprint f = fit_footprint(directions, centers);
         EXPECT_NEAR(length(f.major), large, 1e-3 * large);
         EXPECT_NEAR(length(f.minor), small, 1e-3 * small);
         EXPECT_NEAR(std::abs(dot(f.major, a)), large, 1e-3 * large);
     }
-    EXPECT_EQ(length(spread_of({{1, 0, 0}}, {{0.5, 0.5}}).major), 0);
+    EXPECT_EQ(length(fit_footprint({{1, 0, 0}}, {{0.5, 0.5}}).major), 0);
 }
 
-/// A sky of noise behind a hole or nothing, its file gone when the plan is made.
-std::unique_ptr<Plan> noisy(const Overrides& overrides, const Options& options = {}) {
+/// Returns a plan whose sky is noise, with a black hole in front of it. The file of the sky is removed after the plan
+/// is made.
+std::unique_ptr<Plan> plan_with_noise_sky(const Overrides& overrides, const Options& options = {}) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-noise-" + std::to_string(::getpid()) + ".exr");
     Film sky(1024, 512, {"color"});
     const Image image = noise(1024, 512);
@@ -158,31 +169,35 @@ Film picture(const Plan& plan) {
     return film;
 }
 
-// A pixel is some ten texels wide, so its mean is that of a hundred: far nearer to ½ than the single texels, which
-// spread by 0.29.
-TEST(FilteredSky, DoesNotSparkle) {
+// A pixel is about ten texels wide, so that its colour is a mean over about 100 texels. It is much closer to the mean ½
+// than single texels, whose standard deviation is 0.29.
+TEST(FilteredSky, HasLessNoiseThanSingleTexels) {
     for (const char* rg : {"space.rg=0", "space.rg=1"}) {
-        const Film film = picture(*noisy({rg}));
+        const Film film = picture(*plan_with_noise_sky({rg}));
         double sum2 = 0, n = 0;
         for (std::size_t i = 0; i < 41 * 37; ++i) {
             const float value = film.plane("color")[3 * i];
-            if (value == 0) continue;  // the hole
-            sum2 += (value - 0.5) * (value - 0.5), ++n;
+            if (value == 0) continue;  // captured by the black hole
+            sum2 += (value - 0.5) * (value - 0.5);
+            ++n;
         }
         EXPECT_GT(n, 1000);
         EXPECT_LT(std::sqrt(sum2 / n), 0.06) << rg;
     }
 }
 
-TEST(FilteredSky, DependsOnNeitherTilesNorCrops) {
+// The colours are bitwise equal for other numbers of threads, other strategies and crops.
+TEST(FilteredSky, DoesNotDependOnThreadsStrategyOrCrop) {
     for (const char* spp : {"film.spp=1", "film.spp=3"}) {
         Options options;
-        options.threads = 1, options.strategy = Strategy::packet;
-        Film whole = picture(*noisy({spp, "space.rg=1"}, options));
-        options.threads = 3, options.strategy = Strategy::scalar;
-        Film other = picture(*noisy({spp, "space.rg=1"}, options));
+        options.threads = 1;
+        options.strategy = Strategy::packet;
+        Film whole = picture(*plan_with_noise_sky({spp, "space.rg=1"}, options));
+        options.threads = 3;
+        options.strategy = Strategy::scalar;
+        Film other = picture(*plan_with_noise_sky({spp, "space.rg=1"}, options));
         options.crop = {3, 5, 36, 37};
-        Film part = picture(*noisy({spp, "space.rg=1"}, options));
+        Film part = picture(*plan_with_noise_sky({spp, "space.rg=1"}, options));
         for (std::uint32_t y = 0; y < 37; ++y)
             for (std::uint32_t x = 0; x < 41; ++x) {
                 ASSERT_EQ(*whole.pixel("color", x, y), *other.pixel("color", x, y)) << x << "," << y;

@@ -1,4 +1,4 @@
-// The program as its users meet it: what it prints, what it leaves behind, and with which status it ends.
+// Tests of the command line: output, files and exit status.
 #include "tests/support/hole_scene.h"
 
 #include <OpenImageIO/imageio.h>
@@ -12,7 +12,7 @@ using nlohmann::json;
 
 class Cli : public HoleTest {};
 
-TEST_F(Cli, HelpAndVersionAreResults) {
+TEST_F(Cli, PrintsHelpAndVersionOnStdout) {
     for (const char* arguments :
          {"--help", "render --help", "trace --help", "explain --help", "check --help", "print --help", "compare --help",
           "error --help", "stability --help", "profile --help", "list --help"}) {
@@ -26,24 +26,24 @@ TEST_F(Cli, HelpAndVersionAreResults) {
     EXPECT_EQ(version.out.rfind("kagero ", 0), 0u) << version.out;
 }
 
-TEST_F(Cli, VariablesAreCheckedLikeOptions) {
+TEST_F(Cli, ChecksEnvironmentVariablesLikeOptions) {
     EXPECT_EQ(run("check hole.toml", "KAGERO_THREADS=many").status, 2);
     EXPECT_EQ(run("check hole.toml", "KAGERO_ISA=sse9").status, 2);
     EXPECT_NE(run("check hole.toml", "KAGERO_ISA=all").err.find("KAGERO_ISA all: not one of"), std::string::npos);
     EXPECT_EQ(run("check hole.toml", "KAGERO_THREADS=1").status, 0);
 }
 
-TEST_F(Cli, ColoursAreForTerminalsOrOnRequest) {
+TEST_F(Cli, UsesColoursOnlyInTerminalsOrOnRequest) {
     EXPECT_EQ(run("rendr").err.find('\033'), std::string::npos);
     EXPECT_NE(run("render missing.toml --color always").err.find('\033'), std::string::npos);
     EXPECT_EQ(run("render missing.toml --color never").err.find('\033'), std::string::npos);
 }
 
-TEST_F(Cli, ListShowsEveryTopic) {
+TEST_F(Cli, ListsEveryTopic) {
     const Outcome all = run("list --json");
     ASSERT_EQ(all.status, 0) << all.err;
     const json topics = json::parse(all.out);
-    // The scenes of the source are found from build/PRESET/bin; a build elsewhere has none beside it until it is
+    // A program in build/PRESET/bin finds the scenes of the source tree. A build elsewhere has no scenes until it is
     // installed.
     const bool has_scenes = fs::is_directory(fs::path(KAGERO_BINARY).parent_path() / "../../../scenes");
     for (const char* topic : {"hamiltonians", "integrators", "strategies", "isas", "scenes", "layers"}) {
@@ -57,7 +57,7 @@ TEST_F(Cli, ListShowsEveryTopic) {
     EXPECT_EQ(json::parse(run("list --json layers").out).size(), 1u);
 }
 
-TEST_F(Cli, CheckAndPrintAgreeWithThemselves) {
+TEST_F(Cli, AcceptsThePrintedScene) {
     const Outcome check = run("check hole.toml");
     EXPECT_EQ(check.status, 0) << check.err;
     const Outcome once = run("print hole.toml -D space.rg=0.25 --size 7x9");
@@ -65,18 +65,18 @@ TEST_F(Cli, CheckAndPrintAgreeWithThemselves) {
     EXPECT_NE(once.out.find("0.25"), std::string::npos);
     write("again.toml", once.out);
     EXPECT_EQ(run("print again.toml").out, once.out);
-    // The method of a space may not serve H as another expression rescales it.
-    write("eye.toml",
+    // The default method of the fisheye may not support an H that an expression rescales.
+    write("fisheye.toml",
           "[space]\nhamiltonian = \"fisheye\"\n[integrator]\nrescale = \"1 + r^2\"\n[camera]\nposition = [-2, 0, "
           "0]\nlook_at = [0, 0, 0]\n"
           "[film]\nsize = [4, 4]\n");
-    const Outcome rescaled = run("print eye.toml -o eye-again.toml");
+    const Outcome rescaled = run("print fisheye.toml -o printed.toml");
     ASSERT_EQ(rescaled.status, 0) << rescaled.err;
-    const Outcome loaded = run("check eye-again.toml");
+    const Outcome loaded = run("check printed.toml");
     EXPECT_EQ(loaded.status, 0) << loaded.err;
 }
 
-TEST_F(Cli, RenderReportsAndWritesBesideTheWorkingDirectory) {
+TEST_F(Cli, RendersIntoTheWorkingDirectoryAndReports) {
     const Outcome outcome = run("render hole.toml --json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
@@ -93,7 +93,7 @@ TEST_F(Cli, RenderReportsAndWritesBesideTheWorkingDirectory) {
         ends += report["status"][status].get<std::uint64_t>();
     EXPECT_EQ(ends, 16u * 8u);
     EXPECT_TRUE(report["energy_error"]["max"].is_number());
-    EXPECT_EQ(report["vectorization_ratio"], 1);  // rays and ends by packets, and nothing to meet
+    EXPECT_EQ(report["vectorization_ratio"], 1);  // camera rays are made in packets, and there are no surfaces
     const double with_listed_rays =
         json::parse(run("render hole.toml --json --quiet --size 16x8 -D film.spp=2").out)["vectorization_ratio"];
     EXPECT_GT(with_listed_rays, 0.9);
@@ -102,7 +102,7 @@ TEST_F(Cli, RenderReportsAndWritesBesideTheWorkingDirectory) {
     EXPECT_TRUE(json::parse(run("render hole.toml --json --quiet -D space.rg=0").out)["vectorization_ratio"].is_null());
 }
 
-TEST_F(Cli, ThreadsAndReportsChangeNoByte) {
+TEST_F(Cli, WritesTheSamePictureForAnyThreadsAndReport) {
     ASSERT_EQ(run("render hole.toml --layers color,steps,status -o one.exr --threads 1").status, 0);
     ASSERT_EQ(run("render hole.toml --layers color,steps,status -o two.exr --threads 3 --json report.json").status, 0);
     EXPECT_EQ(read("one.exr"), read("two.exr"));
@@ -110,21 +110,22 @@ TEST_F(Cli, ThreadsAndReportsChangeNoByte) {
     EXPECT_EQ(files().size(), 4u);
 }
 
-TEST_F(Cli, JsonInFrontOfTheSceneDoesNotTakeIt) {
+// The value of --json is optional. A word that follows must be read as the scene, not as the value.
+TEST_F(Cli, ReadsTheSceneAfterJsonWithoutValue) {
     const Outcome outcome = run("render --json hole.toml -o a.png --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(json::accept(outcome.out));
     EXPECT_NE(read("hole.toml").find("[space]"), std::string::npos);
 }
 
-TEST_F(Cli, BehindTwoDashesThereAreFiles) {
-    write("-odd.toml", read("hole.toml"));
-    EXPECT_EQ(run("check --quiet -- -odd.toml").status, 0);
-    EXPECT_EQ(run("check -odd.toml").status, 2);
+TEST_F(Cli, ReadsWordsAfterTwoDashesAsFiles) {
+    write("-dash.toml", read("hole.toml"));
+    EXPECT_EQ(run("check --quiet -- -dash.toml").status, 0);
+    EXPECT_EQ(run("check -dash.toml").status, 2);
     EXPECT_EQ(run("check hole.toml -- --quiet").status, 2);
 }
 
-TEST_F(Cli, PixelWritesItsPath) {
+TEST_F(Cli, WritesThePathOfAPixel) {
     const Outcome outcome = run("render hole.toml --pixel 3,2");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const auto lines = lines_of(outcome.out);
@@ -134,9 +135,9 @@ TEST_F(Cli, PixelWritesItsPath) {
     EXPECT_FALSE(exists("hole.exr"));
 }
 
-TEST_F(Cli, TraceAnswersEveryRayInOrder) {
-    // Columns in another order, as a spreadsheet on another system writes them; one ray that leaves, one that falls in,
-    // two unusable.
+TEST_F(Cli, TracesListedRaysInOrder) {
+    // The columns are in a different order, and lines end with CR LF. One ray escapes, one is captured, and two are
+    // invalid.
     write("rays.csv", "dx,dy,dz,x,y,z\r\n0,-1,0,0,-2,0\r\n\r\n0,+1,0,0,-2,0\r\n 0, 0, 0,0,-2,0\r\nnan,0,0,0,-2,0\r\n");
     const Outcome outcome = run("trace hole.toml", "<rays.csv");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -147,11 +148,11 @@ TEST_F(Cli, TraceAnswersEveryRayInOrder) {
     EXPECT_EQ(lines[2].rfind("1,captured,,", 0), 0u) << lines[2];
     EXPECT_EQ(lines[3].rfind("2,failed,,", 0), 0u) << lines[3];
     EXPECT_EQ(lines[4].rfind("3,failed,,", 0), 0u) << lines[4];
-    EXPECT_EQ(lines[1].back(), ',') << "an escaped ray needs no reason";
-    EXPECT_NE(lines[3].back(), ',') << "a failed ray needs a reason";
+    EXPECT_EQ(lines[1].back(), ',') << "an escaped ray has no reason";
+    EXPECT_NE(lines[3].back(), ',') << "a failed ray has a reason";
 }
 
-TEST_F(Cli, TraceReportsWithoutRows) {
+TEST_F(Cli, ReportsOnTracedRays) {
     write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n0,-2,0,0,-1,0\n");
     const Outcome alone = run("trace hole.toml --rays rays.csv --json --repeat 3");
     ASSERT_EQ(alone.status, 0) << alone.err;
@@ -168,7 +169,7 @@ TEST_F(Cli, TraceReportsWithoutRows) {
     EXPECT_TRUE(json::accept(read("report.json")));
 }
 
-TEST_F(Cli, TraceEndsAtAParameter) {
+TEST_F(Cli, TracesToAParameter) {
     write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,1,0,0\n");
     const Outcome ends = run("trace hole.toml --rays rays.csv --parameter 0.75");
     ASSERT_EQ(ends.status, 0) << ends.err;
@@ -176,13 +177,13 @@ TEST_F(Cli, TraceEndsAtAParameter) {
     EXPECT_NE(ends.out.find(",0.75,"), std::string::npos) << ends.out;
     const Outcome angular = run("trace hole.toml --rays rays.csv --parameter 0.75 --integrator orbit-srkn6");
     EXPECT_EQ(angular.status, 2);
-    EXPECT_NE(angular.err.find("steps in the angle of its orbit"), std::string::npos) << angular.err;
+    EXPECT_NE(angular.err.find("steps in the orbit angle"), std::string::npos) << angular.err;
     const Outcome path = run("trace hole.toml --rays rays.csv --parameter 0.75 --path");
     ASSERT_EQ(path.status, 0) << path.err;
     EXPECT_EQ(lines_of(path.out).back().find(",0.75,"), lines_of(path.out).back().find(',', 2)) << path.out;
 }
 
-TEST_F(Cli, RaysThatCannotStartHaveNoDirection) {
+TEST_F(Cli, WritesNoDirectionOfRaysThatCannotStart) {
     write("rays.csv", "x,y,z,dx,dy,dz\n0,-2,0,0,0,0\n0,-2,0,inf,0,0\n0,0,0,1,0,0\n1e200,0,0,-1,0,0\n");
     for (const char* observer : {"", " --observer static"}) {
         const Outcome outcome = run(std::string("trace hole.toml --rays rays.csv") + observer);
@@ -190,13 +191,13 @@ TEST_F(Cli, RaysThatCannotStartHaveNoDirection) {
         const auto lines = lines_of(outcome.out);
         ASSERT_EQ(lines.size(), 5u);
         for (std::size_t i = 1; i < lines.size(); ++i)
-            EXPECT_NE(lines[i].find(",0,0,0,0,0,0,0,0,0,0,nan,"), std::string::npos)
-                << lines[i];  // direction to energy_error
-        EXPECT_NE(lines[4].find("too far out"), std::string::npos) << lines[4];
+            // The columns from dx to energy_error.
+            EXPECT_NE(lines[i].find(",0,0,0,0,0,0,0,0,0,0,nan,"), std::string::npos) << lines[i];
+        EXPECT_NE(lines[4].find("too far from the origin"), std::string::npos) << lines[4];
     }
 }
 
-TEST_F(Cli, CheckReports) {
+TEST_F(Cli, ReportsOnAValidScene) {
     const Outcome outcome = run("check hole.toml --json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json report = json::parse(outcome.out);
@@ -205,7 +206,7 @@ TEST_F(Cli, CheckReports) {
     EXPECT_TRUE(report["remarks"].empty());
 }
 
-TEST_F(Cli, CheckReportsWhatIsWrong) {
+TEST_F(Cli, ReportsTheErrorOfAnInvalidScene) {
     for (const std::string wrong : {"film.spp=0", "object=[{name=\"a\",shape=\"mesh\",file=\"none.obj\"}]"}) {
         const Outcome outcome = run("check hole.toml --json -D '" + wrong + "'");
         EXPECT_EQ(outcome.status, 2);
@@ -218,13 +219,14 @@ TEST_F(Cli, CheckReportsWhatIsWrong) {
     EXPECT_EQ(read("hole.toml"), scene);
 }
 
-TEST_F(Cli, RaysThatPassTheEscapeSphereByEscape) {
-    // From beyond a sphere of radius 50: one misses it, one crosses it and is delivered onto it.
+// Both rays start outside the escape sphere, whose radius is 50. The first ray misses it, and the second crosses it and
+// ends on it. Both must escape.
+TEST_F(Cli, EndsRaysFromOutsideTheEscapeSphere) {
     write("rays.csv", "x,y,z,dx,dy,dz\n100,60,0,-1,0,0\n100,30,0,-1,0,0\n");
-    for (const char* how : {"-D space.rg=0", "-D space.rg=0 --path", "", "--integrator gauss8 --step 0.2",
-                            "--integrator dp5 --step 0.2 --precision float"}) {
-        SCOPED_TRACE(how);
-        const Outcome outcome = run(std::string("trace hole.toml --rays rays.csv ") + how);
+    for (const char* options : {"-D space.rg=0", "-D space.rg=0 --path", "", "--integrator gauss8 --step 0.2",
+                                "--integrator dp5 --step 0.2 --precision float"}) {
+        SCOPED_TRACE(options);
+        const Outcome outcome = run(std::string("trace hole.toml --rays rays.csv ") + options);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         EXPECT_EQ(outcome.out.find("failed"), std::string::npos) << outcome.out;
         std::string x, y;
@@ -234,24 +236,24 @@ TEST_F(Cli, RaysThatPassTheEscapeSphereByEscape) {
     }
 }
 
-TEST_F(Cli, PathsEndOnceWhereAFailedRayDid) {
-    // H has no slope at x = 1.
+// The derivative of H is infinite at x = 1, where the ray fails. Its path must contain each step once and end there.
+TEST_F(Cli, WritesThePathOfAFailedRayToItsEnd) {
     write("edge.toml", "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) - 0.5*sqrt(1 - x)\"\n"
                        "[camera]\nposition = [0, -2, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
     write("rays.csv", "x,y,z,dx,dy,dz\n0,0,0,1,0,0\n");
-    const std::string how = "trace edge.toml --rays rays.csv --integrator rk4 --step 0.05";
-    const std::string end = lines_of(run(how).out).back();
+    const std::string command = "trace edge.toml --rays rays.csv --integrator rk4 --step 0.05";
+    const std::string end = lines_of(run(command).out).back();
     ASSERT_EQ(end.rfind("0,failed,,", 0), 0u) << end;
     std::set<std::string> steps;
-    const Outcome path = run(how + " --path");
+    const Outcome path = run(command + " --path");
     for (const std::string& line : lines_of(path.out))
         EXPECT_TRUE(steps.insert(line.substr(0, line.find(',', 2))).second) << line;
     EXPECT_NE(path.out.find(end.substr(10, end.find(',', 10) - 10)), std::string::npos) << path.out;
 }
 
-// Where the space's own method serves its H rescaled alone, and λ is asked for, another one is taken; one that is
-// stated is refused.
-TEST_F(Cli, AParameterIsReachedWhereTheDefaultMethodCannot) {
+// The default method of the mirage supports only the rescaled H, with which a given λ cannot be reached. The program
+// must choose another method, and refuse the default method if it is stated.
+TEST_F(Cli, ChoosesAnotherMethodForAParameter) {
     write("air.toml",
           "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, "
           "1]\n[film]\nsize = [8, 8]\n");
@@ -266,16 +268,15 @@ TEST_F(Cli, AParameterIsReachedWhereTheDefaultMethodCannot) {
     EXPECT_NE(stated.err.find("srkn6"), std::string::npos) << stated.err;
 }
 
-TEST_F(Cli, AFullDiskIsAFailureWhileRunning) {
+TEST_F(Cli, EndsWithStatus1IfTheDiskIsFull) {
     const Outcome outcome = run("print hole.toml -o /dev/full");
     EXPECT_EQ(outcome.status, 1) << outcome.err;
     EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
-// Two threads take minutes for these pictures; as many threads as a large machine has processors might be done before
-// the signal comes.
-TEST_F(Cli, InterruptedRenderingWritesWhatIsDone) {
-    // The shell waits for the scene to be loaded, however long that takes, and interrupts once.
+// Two threads need minutes for this picture. All processors of a large machine could finish it before the signal. The
+// shell sends the signal when the scene is loaded.
+TEST_F(Cli, WritesThePartOfThePictureThatIsDoneIfInterrupted) {
     write("interrupt.sh",
           "\"$@\" 2>log & until grep -q loaded log; do kill -0 $! || break; sleep 0.05; done; kill -INT $!; wait $!\n");
     const Outcome outcome =
@@ -287,16 +288,16 @@ TEST_F(Cli, InterruptedRenderingWritesWhatIsDone) {
     EXPECT_EQ(files(), (std::set<std::string>{"hole.toml", "interrupt.sh", "log", "part.exr", "report.json"}));
 }
 
-TEST_F(Cli, ATimeLimitWritesWhatIsDone) {
+TEST_F(Cli, WritesThePartOfThePictureThatIsDoneAtTheTimeLimit) {
     const Outcome outcome =
         run("render hole.toml --size 512x512 -D integrator.step=0.0005 --threads 2 -o part.exr --time-limit 0.5 --json "
             "report.json");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.err.find("the time is up"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("the time limit was reached"), std::string::npos) << outcome.err;
     const json report = json::parse(read("report.json"));
     EXPECT_TRUE(report["out_of_time"].get<bool>());
     EXPECT_LT(report["rays"], 512 * 512);
-    // The whole picture, though not all of it traced.
+    // The file has the size of the whole picture.
     const auto part = OIIO::ImageInput::open((directory_ / "part.exr").string());
     ASSERT_TRUE(part);
     EXPECT_EQ(part->spec().height, 512);
@@ -304,13 +305,14 @@ TEST_F(Cli, ATimeLimitWritesWhatIsDone) {
     EXPECT_EQ(run("render hole.toml --time-limit 0").status, 2);
 }
 
-TEST_F(Cli, ASnapshotIsAPictureAndTheWorkGoesOn) {
-    write("ask.sh",
+// The signal USR1 requests a snapshot.
+TEST_F(Cli, WritesASnapshotAndContinues) {
+    write("snapshot.sh",
           "\"$@\" 2>log & until grep -q loaded log; do kill -0 $! || break; sleep 0.05; done; kill -USR1 $!\n"
           "until test -s part.exr; do kill -0 $! || break; sleep 0.05; done; cp part.exr early.exr; wait $!\n");
     const Outcome outcome = run(
         "render hole.toml --size 2048x2048 -D integrator.step=0.001 --threads 2 -o part.exr --time-limit 3 --verbose",
-        "sh ask.sh");
+        "sh snapshot.sh");
     EXPECT_EQ(outcome.status, 0) << outcome.err << read("log");
     EXPECT_NE(read("log").find("a snapshot is in part.exr"), std::string::npos) << read("log");
     const auto early = OIIO::ImageInput::open((directory_ / "early.exr").string());
@@ -318,7 +320,7 @@ TEST_F(Cli, ASnapshotIsAPictureAndTheWorkGoesOn) {
     EXPECT_EQ(early->spec().width, 2048);
 }
 
-TEST_F(Cli, SchedulesAreNamed) {
+TEST_F(Cli, AcceptsScheduleNames) {
     EXPECT_EQ(run("render hole.toml --quiet --schedule scanline").status, 0);
     EXPECT_NE(run("render hole.toml --schedule predictd").err.find("predicted"), std::string::npos);
     const json report = json::parse(run("render hole.toml --quiet --schedule tiles --json --threads 2").out);
@@ -331,11 +333,11 @@ TEST_F(Cli, SchedulesAreNamed) {
     }
 }
 
-TEST_F(Cli, MapsShowLayersWithAScale) {
-    ASSERT_EQ(run("render hole.toml --quiet --size 64x48 --layers color,steps,energy_error --maps -o seen.png").status,
+TEST_F(Cli, WritesMapsOfLayers) {
+    ASSERT_EQ(run("render hole.toml --quiet --size 64x48 --layers color,steps,energy_error --maps -o a.png").status,
               0);
-    EXPECT_EQ(files(), (std::set<std::string>{"hole.toml", "seen.png", "seen-steps.png", "seen-energy_error.png"}));
-    const Outcome none = run("render hole.toml --quiet --layers color --maps -o seen.png");
+    EXPECT_EQ(files(), (std::set<std::string>{"hole.toml", "a.png", "a-steps.png", "a-energy_error.png"}));
+    const Outcome none = run("render hole.toml --quiet --layers color --maps -o a.png");
     EXPECT_EQ(none.status, 2);
     EXPECT_NE(none.err.find("no layer of numbers"), std::string::npos) << none.err;
 }

@@ -1,5 +1,4 @@
-// Rays that cannot be followed fail one by one, with a reason: they never end the process, and never change their
-// neighbours.
+// Tests of rays with invalid or extreme numbers: such rays must fail with a reason, without any effect on other rays.
 #include "tests/support/program.h"
 
 #include <algorithm>
@@ -34,21 +33,23 @@ radius = 0.2
 
 constexpr const char* header = "x,y,z,dx,dy,dz\n";
 
-constexpr const char* good[] = {"0.1,-0.9,0.1,0.1,1,0", "-0.9,0.3,0,1,0,0", "0,-0.9,0.1,0,1,-0.1", "0,0.9,0,0.5,-1,0",
-                                "0.3,0.1,0,-1,0,0",     "0.5,0,0,0,1,0.01", "0,0,0.7,0.3,0,-1",    "0.2,0.2,0.2,1,1,1"};
+constexpr const char* ordinary[] = {"0.1,-0.9,0.1,0.1,1,0", "-0.9,0.3,0,1,0,0", "0,-0.9,0.1,0,1,-0.1",
+                                    "0,0.9,0,0.5,-1,0",     "0.3,0.1,0,-1,0,0", "0.5,0,0,0,1,0.01",
+                                    "0,0,0.7,0.3,0,-1",     "0.2,0.2,0.2,1,1,1"};
 
-/// Nothing can be followed from these.
-constexpr const char* bad[] = {"nan,0,0,1,0,0",    "0.5,0,nan,1,0,0", "0.5,0,0,nan,0,0", "inf,0,0,1,0,0",
+/// Rays that must fail.
+constexpr const char* invalid[] = {"nan,0,0,1,0,0",    "0.5,0,nan,1,0,0", "0.5,0,0,nan,0,0", "inf,0,0,1,0,0",
                                "0.5,0,0,0,-inf,0", "0.5,0,0,0,0,0",   "0,0,0,1,0,0",     "-0.9,0.1,0,inf,inf,inf"};
 
-/// From these something may, but the state may leave the numbers.
-constexpr const char* far[] = {"1e300,0,0,1,0,0",    "1e300,0,0,-1,0,0", "-1e300,1e300,1e300,1,-0.2,0",
+/// Rays that may end normally or fail, because numbers can overflow.
+constexpr const char* extreme[] = {"1e300,0,0,1,0,0",    "1e300,0,0,-1,0,0", "-1e300,1e300,1e300,1,-0.2,0",
                                "1e160,0,0,-1,0.1,0", "1e30,0,0,-1,0,0",  "0,1e19,0,0,-1,0",
                                "0,1e9,0,0.001,-1,0", "1e-300,0,0,1,0,0", "0,0,1e150,0,0,-1",
                                "0.04,0,0,1,0,0.2",   "0.02,0,0,0,1,0"};
 
+/// A row of the output of `trace`. `without_ray_number` is the row without its first column.
 struct Row {
-    std::string status, all_but_number, reason;
+    std::string status, without_ray_number, reason;
 };
 
 std::vector<Row> rows_of(const std::string& csv) {
@@ -67,8 +68,8 @@ bool all_numbers_finite(const std::string& row) {
     return row.find("nan") == std::string::npos && row.find("inf") == std::string::npos;
 }
 
-/// Scene, options.
-class RoughRays : public ProgramTest, public testing::WithParamInterface<std::pair<const char*, const char*>> {
+/// The parameter is a scene and options of `trace`.
+class ExtremeRays : public ProgramTest, public testing::WithParamInterface<std::pair<const char*, const char*>> {
 protected:
     void SetUp() override {
         ProgramTest::SetUp();
@@ -83,30 +84,36 @@ protected:
     }
 };
 
-// Good rays stand in other lanes, and beside other rays, with the rough ones than without.
-TEST_P(RoughRays, FailAloneWithAReason) {
+// The ordinary rays are traced with and without the other rays. They lie in other lanes, but their rows must be equal.
+TEST_P(ExtremeRays, FailWithAReasonAndDoNotChangeOtherRays) {
     std::string mixed, alone;
     std::vector<const char*> rays;
-    const auto add = [&](const char* ray) { mixed += ray + std::string("\n"), rays.push_back(ray); };
-    constexpr std::size_t goods = std::size(good), count = std::max({goods, std::size(bad), std::size(far)});
+    const auto add = [&](const char* ray) {
+        mixed += ray + std::string("\n");
+        rays.push_back(ray);
+    };
+    constexpr std::size_t ordinary_count = std::size(ordinary),
+                          count = std::max({ordinary_count, std::size(invalid), std::size(extreme)});
     for (std::size_t i = 0; i < count; ++i) {
-        add(bad[i % std::size(bad)]), add(good[i % goods]), add(far[i % std::size(far)]);
-        alone += good[i % goods] + std::string("\n");
+        add(invalid[i % std::size(invalid)]);
+        add(ordinary[i % ordinary_count]);
+        add(extreme[i % std::size(extreme)]);
+        alone += ordinary[i % ordinary_count] + std::string("\n");
     }
     const auto with = trace(mixed), without = trace(alone);
     ASSERT_EQ(with.size(), rays.size());
     ASSERT_EQ(without.size(), count);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        SCOPED_TRACE(std::string(rays[i]) + " -> " + with[i].all_but_number);
+        SCOPED_TRACE(std::string(rays[i]) + " -> " + with[i].without_ray_number);
         const bool failed = with[i].status == "failed";
-        EXPECT_TRUE(failed ? !with[i].reason.empty() : all_numbers_finite(with[i].all_but_number));
+        EXPECT_TRUE(failed ? !with[i].reason.empty() : all_numbers_finite(with[i].without_ray_number));
         if (i % 3 == 2) continue;
         EXPECT_EQ(failed, i % 3 == 0);
-        EXPECT_TRUE(failed || with[i].all_but_number == without[i / 3].all_but_number);
+        EXPECT_TRUE(failed || with[i].without_ray_number == without[i / 3].without_ray_number);
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Spaces, RoughRays,
+INSTANTIATE_TEST_SUITE_P(Spaces, ExtremeRays,
                          testing::Values(std::pair{"empty.toml", ""}, std::pair{"walls.toml", ""},
                                          std::pair{"walls.toml", "--strategy scalar"},
                                          std::pair{"walls.toml", "-D integrator.cull=none -D integrator.max_steps=200"},
@@ -114,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(Spaces, RoughRays,
                                                    "-D integrator.rescale=none -D integrator.max_steps=200"},
                                          std::pair{"walls.toml", "-D space.rg=0"}));
 
-TEST_F(ProgramTest, HugeStepsEndEveryRay) {
+TEST_F(ProgramTest, EndsEveryRayWithHugeSteps) {
     write("scene.toml", std::string(room) + walls);
     for (const char* options : {"", "-D integrator.rescale=none", "--integrator rk4", "--integrator verlet"}) {
         const Outcome outcome = run(std::string("render scene.toml -o a.png --json --quiet --step 1e3 ") + options);
@@ -123,14 +130,14 @@ TEST_F(ProgramTest, HugeStepsEndEveryRay) {
     }
 }
 
-TEST_F(ProgramTest, FewStepsEndAtTheLimit) {
+TEST_F(ProgramTest, EndsRaysAtTheStepLimit) {
     write("scene.toml", room);
     write("rays.csv", std::string(header) + "0,-0.9,0,1,0.2,0\n0,-0.9,0,0,1,0.3\n0,-0.9,0,0,-1,0\n");
     const Outcome outcome = run("trace scene.toml --rays rays.csv --step 0.01 -D integrator.max_steps=3");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     for (const Row& row : rows_of(outcome.out)) {
         EXPECT_EQ(row.status, "step_limit");
-        EXPECT_TRUE(all_numbers_finite(row.all_but_number));
+        EXPECT_TRUE(all_numbers_finite(row.without_ray_number));
         EXPECT_EQ(row.reason, "");
     }
 }

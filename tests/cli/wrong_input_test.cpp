@@ -1,4 +1,5 @@
-// Wrong command lines and data: status 2, a message that helps, no file.
+// Tests of wrong command lines and input files: the program must end with status 2, print the expected message and
+// write no file.
 #include "tests/support/hole_scene.h"
 
 namespace kagero::test {
@@ -6,7 +7,7 @@ namespace {
 
 struct Mistake {
     const char* arguments;
-    const char* message;  ///< part of it
+    const char* message;  ///< Part of the expected message.
 };
 
 void PrintTo(const Mistake& mistake, std::ostream* out) {
@@ -41,27 +42,43 @@ INSTANTIATE_TEST_SUITE_P(
     CommandLine, WrongInput,
     testing::Values(
         Mistake{"", "--help"}, Mistake{"rendr hole.toml", "did you mean \"render\"?"},
-        Mistake{"--quiet render hole.toml", "--quiet"}, Mistake{"render", "which scene?"},
-        Mistake{"render hole.toml --siez 3x3", "did you mean \"--size\"?"}, Mistake{"render hole.toml other.toml", "other.toml"},
-        Mistake{"render hole.toml --threads", "--threads needs a value"}, Mistake{"render hole.toml --json ''", "--json: an empty value"},
-        Mistake{"render hole.toml --crop --size 8x8", "--crop: its value is missing: --size follows"},
+        Mistake{"--quiet render hole.toml", "--quiet"}, Mistake{"render", "no scene was given"},
+        Mistake{"render hole.toml --siez 3x3", "did you mean \"--size\"?"},
+        Mistake{"render hole.toml other.toml", "other.toml"},
+        Mistake{"render hole.toml --threads", "--threads needs a value"},
+        Mistake{"render hole.toml --json ''", "--json: the value is empty"},
+        Mistake{"render hole.toml --crop --size 8x8",
+         "--crop: the value is missing; the next word is the option --size"},
         Mistake{"render hole.toml --threads none", "'none' is not a whole number"},
-        Mistake{"render hole.toml --threads 0", "legal is 1 to"}, Mistake{"render hole.toml --threads -3", "'-3'"},
-        Mistake{"render hole.toml --isa avx", "avx"}, Mistake{"render hole.toml --strategy pakcet", "did you mean \"packet\"?"},
-        Mistake{"render hole.toml --precision single", "known: auto, double, float"},
-        Mistake{"render hole.toml --color blue", "auto"}, Mistake{"render hole.toml --size 64", "'64' is not a width and a height"},
+        Mistake{"render hole.toml --threads 0", "it must be from 1 to"},
+        Mistake{"render hole.toml --threads -3", "'-3'"},
+        Mistake{"render hole.toml --isa avx", "avx"},
+        Mistake{"render hole.toml --strategy pakcet", "did you mean \"packet\"?"},
+        Mistake{"render hole.toml --precision single", "legal names: auto, double, float"},
+        Mistake{"render hole.toml --color blue", "auto"},
+        Mistake{"render hole.toml --size 64", "'64' is not a width and a height"},
         Mistake{"render hole.toml --size 0x8", "film.size"},
         Mistake{"render hole.toml --step fast", "'fast' is not a finite number"},
         Mistake{"render hole.toml --integrator gaus8", "gauss8"}, Mistake{"render hole.toml --layers stps", "steps"},
-        Mistake{"render hole.toml --crop 1,1,1,2", "is empty"}, Mistake{"render hole.toml --crop 0,0,17,8", "film of 16x8"}, Mistake{"profile hole.toml --crop 0,0,17,8", "film of 16x8"},
-        Mistake{"render hole.toml --pixel 16,0", "outside the film of 16x8"}, Mistake{"render hole.toml --pixel 1", "--pixel"},
-        Mistake{"render hole.toml --pixel 1,1 --json", "leave --json out"}, Mistake{"render hole.toml --pixel 1,1 -o a.exr", "leave -o out"},
+        Mistake{"render hole.toml --crop 1,1,1,2", "is empty"},
+        Mistake{"render hole.toml --crop 0,0,17,8", "film of 16x8"},
+        Mistake{"profile hole.toml --crop 0,0,17,8", "film of 16x8"},
+        Mistake{"render hole.toml --pixel 16,0", "outside the film of 16x8"},
+        Mistake{"render hole.toml --pixel 1", "--pixel"},
+        Mistake{"render hole.toml --pixel 1,1 --json", "leave --json out"},
+        Mistake{"render hole.toml --pixel 1,1 -o a.exr", "leave -o out"},
         Mistake{"render hole.toml --integrator srkn6", "--integrator srkn6: "},
-        Mistake{"render hole.toml --lanes 3", "--lanes 3: "}, Mistake{"render hole.toml --spp -1", "legal is 1 <= value"},
-        Mistake{"render hole.toml -D camera.position=[0,0.01,0] -D camera.observer=zamo", "here can be: falling"},
-        Mistake{"render hole.toml --layers ''", "an empty value"}, Mistake{"render hole.toml -o ''", "an empty value"},
-        Mistake{"print hole.toml -o hole.toml", "are the same file"}, Mistake{"stability --json traped", "did you mean trapped?"},
-        Mistake{"render hole.toml -D space.rg=", "expected a value"}, Mistake{"render hole.toml -D integrator.rescale=-r", "integrator.rescale = \"-r\" is not greater than 0 at camera.position"},
+        Mistake{"render hole.toml --lanes 3", "--lanes 3: "},
+        Mistake{"render hole.toml --spp -1", "legal range is 1 <= value"},
+        Mistake{"render hole.toml -D camera.position=[0,0.01,0] -D camera.observer=zamo",
+                "possible observers at this position: falling"},
+        Mistake{"render hole.toml --layers ''", "the value is empty"},
+        Mistake{"render hole.toml -o ''", "the value is empty"},
+        Mistake{"print hole.toml -o hole.toml", "are the same file"},
+        Mistake{"stability --json traped", "did you mean trapped?"},
+        Mistake{"render hole.toml -D space.rg=", "the value after '=' is missing"},
+        Mistake{"render hole.toml -D integrator.rescale=-r",
+         "integrator.rescale = \"-r\" is not greater than 0 at camera.position"},
         Mistake{"stability trapped --lanes 4", "no option"}, Mistake{"error hole.toml --strategy per-ray", "compare"},
         Mistake{"render hole.toml -D camera.fvo=20", "fov"}, Mistake{"render hole.toml -D camera", "camera"}));
 
@@ -69,9 +86,9 @@ INSTANTIATE_TEST_SUITE_P(
     Files, WrongInput,
     testing::Values(Mistake{"render missing.toml", "missing.toml"}, Mistake{"render .", "."},
                     Mistake{"render bad.toml", "bad.toml:3:1"},
-                    Mistake{"check deep-key.toml", "deep-key.toml:3: a key of more than 32 parts"},
-                    Mistake{"check deep-table.toml", "deep-table.toml:1: a key of more than 32 parts"},
-                    Mistake{"render hole.toml -o hole.xyz", "'.xyz' is not a kind of picture"},
+                    Mistake{"check deep-key.toml", "deep-key.toml:3: a key has more than 32 parts"},
+                    Mistake{"check deep-table.toml", "deep-table.toml:1: a key has more than 32 parts"},
+                    Mistake{"render hole.toml -o hole.xyz", "'.xyz' is not a supported picture format"},
                     Mistake{"render hole.toml -o picture", ".exr"},
                     Mistake{"render hole.toml -o missing/a.exr", "'missing' does not exist"},
                     Mistake{"render hole.toml -o /", "directory"},
@@ -97,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistake{"trace hole.toml --rays rays.csv --parameter -1", "greater than 0"},
                     Mistake{"trace hole.toml --rays rays.csv --path --json", "one of the two"},
                     Mistake{"trace hole.toml --rays rays.csv --repeat 3", "--json"},
-                    Mistake{"trace hole.toml --rays rays.csv --json --repeat 0", "legal is 1 to"}));
+                    Mistake{"trace hole.toml --rays rays.csv --json --repeat 0", "it must be from 1 to"}));
 
 }  // namespace
 }  // namespace kagero::test

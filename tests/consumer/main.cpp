@@ -1,5 +1,7 @@
-// Another program that uses kagero: consumer SCENE.toml PICTURE KEY=VALUE… prints what was chosen, as "precision
-// integrator step", and writes the picture.
+// A program that uses the installed library, to test it: consumer SCENE.toml PICTURE KEY=VALUE…
+//
+// Renders the scene to PICTURE and prints the chosen precision, integrator and step. The exit status is 0, or
+// identifies the check that has failed.
 #include <kagero/error.h>
 #include <kagero/picture.h>
 #include <kagero/rays.h>
@@ -9,13 +11,15 @@
 
 namespace {
 
-bool traces_a_ray(const kagero::SceneSource& source) {
+/// Returns true if a ray hits a named object, and a ray without direction fails with a reason.
+bool rays_are_traced(const kagero::SceneSource& source) {
     const auto rays = kagero::trace_rays(source, {{{0, -0.85, 0.12}, {1, 0, 0}}, {{0, -0.85, 0.12}, {0, 0, 0}}});
     return rays.size() == 2 && rays[0].status == "hit" && !rays[0].object.empty() && rays[1].status == "failed" &&
            !rays[1].reason.empty();
 }
 
-bool refuses_a_misspelt_key(const kagero::SceneSource& source) {
+/// Returns true if an unknown key is refused with a message that names it.
+bool unknown_key_is_refused(const kagero::SceneSource& source) {
     kagero::SceneSource wrong = source;
     wrong.overrides.push_back("camera.fovv=40");
     try {
@@ -39,6 +43,6 @@ int main(int argc, char** argv) {
     if (!std::isfinite(picture.pixels("color")[0]) || choices.explanation.find("left out") == std::string::npos)
         return 4;
     picture.write(argv[2]);
-    if (!traces_a_ray(source)) return 5;
-    return refuses_a_misspelt_key(source) ? 0 : 6;
+    if (!rays_are_traced(source)) return 5;
+    return unknown_key_is_refused(source) ? 0 : 6;
 }

@@ -1,50 +1,52 @@
-# Installs BUILD into a prefix of its own, builds the consumer with that alone, and lets it render. With PACKAGE=1 the installed package is
-# used instead. What the library chooses must be what the program chooses.
-set(place ${BUILD}/tests/consumer)
-file(REMOVE_RECURSE ${place})
+# Installs BUILD into a temporary prefix, builds the consumer against it, and runs the consumer. With PACKAGE=1 the
+# package that is installed in the system is used instead. The library must choose the same precision and integrator as
+# the program, and render the same picture.
+set(folder ${BUILD}/tests/consumer)
+file(REMOVE_RECURSE ${folder})
 function(run)
   execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 if(PACKAGE)
   find_program(kagero kagero REQUIRED)
 else()
-  run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${place}/prefix)
-  set(prefix -D CMAKE_PREFIX_PATH=${place}/prefix)
-  set(kagero ${place}/prefix/bin/kagero)
+  run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${folder}/prefix)
+  set(prefix -D CMAKE_PREFIX_PATH=${folder}/prefix)
+  set(kagero ${folder}/prefix/bin/kagero)
 endif()
-run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${place}/build ${prefix} -D CMAKE_CXX_COMPILER=${COMPILER})
-run(${CMAKE_COMMAND} --build ${place}/build)
+run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${folder}/build ${prefix} -D CMAKE_CXX_COMPILER=${COMPILER})
+run(${CMAKE_COMMAND} --build ${folder}/build)
 
-# Both print what they chose: with a bound on the error, and for a picture that is large enough for a trial of float.
+# The first case has an error bound. The second case is a picture that is large enough for a trial of float.
 foreach(overrides IN ITEMS "film.size=[64,64],integrator.max_pixel_error=0.25" "film.size=[192,160]")
   string(REGEX REPLACE ",([a-z])" ";\\1" keys ${overrides})
   set(options)
   foreach(key IN LISTS keys)
     list(APPEND options -D ${key})
   endforeach()
-  execute_process(COMMAND ${place}/build/consumer ${SCENE} ${place}/room.png ${keys} OUTPUT_VARIABLE by_library COMMAND_ERROR_IS_FATAL ANY
-                  OUTPUT_STRIP_TRAILING_WHITESPACE)
-  execute_process(COMMAND ${kagero} render ${SCENE} ${options} -o ${place}/program.png --quiet --json OUTPUT_VARIABLE json COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND ${folder}/build/consumer ${SCENE} ${folder}/room.png ${keys} OUTPUT_VARIABLE by_library
+                  COMMAND_ERROR_IS_FATAL ANY OUTPUT_STRIP_TRAILING_WHITESPACE)
+  execute_process(COMMAND ${kagero} render ${SCENE} ${options} -o ${folder}/program.png --quiet --json
+                  OUTPUT_VARIABLE json COMMAND_ERROR_IS_FATAL ANY)
   string(JSON precision GET ${json} precision)
   string(JSON integrator GET ${json} integrator)
   if(NOT by_library MATCHES "^${precision} ${integrator} ")
     message(FATAL_ERROR "${overrides}: the library chose '${by_library}', the program ${precision} ${integrator}")
   endif()
-  file(SHA256 ${place}/room.png library_picture)
-  file(SHA256 ${place}/program.png program_picture)
+  file(SHA256 ${folder}/room.png library_picture)
+  file(SHA256 ${folder}/program.png program_picture)
   if(NOT library_picture STREQUAL program_picture)
-    message(FATAL_ERROR "${overrides}: the library and the program draw different pictures")
+    message(FATAL_ERROR "${overrides}: the pictures of the library and the program differ")
   endif()
   message(STATUS "${overrides}: ${by_library}")
 endforeach()
 run(${kagero} check ${SCENE})
 
-# Nothing but the public headers is installed.
+# Only public headers are installed.
 if(NOT PACKAGE)
-  file(GLOB_RECURSE headers RELATIVE ${place}/prefix/include ${place}/prefix/include/*)
+  file(GLOB_RECURSE headers RELATIVE ${folder}/prefix/include ${folder}/prefix/include/*)
   foreach(header IN LISTS headers)
     if(NOT header MATCHES "^kagero/[a-z]+[.]h$")
-      message(FATAL_ERROR "${header} is installed, but is no public header")
+      message(FATAL_ERROR "${header} is installed, but is not a public header")
     endif()
   endforeach()
 endif()

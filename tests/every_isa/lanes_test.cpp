@@ -1,4 +1,5 @@
-// Every function on packets does in each lane what the scalar function of the same name does, and means what it says.
+// Functions on packets: each lane of a result is compared with the scalar function of the same name, and with the
+// standard library or with quadruple precision.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/trace/packets.h"
@@ -9,15 +10,15 @@ namespace kagero::test {
 namespace {
 
 template <class V>
-class LanesOf : public ::testing::Test {};
+class PacketOperations : public ::testing::Test {};
 using PacketTypes = ::testing::Types<PacketDouble, PacketFloat>;
 struct PacketName {
     template <class V>
     static std::string GetName(int) { return std::is_same_v<ScalarOf<V>, double> ? "double" : "float"; }
 };
-TYPED_TEST_SUITE(LanesOf, PacketTypes, PacketName);
+TYPED_TEST_SUITE(PacketOperations, PacketTypes, PacketName);
 
-/// Numbers of either sign over many orders of magnitude.
+/// Returns random numbers of either sign whose magnitudes are between 10^−decades and 10^decades.
 template <class V>
 V random_packet(Random& random, double decades = 6) {
     V v;
@@ -34,17 +35,17 @@ V absolute(const V& v) {
 
 constexpr int rounds = 200;
 
-/// f on packets and on scalars: the same in every lane.
+/// Expects that every lane of f on packets is equal to f on the scalars in that lane.
 template <class V, class F, class... Packets>
 void expect_lanewise(const char* name, const F& f, const Packets&... x) {
-    const V together = f(x...);
+    const V packet_result = f(x...);
     for (int i = 0; i < lane_count<V>; ++i) {
-        const ScalarOf<V> alone = f(get_lane(x, i)...);
-        EXPECT_EQ(get_lane(together, i), alone) << name << " in lane " << i;
+        const ScalarOf<V> scalar_result = f(get_lane(x, i)...);
+        EXPECT_EQ(get_lane(packet_result, i), scalar_result) << name << " in lane " << i;
     }
 }
 
-TYPED_TEST(LanesOf, ArithmeticIsThatOfScalars) {
+TYPED_TEST(PacketOperations, ArithmeticMatchesScalars) {
     using V = TypeParam;
     Random random(1);
     for (int round = 0; round < rounds; ++round) {
@@ -68,8 +69,9 @@ TYPED_TEST(LanesOf, ArithmeticIsThatOfScalars) {
     }
 }
 
-// Where a product nearly cancels, fused or not is seen at once: a·b − rounded(a·b).
-TYPED_TEST(LanesOf, FusedOperationsFuseInPacketsExactlyIfInScalars) {
+// a·b − round(a·b) is the rounding error of the product if the operation is fused, and 0 if it is not. Packets must
+// return the same result as scalars.
+TYPED_TEST(PacketOperations, MultiplyAddIsFusedIfAndOnlyIfScalarIsFused) {
     using V = TypeParam;
     Random random(2);
     for (int round = 0; round < rounds; ++round) {
@@ -83,7 +85,7 @@ TYPED_TEST(LanesOf, FusedOperationsFuseInPacketsExactlyIfInScalars) {
     }
 }
 
-TYPED_TEST(LanesOf, ReciprocalsAreGoodToFourUlp) {
+TYPED_TEST(PacketOperations, ReciprocalsAreAccurateToFourUlp) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     Random random(3);
@@ -98,8 +100,9 @@ TYPED_TEST(LanesOf, ReciprocalsAreGoodToFourUlp) {
     }
 }
 
-// Where exponentials have overflowed, and where a coordinate is 0; elsewhere they are the same.
-TYPED_TEST(LanesOf, TotalReciprocalsReachZeroAndInfinity) {
+// total_recip and total_rsqrt return the limits for 0 and ∞. These arguments occur where an exponential overflows or a
+// coordinate is 0. For all other arguments the results are those of recip and rsqrt.
+TYPED_TEST(PacketOperations, TotalReciprocalsAcceptZeroAndInfinity) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     const S infinity = std::numeric_limits<S>::infinity();
@@ -121,15 +124,16 @@ TYPED_TEST(LanesOf, TotalReciprocalsReachZeroAndInfinity) {
     }
 }
 
-// Not bit for bit, but to a few ulp; of the result, or where it passes through zero of the argument.
-TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
+// Packets and the standard library round these functions differently. The tolerance is four ulp of 1 + |result|: it is
+// absolute near the zeros of a function.
+TYPED_TEST(PacketOperations, TranscendentalFunctionsAreAccurateToFourUlp) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     Random random(4);
-    const auto check = [](const char* name, const V& together, const V& x, const auto& exact) {
+    const auto check = [](const char* name, const V& packet_result, const V& x, const auto& exact) {
         for (int i = 0; i < lane_count<V>; ++i) {
             const double y = exact(static_cast<double>(get_lane(x, i)));
-            EXPECT_NEAR(static_cast<double>(get_lane(together, i)), y,
+            EXPECT_NEAR(static_cast<double>(get_lane(packet_result, i)), y,
                         4 * static_cast<double>(machine_epsilon<S>) * (1 + std::abs(y)))
                 << name << " of " << get_lane(x, i);
         }
@@ -153,9 +157,10 @@ TYPED_TEST(LanesOf, TranscendentalFunctionsAgreeToSomeUlp) {
     }
 }
 
-// Over many turns and beyond where turns can be counted; in each lane what the same number gives alone, whatever stands
-// beside it.
-TYPED_TEST(LanesOf, CircularFunctionsOverManyTurns) {
+// Arguments of up to 1000, and one lane with 1e15 or ∞, which the argument reduction cannot handle. Finite arguments
+// agree with the standard library to two ulp of 1. Each lane agrees with the scalar function bit for bit: it does not
+// depend on the other lanes.
+TYPED_TEST(PacketOperations, TrigonometricFunctionsOfLargeArgumentsAreAccurate) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     Random random(8);
@@ -178,13 +183,16 @@ TYPED_TEST(LanesOf, CircularFunctionsOverManyTurns) {
     }
 }
 
-TYPED_TEST(LanesOf, ComparisonsMasksAndPicks) {
+TYPED_TEST(PacketOperations, ComparisonsMasksAndSelectMatchScalars) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     Random random(5);
     for (int round = 0; round < rounds; ++round) {
         V a, b;
-        for (int i = 0; i < lane_count<V>; ++i) set_lane(a, i, S(random.below(3))), set_lane(b, i, S(random.below(3)));
+        for (int i = 0; i < lane_count<V>; ++i) {
+            set_lane(a, i, S(random.below(3)));
+            set_lane(b, i, S(random.below(3)));
+        }
         const std::uint64_t less = to_bits(a < b), at_most = to_bits(a <= b), greater = to_bits(a > b),
                             at_least = to_bits(a >= b);
         const std::uint64_t both = to_bits((a <= b) & (a >= b)), either = to_bits((a < b) | (a > b)),
@@ -206,7 +214,7 @@ TYPED_TEST(LanesOf, ComparisonsMasksAndPicks) {
     }
 }
 
-TYPED_TEST(LanesOf, BitsBecomeMasksAndBack) {
+TYPED_TEST(PacketOperations, BitsToMaskToBitsIsTheIdentity) {
     using V = TypeParam;
     constexpr int lanes = lane_count<V>;
     static_assert(lanes < 64);
@@ -221,7 +229,7 @@ TYPED_TEST(LanesOf, BitsBecomeMasksAndBack) {
     EXPECT_EQ(to_bits(from_bits<V>(all)), all);
 }
 
-TYPED_TEST(LanesOf, FiniteIsNeitherInfinityNorNan) {
+TYPED_TEST(PacketOperations, IsFiniteRejectsInfinityAndNan) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     using Limits = std::numeric_limits<S>;
@@ -245,8 +253,8 @@ TYPED_TEST(LanesOf, FiniteIsNeitherInfinityNorNan) {
     }
 }
 
-// A comparison with NaN is false, and min and max take their second operand then: packets as scalars.
-TYPED_TEST(LanesOf, NanIsTreatedAlike) {
+// A comparison with NaN is false. min and max of packets return NaN for the same operands as min and max of scalars.
+TYPED_TEST(PacketOperations, NanIsTreatedAsInScalars) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     const S nan = std::numeric_limits<S>::quiet_NaN();
@@ -260,7 +268,7 @@ TYPED_TEST(LanesOf, NanIsTreatedAlike) {
     }
 }
 
-TYPED_TEST(LanesOf, SingleLanesAreReadAndWritten) {
+TYPED_TEST(PacketOperations, LanesCanBeReadAndWritten) {
     using V = TypeParam;
     using S = ScalarOf<V>;
     V v(S(7));

@@ -1,6 +1,8 @@
-// One ray per vector: steps with the stages of a Gauss method in the lanes are those of the scalar strategy to the last
-// bit, for the sums run in the same order; with the components of the gradient in the lanes, and forward instead of
-// reverse, they agree to rounding.
+// Steps of the strategies that are compiled for comparison, compared with steps of the scalar strategy.
+//
+// With the stages of a Gauss method in the lanes, a step agrees with the scalar step bit for bit, because the sums have
+// the same order. With the components of the gradient in the lanes, it agrees only to rounding: the gradient is
+// computed in forward mode instead of reverse mode.
 #include "tests/support/greatest.h"
 #include "tests/kernels/steps.h"
 
@@ -16,95 +18,101 @@ using ComparedHamiltonians = detail::AllButFirst<void
                                                  >::Types;
 
 template <class H>
-class PerRay : public ::testing::Test {};
-TYPED_TEST_SUITE(PerRay, ComparedHamiltonians, HamiltonianName);
+class OneRayPerVector : public ::testing::Test {};
+TYPED_TEST_SUITE(OneRayPerVector, ComparedHamiltonians, HamiltonianName);
 
-/// Greatest difference of state, velocity and λ after some steps, relative to 1 + |value|.
+/// Returns the greatest difference of state, velocity, λ and H at the ends of two steps, relative to 1 + |value|.
 double difference(const StepperState<double>& a, const StepperState<double>& b) {
     double worst = 0;
-    const auto look = [&](double x, double y) {
+    const auto compare = [&](double x, double y) {
         worst = greatest(worst, std::abs(x - y) / (1 + std::abs(y)));
     };
-    for (int k = 0; k < 7; ++k) look(a.end.y[k], b.end.y[k]);
-    look(a.end.velocity.x, b.end.velocity.x), look(a.end.velocity.y, b.end.velocity.y),
-        look(a.end.velocity.z, b.end.velocity.z);
-    look(a.end.parameter, b.end.parameter), look(a.energy, b.energy);
+    for (int k = 0; k < 7; ++k) compare(a.end.y[k], b.end.y[k]);
+    compare(a.end.velocity.x, b.end.velocity.x);
+    compare(a.end.velocity.y, b.end.velocity.y);
+    compare(a.end.velocity.z, b.end.velocity.z);
+    compare(a.end.parameter, b.end.parameter);
+    compare(a.energy, b.energy);
     return worst;
 }
 
-/// Calls check(per ray, scalar, steps taken, method) for every method that both serve.
-template <class H, class Way, class Check>
+/// Calls check(state, scalar state, number of steps, method) for every method that the vectorization supports, and for
+/// each of six random rays.
+template <class H, class Vectorization, class Check>
 void compare_with_scalar(const Check& check) {
     const auto rays = random_rays<H>(6, 23);
-    int served = 0;
+    int supported = 0;
     for_all_methods<H>([&](const Method& method, bool rescaled) {
-        const auto& kernel = compared_kernel<Way, H>(rescaled);
+        const auto& kernel = compared_kernel<Vectorization, H>(rescaled);
         if (kernel.refusal[static_cast<int>(method.kind)]) return;
-        ++served;
+        ++supported;
         const double h = path_length<H> / 64;
         for (const RayStart& ray : rays) {
-            auto one = Steps<double>::with(method, kernel, default_parameters<H>().data());
-            auto other = Steps<double>::template in<H>(method, rescaled);
-            one.begin(state_of<double>(ray), h), other.begin(state_of<double>(ray), h);
-            one.advance(12), other.advance(12);
-            EXPECT_EQ(one.flow.solved, other.flow.solved);
-            check(one.flow, other.flow, 12, method);
+            auto steps = Steps<double>::with(method, kernel, default_parameters<H>().data());
+            auto scalar = Steps<double>::template in<H>(method, rescaled);
+            steps.begin(state_of<double>(ray), h);
+            scalar.begin(state_of<double>(ray), h);
+            steps.advance(12);
+            scalar.advance(12);
+            EXPECT_EQ(steps.state.solved, scalar.state.solved);
+            check(steps.state, scalar.state, 12, method);
         }
     });
-    EXPECT_GT(served, 0);
+    EXPECT_GT(supported, 0);
 }
 
-TYPED_TEST(PerRay, StagesAreScalarToTheLastBit) {
-    compare_with_scalar<TypeParam, PerRayStages>([](const auto& one, const auto& other, int, const Method&) {
-        EXPECT_EQ(difference(one, other), 0);
-        EXPECT_EQ(one.gradients, other.gradients);
+TYPED_TEST(OneRayPerVector, StagesInLanesMatchScalarBitForBit) {
+    compare_with_scalar<TypeParam, PerRayStages>([](const auto& state, const auto& scalar, int, const Method&) {
+        EXPECT_EQ(difference(state, scalar), 0);
+        EXPECT_EQ(state.gradients, scalar.gradients);
     });
 }
 
-TYPED_TEST(PerRay, GradientsAgreeToRounding) {
+TYPED_TEST(OneRayPerVector, GradientInLanesMatchesScalarToRounding) {
     compare_with_scalar<TypeParam, PerRayGradient>(
-        [](const auto& one, const auto& other, int steps, const Method& method) {
-            EXPECT_LE(difference(one, other), 100 * steps * stages_of(method) * machine_epsilon<double>);
+        [](const auto& state, const auto& scalar, int steps, const Method& method) {
+            EXPECT_LE(difference(state, scalar), 100 * steps * stages_of(method) * machine_epsilon<double>);
         });
 }
 
-TYPED_TEST(PerRay, WhatTheCompilerVectorizesIsScalarToTheLastBit) {
+TYPED_TEST(OneRayPerVector, CompilerVectorizedStepsMatchScalarBitForBit) {
     compare_with_scalar<TypeParam, AutoVectorized>(
-        [](const auto& one, const auto& other, int, const Method&) { EXPECT_EQ(difference(one, other), 0); });
+        [](const auto& state, const auto& scalar, int, const Method&) { EXPECT_EQ(difference(state, scalar), 0); });
 }
 
-template <class H, class Way>
-void expect_lanes_are_scalars() {
-    using V = typename Way::Value;
+/// Expects that each lane of a packet ends with the same bits as the scalar steps of its ray.
+template <class H, class Vectorization>
+void expect_lanes_match_scalars() {
+    using V = typename Vectorization::Value;
     using S = ScalarOf<V>;
     const auto rays = random_rays<H>(lane_count<V>, 29);
-    int served = 0;
+    int supported = 0;
     for_all_methods<H>([&](const Method& method, bool rescaled) {
-        const auto& kernel = compared_kernel<Way, H>(rescaled);
+        const auto& kernel = compared_kernel<Vectorization, H>(rescaled);
         if (kernel.refusal[static_cast<int>(method.kind)]) return;
-        ++served;
+        ++supported;
         const S h = S(path_length<H> / 64);
         State<V> starts;
         for (int i = 0; i < lane_count<V>; ++i)
             for (int k = 0; k < 7; ++k) set_lane(starts.y[k], i, state_of<S>(rays[static_cast<std::size_t>(i)]).y[k]);
-        auto together = Steps<V>::with(method, kernel, default_parameters<H>().data());
-        together.begin(starts, V(h));
-        together.advance(8);
+        auto packet = Steps<V>::with(method, kernel, default_parameters<H>().data());
+        packet.begin(starts, V(h));
+        packet.advance(8);
         for (int i = 0; i < lane_count<V>; ++i) {
-            auto alone = Steps<S>::template in<H>(method, rescaled);
-            alone.begin(state_of<S>(rays[static_cast<std::size_t>(i)]), h);
-            alone.advance(8);
+            auto scalar = Steps<S>::template in<H>(method, rescaled);
+            scalar.begin(state_of<S>(rays[static_cast<std::size_t>(i)]), h);
+            scalar.advance(8);
             for (int k = 0; k < 7; ++k)
-                EXPECT_EQ(get_lane(together.flow.end.y[k], i), alone.flow.end.y[k]) << "lane " << i;
+                EXPECT_EQ(get_lane(packet.state.end.y[k], i), scalar.state.end.y[k]) << "lane " << i;
         }
     });
-    EXPECT_GT(served, 0);
+    EXPECT_GT(supported, 0);
 }
-TYPED_TEST(PerRay, OtherWidthsAreScalars) {
-    expect_lanes_are_scalars<TypeParam, FewDouble>();
-    expect_lanes_are_scalars<TypeParam, ManyDouble>();
-    expect_lanes_are_scalars<TypeParam, FewFloat>();
-    expect_lanes_are_scalars<TypeParam, ManyFloat>();
+TYPED_TEST(OneRayPerVector, PacketsOfOtherWidthsMatchScalarBitForBit) {
+    expect_lanes_match_scalars<TypeParam, NarrowerDouble>();
+    expect_lanes_match_scalars<TypeParam, WiderDouble>();
+    expect_lanes_match_scalars<TypeParam, NarrowerFloat>();
+    expect_lanes_match_scalars<TypeParam, WiderFloat>();
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Every ray of a packet takes the steps that it takes alone, to the last bit, whatever its neighbours do. Packets have
-// their own sines and exponentials, as good as the standard library's but not the same: where H uses one, the steps
-// agree to rounding.
+// Steps of packets, compared lane by lane with scalar steps of the same rays. They must agree bit for bit, whatever the
+// other lanes contain. Packets and the standard library round exp, log and tanh differently: if H contains them, the
+// steps agree to rounding.
 #include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
@@ -12,94 +12,116 @@ template <class H>
 class Strategies : public ::testing::Test {};
 TYPED_TEST_SUITE(Strategies, AllHamiltonians, HamiltonianName);
 
-/// The same bits, where zeros of either sign (which compilers may exchange here) and all NaN count as one.
+/// Returns true if two numbers are equal or both NaN. Zeros of either sign are equal, because the compiler may exchange
+/// them.
 template <class S>
 bool same(S a, S b) { return a == b || (a != a && b != b); }
 
-/// All that a step leaves behind for one ray.
+/// Returns all results of a step in one lane.
 template <class V>
 std::vector<ScalarOf<V>> outcome(const StepperState<V>& f, int lane) {
     std::vector<ScalarOf<V>> values;
     const auto add = [&](const V& v) { values.push_back(get_lane(v, lane)); };
     for (int k = 0; k < 7; ++k) add(f.end.y[k]);
-    add(f.end.velocity.x), add(f.end.velocity.y), add(f.end.velocity.z);
-    add(f.end.parameter), add(f.energy), add(f.energy_error), add(f.end.domain), add(f.end.captured), add(f.gradients),
-        add(f.open_iterations);
+    add(f.end.velocity.x);
+    add(f.end.velocity.y);
+    add(f.end.velocity.z);
+    add(f.end.parameter);
+    add(f.energy);
+    add(f.energy_error);
+    add(f.end.domain);
+    add(f.end.captured);
+    add(f.gradients);
+    add(f.lane_iterations);
     values.push_back(static_cast<ScalarOf<V>>((to_bits(f.solved) >> lane) & 1));
     return values;
 }
 
 template <class S>
-void expect_same(const std::vector<S>& a, const std::vector<S>& b, const std::string& what) {
+void expect_same(const std::vector<S>& a, const std::vector<S>& b, const std::string& description) {
     for (std::size_t i = 0; i < a.size(); ++i)
-        EXPECT_TRUE(same(a[i], b[i])) << what << ", value " << i << ": " << a[i] << " and " << b[i] << ", apart by "
-                                      << a[i] - b[i];
+        EXPECT_TRUE(same(a[i], b[i])) << description << ", value " << i << ": " << a[i] << " and " << b[i]
+                                      << ", difference " << a[i] - b[i];
 }
 
 template <class V>
 State<V> packet_of(const std::vector<RayStart>& rays) {
     State<V> s;
     for (int i = 0; i < lane_count<V>; ++i) {
-        const auto one = state_of<ScalarOf<V>>(rays[static_cast<std::size_t>(i)]);
-        for (int k = 0; k < 7; ++k) set_lane(s.y[k], i, one.y[k]);
+        const auto scalar = state_of<ScalarOf<V>>(rays[static_cast<std::size_t>(i)]);
+        for (int k = 0; k < 7; ++k) set_lane(s.y[k], i, scalar.y[k]);
     }
     return s;
 }
 
-/// The end of the ray, without the counts that a rounding may change.
+/// Compares a lane with a scalar step to a relative tolerance. Leaves out the numbers of gradients and iterations,
+/// which a rounding error can change.
 template <class V>
-void expect_near(const StepperState<V>& packet, int lane, const StepperState<ScalarOf<V>>& alone, double tolerance) {
+void expect_near(const StepperState<V>& packet, int lane, const StepperState<ScalarOf<V>>& scalar, double tolerance) {
     using S = ScalarOf<V>;
-    const std::string what = "lane " + std::to_string(lane);
-    const auto check = [&](const V& together, S single, int i) {
-        EXPECT_NEAR(get_lane(together, lane), single, tolerance * (1 + std::abs(single))) << what << ", value " << i;
+    const auto check = [&](const V& packet_value, S scalar_value, int i) {
+        EXPECT_NEAR(get_lane(packet_value, lane), scalar_value, tolerance * (1 + std::abs(scalar_value)))
+            << "lane " << lane << ", value " << i;
     };
-    for (int k = 0; k < 7; ++k) check(packet.end.y[k], alone.end.y[k], k);
-    check(packet.end.velocity.x, alone.end.velocity.x, 7), check(packet.end.velocity.y, alone.end.velocity.y, 8);
-    check(packet.end.velocity.z, alone.end.velocity.z, 9), check(packet.end.parameter, alone.end.parameter, 10);
-    check(packet.energy, alone.energy, 11), check(packet.end.domain, alone.end.domain, 12);
-    EXPECT_EQ((to_bits(packet.solved) >> lane) & 1, to_bits(alone.solved)) << what;
+    for (int k = 0; k < 7; ++k) check(packet.end.y[k], scalar.end.y[k], k);
+    check(packet.end.velocity.x, scalar.end.velocity.x, 7);
+    check(packet.end.velocity.y, scalar.end.velocity.y, 8);
+    check(packet.end.velocity.z, scalar.end.velocity.z, 9);
+    check(packet.end.parameter, scalar.end.parameter, 10);
+    check(packet.energy, scalar.energy, 11);
+    check(packet.end.domain, scalar.end.domain, 12);
+    EXPECT_EQ((to_bits(packet.solved) >> lane) & 1, to_bits(scalar.solved)) << "lane " << lane;
 }
 
 template <class H, class V>
-void expect_lanes_are_scalars() {
+void expect_lanes_match_scalars() {
     using S = ScalarOf<V>;
     const auto rays = random_rays<H>(lane_count<V>, 5);
     for_all_methods<H>([&](const Method& method, bool rescaled) {
         const S h = S(path_length<H> / 64);
-        auto together = Steps<V>::template in<H>(method, rescaled);
-        together.begin(packet_of<V>(rays), V(h));
-        auto alone = std::vector(lane_count<V>, Steps<S>::template in<H>(method, rescaled));
-        for (int i = 0; i < lane_count<V>; ++i) alone[i].begin(state_of<S>(rays[i]), h);
-        int taken = 0;
+        auto packet = Steps<V>::template in<H>(method, rescaled);
+        packet.begin(packet_of<V>(rays), V(h));
+        auto scalars = std::vector(lane_count<V>, Steps<S>::template in<H>(method, rescaled));
+        for (int i = 0; i < lane_count<V>; ++i) scalars[i].begin(state_of<S>(rays[i]), h);
+        int total_steps = 0;
         for (const int steps : {1, 31}) {
-            together.advance(steps), taken += steps;
+            packet.advance(steps);
+            total_steps += steps;
             for (int i = 0; i < lane_count<V>; ++i) {
-                alone[i].advance(steps);
+                scalars[i].advance(steps);
                 if (!is_transcendental<H>())
-                    expect_same(outcome(together.flow, i), outcome(alone[i].flow, 0), "lane " + std::to_string(i));
-                else expect_near(together.flow, i, alone[i].flow, 100 * taken * stages_of(method) * machine_epsilon<S>);
+                    expect_same(outcome(packet.state, i), outcome(scalars[i].state, 0), "lane " + std::to_string(i));
+                else
+                    expect_near(packet.state, i, scalars[i].state,
+                                100 * total_steps * stages_of(method) * machine_epsilon<S>);
             }
         }
     });
 }
-TYPED_TEST(Strategies, LanesOfDoubleAreScalars) { expect_lanes_are_scalars<TypeParam, PacketDouble>(); }
-TYPED_TEST(Strategies, LanesOfFloatAreScalars) { expect_lanes_are_scalars<TypeParam, PacketFloat>(); }
+TYPED_TEST(Strategies, LanesOfDoubleMatchScalars) { expect_lanes_match_scalars<TypeParam, PacketDouble>(); }
+TYPED_TEST(Strategies, LanesOfFloatMatchScalars) { expect_lanes_match_scalars<TypeParam, PacketFloat>(); }
 
-/// Starts that no method can use.
-std::vector<RayStart> garbage(const RayStart& healthy) {
+/// Returns six starts from which no method can integrate.
+std::vector<RayStart> invalid_starts(const RayStart& valid) {
     const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
-    std::vector<RayStart> bad(6, healthy);
-    for (int k = 0; k < 3; ++k) bad[0].q[k] = nan, bad[1].q[k] = infinity, bad[2].q[k] = 0;
-    bad[3].p[1] = nan, bad[4].p[0] = -infinity, bad[5].p[2] = 1e30;
+    std::vector<RayStart> bad(6, valid);
+    for (int k = 0; k < 3; ++k) {
+        bad[0].q[k] = nan;
+        bad[1].q[k] = infinity;
+        bad[2].q[k] = 0;
+    }
+    bad[3].p[1] = nan;
+    bad[4].p[0] = -infinity;
+    bad[5].p[2] = 1e30;
     return bad;
 }
 
+/// Compares the steps of a packet in which one lane has an invalid start with the steps of a packet without it.
 template <class H, class V>
-void expect_neighbours_unmoved() {
+void expect_other_lanes_unchanged() {
     using S = ScalarOf<V>;
-    const auto healthy = random_rays<H>(lane_count<V>, 7);
-    const auto bad = garbage(healthy[0]);
+    const auto valid = random_rays<H>(lane_count<V>, 7);
+    const auto bad = invalid_starts(valid[0]);
     for_all_methods<H>([&](const Method& method, bool rescaled) {
         const auto run = [&](const std::vector<RayStart>& rays) {
             auto steps = Steps<V>::template in<H>(method, rescaled);
@@ -107,25 +129,29 @@ void expect_neighbours_unmoved() {
             steps.advance(8);
             return steps;
         };
-        const auto expected = run(healthy);
+        const auto expected = run(valid);
         for (std::size_t kind = 0; kind < bad.size(); ++kind) {
-            auto rays = healthy;
-            const int place = static_cast<int>(kind) % lane_count<V>;
-            rays[static_cast<std::size_t>(place)] = bad[kind];
-            const auto disturbed = run(rays);
+            auto rays = valid;
+            const int bad_lane = static_cast<int>(kind) % lane_count<V>;
+            rays[static_cast<std::size_t>(bad_lane)] = bad[kind];
+            const auto result = run(rays);
             for (int i = 0; i < lane_count<V>; ++i) {
-                if (i == place) continue;
-                expect_same(outcome(disturbed.flow, i), outcome(expected.flow, i),
-                            "lane " + std::to_string(i) + " beside garbage " + std::to_string(kind));
+                if (i == bad_lane) continue;
+                expect_same(outcome(result.state, i), outcome(expected.state, i),
+                            "lane " + std::to_string(i) + " with invalid start " + std::to_string(kind));
             }
         }
     });
 }
-TYPED_TEST(Strategies, GarbageLeavesItsNeighboursInDouble) { expect_neighbours_unmoved<TypeParam, PacketDouble>(); }
-TYPED_TEST(Strategies, GarbageLeavesItsNeighboursInFloat) { expect_neighbours_unmoved<TypeParam, PacketFloat>(); }
+TYPED_TEST(Strategies, InvalidStartsDoNotChangeOtherLanesInDouble) {
+    expect_other_lanes_unchanged<TypeParam, PacketDouble>();
+}
+TYPED_TEST(Strategies, InvalidStartsDoNotChangeOtherLanesInFloat) {
+    expect_other_lanes_unchanged<TypeParam, PacketFloat>();
+}
 
-// A finished lane takes steps of length zero: it stays where it is and counts as solved.
-TYPED_TEST(Strategies, AStepOfLengthZeroIsTheIdentity) {
+// Lanes whose rays have terminated take steps of length 0. Their state must not change, and their steps are solved.
+TYPED_TEST(Strategies, StepsOfLengthZeroAreTheIdentity) {
     using H = TypeParam;
     const auto rays = random_rays<H>(lane_count<PacketDouble>, 9);
     for_all_methods<H>([&](const Method& method, bool rescaled) {
@@ -134,13 +160,13 @@ TYPED_TEST(Strategies, AStepOfLengthZeroIsTheIdentity) {
         steps.begin(start, PacketDouble(0.0));
         steps.advance(3);
         for (int i = 0; i < lane_count<PacketDouble>; ++i) {
-            EXPECT_TRUE((to_bits(steps.flow.solved) >> i) & 1);
+            EXPECT_TRUE((to_bits(steps.state.solved) >> i) & 1);
             for (int k = 0; k < 7; ++k) {
-                // The exact split goes through r and n = q/r even then: to rounding.
-                const double is = get_lane(steps.flow.end.y[k], i), was = get_lane(start.y[k], i);
-                if (method.kind == Kind::exact_split)
-                    EXPECT_NEAR(is, was, 256 * machine_epsilon<double> * (1 + std::abs(was)));
-                else EXPECT_EQ(is, was);
+                // The exact split computes r and n = q/r also in such a step, so that it rounds.
+                const double end = get_lane(steps.state.end.y[k], i), expected = get_lane(start.y[k], i);
+                if (method.kind == StepperKind::exact_split)
+                    EXPECT_NEAR(end, expected, 256 * machine_epsilon<double> * (1 + std::abs(expected)));
+                else EXPECT_EQ(end, expected);
             }
         }
     });

@@ -1,4 +1,4 @@
-// Films on disk: what is written is what is read, in every format, and nothing is left behind when writing fails.
+// Tests of films and picture files: a written picture is read again in every format, and failed writes leave no files.
 #include "film/write_film.h"
 #include "film/film.h"
 
@@ -22,7 +22,7 @@ namespace {
 using namespace kagero;
 namespace fs = std::filesystem;
 
-/// A directory of its own, gone afterwards.
+/// Fixture with a temporary folder, which is removed after the test.
 class FilmOnDisk : public testing::Test {
 protected:
     void SetUp() override {
@@ -40,7 +40,7 @@ protected:
 
 constexpr std::uint32_t width = 5, height = 3;
 
-/// Every channel of every pixel differs; colours in 0…1.
+/// Returns a film in which all values differ. Colours lie between 0 and 1.
 Film numbered_film(const std::vector<std::string>& layers) {
     Film film(width, height, layers);
     for (const LayerInfo* layer : film.layers())
@@ -63,12 +63,13 @@ double decode_srgb(int code) {
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
 }
 
-/// Greatest distance of an 8-bit code's value to what rounds to it: half a code, where the curve is steepest.
+/// Returns the greatest error of rounding a linear colour to an 8-bit sRGB code. It occurs between codes 254 and 255,
+/// where the slope of the curve is greatest.
 double half_a_code() {
     return 0.5 * (decode_srgb(255) - decode_srgb(254)) * 1.01;
 }
 
-TEST(Film, HoldsTheLayersAskedForOnce) {
+TEST(Film, HasEachRequestedLayerOnce) {
     Film film(4, 2, {"color", "steps", "color"});
     ASSERT_EQ(film.layers().size(), 2u);
     EXPECT_TRUE(film.has("steps"));
@@ -87,7 +88,7 @@ TEST(Film, RefusesAnUnknownLayerWithANearMatch) {
     }
 }
 
-TEST_F(FilmOnDisk, ExrHoldsEveryLayerAndAttribute) {
+TEST_F(FilmOnDisk, HasEveryLayerAndAttributeAsExr) {
     std::vector<std::string> names;
     for (const LayerInfo& layer : all_layers()) names.push_back(layer.name);
     Film film = numbered_film(names);
@@ -105,18 +106,19 @@ TEST_F(FilmOnDisk, ExrHoldsEveryLayerAndAttribute) {
     int channels = 0;
     for (const LayerInfo& layer : all_layers())
         for (std::size_t c = 0; c < layer.channels.size(); ++c, ++channels) {
-            const int where = spec.channelindex(layer.name + "." + layer.channels[c]);
-            ASSERT_GE(where, 0) << layer.name << "." << layer.channels[c];
-            EXPECT_EQ(spec.channelformat(where), layer.half() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT)
+            const int channel = spec.channelindex(layer.name + "." + layer.channels[c]);
+            ASSERT_GE(channel, 0) << layer.name << "." << layer.channels[c];
+            EXPECT_EQ(spec.channelformat(channel), layer.half() ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT)
                 << layer.name;
             for (std::uint32_t i = 0; i < width * height; ++i)
-                EXPECT_EQ(pixels[i * spec.nchannels + where], film.pixel(layer.name, i % width, i / width)[c])
+                EXPECT_EQ(pixels[i * spec.nchannels + channel], film.pixel(layer.name, i % width, i / width)[c])
                     << layer.name;
         }
     EXPECT_EQ(spec.nchannels, channels);
 }
 
-TEST_F(FilmOnDisk, HalfIsClampedAndFloatIsNot) {
+// Colours are stored as half floats, whose greatest value is 65504. The layer `steps` is stored as float.
+TEST_F(FilmOnDisk, ClampsColorsToTheRangeOfHalfFloats) {
     Film film(1, 1, {"color", "steps"});
     for (int c = 0; c < 3; ++c) film.plane("color")[c] = c == 1 ? -1e30f : 1e30f;
     film.plane("steps")[0] = 1e6f;
@@ -130,7 +132,7 @@ TEST_F(FilmOnDisk, HalfIsClampedAndFloatIsNot) {
     EXPECT_EQ(pixels[in->spec().channelindex("steps.V")], 1e6f);
 }
 
-TEST_F(FilmOnDisk, PicturesReadBackAsTheColoursTheyShow) {
+TEST_F(FilmOnDisk, IsReadAsTheWrittenColors) {
     const Film film = numbered_film({"color", "steps"});
     for (const char* name : {"a.png", "a.tif", "a.bmp", "a.ppm", "a.PNG", "a.pfm"}) {
         write_film(film, path(name), {});
@@ -143,7 +145,7 @@ TEST_F(FilmOnDisk, PicturesReadBackAsTheColoursTheyShow) {
     }
 }
 
-TEST_F(FilmOnDisk, TruncatedPicturesAreRefused) {
+TEST_F(FilmOnDisk, IsRefusedIfTruncated) {
     Film film(64, 64, {"color"});
     for (std::size_t i = 0; i < 3 * 64 * 64; ++i) film.plane("color")[i] = static_cast<float>(i * 37 % 101) / 100;
     for (const char* name : {"a.jpg", "a.png", "a.tif", "a.exr", "a.hdr"}) {
@@ -154,8 +156,8 @@ TEST_F(FilmOnDisk, TruncatedPicturesAreRefused) {
     }
 }
 
-// A shared exponent has no sign.
-TEST_F(FilmOnDisk, RadianceHasNoNegativeLight) {
+// The format RGBE has a shared exponent and no sign. Negative values must be stored as 0.
+TEST_F(FilmOnDisk, HasNoNegativeValuesAsHdr) {
     Film film(2, 1, {"color"});
     const float values[6] = {-0.5f, 0.25f, 1.0f, 5.0f, 0.0f, 0.5f};
     std::copy(std::begin(values), std::end(values), film.plane("color"));
@@ -166,10 +168,15 @@ TEST_F(FilmOnDisk, RadianceHasNoNegativeLight) {
     EXPECT_NEAR(image.rgb[3], 5, 0.05);
 }
 
-TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
-    // A picture of 4 x 3 pixels; of columns 2 to 5 and rows -1 to 1 there are pixels, each with a number of its own.
+// The display window has 4 × 3 pixels. The data window has the columns 2 to 5 and the rows −1 to 1. Pixels outside the
+// data window must be read as 0. A picture with too many pixels must be refused.
+TEST_F(FilmOnDisk, IsReadWithTheDisplayWindowOfExr) {
     OIIO::ImageSpec spec(4, 3, 3, OIIO::TypeDesc::FLOAT);
-    spec.x = 2, spec.y = -1, spec.full_x = spec.full_y = 0, spec.full_width = 4, spec.full_height = 3;
+    spec.x = 2;
+    spec.y = -1;
+    spec.full_x = spec.full_y = 0;
+    spec.full_width = 4;
+    spec.full_height = 3;
     float stored[36];
     for (int i = 0; i < 36; ++i) stored[i] = float(i + 1);
     const auto out = OIIO::ImageOutput::create("part.exr");
@@ -182,8 +189,8 @@ TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
     for (int y = 0; y < 3; ++y)
         for (int x = 0; x < 4; ++x)
             for (int c = 0; c < 3; ++c) {
-                const float meant = x >= 2 && y <= 1 ? stored[3 * (4 * (y + 1) + x - 2) + c] : 0;
-                EXPECT_EQ(image.rgb[std::size_t(3 * (4 * y + x) + c)], meant) << x << " " << y << " " << c;
+                const float expected = x >= 2 && y <= 1 ? stored[3 * (4 * (y + 1) + x - 2) + c] : 0;
+                EXPECT_EQ(image.rgb[std::size_t(3 * (4 * y + x) + c)], expected) << x << " " << y << " " << c;
             }
     spec.full_width = spec.full_height = (1 << 30) - 1;
     ASSERT_TRUE(out->open(path("large.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) && out->close())
@@ -196,8 +203,8 @@ TEST_F(FilmOnDisk, ExrPixelsStandWhereTheDisplayWindowHasThem) {
     }
 }
 
-// A part of a picture says where in it it lies, so that parts can be put together.
-TEST_F(FilmOnDisk, ExrOfACropLiesInTheWholePicture) {
+// The data window of a crop is its rectangle, and the display window is the whole picture.
+TEST_F(FilmOnDisk, HasThePositionOfACropAsExr) {
     write_film(Film(2, 3, {"color"}, {10, 20, 64, 48}), path("crop.exr"), {});
     const auto in = OIIO::ImageInput::open(path("crop.exr"));
     ASSERT_TRUE(in) << OIIO::geterror();
@@ -207,10 +214,10 @@ TEST_F(FilmOnDisk, ExrOfACropLiesInTheWholePicture) {
     EXPECT_EQ(window(spec.full_x, spec.full_y, spec.full_width, spec.full_height), window(0, 0, 64, 48));
 }
 
-TEST_F(FilmOnDisk, EightBitCodesAreRightAtTheEnds) {
+// Values outside [0, 1] are clamped, and NaN is stored as 0. The last value is the linear colour of the code 127.5.
+TEST_F(FilmOnDisk, HasClampedCodesOfEightBits) {
     Film film(2, 1, {"color"});
-    const float values[6] = {-1.0f, 0.0f,          1.0f,
-                             5.0f,  std::nanf(""), 0.2140411f};  // the last is code 127.5 of 255, within rounding
+    const float values[6] = {-1.0f, 0.0f, 1.0f, 5.0f, std::nanf(""), 0.2140411f};
     std::copy(std::begin(values), std::end(values), film.plane("color"));
     write_film(film, path("codes.png"), {});
     const auto in = OIIO::ImageInput::open(path("codes.png"));
@@ -225,20 +232,21 @@ TEST_F(FilmOnDisk, EightBitCodesAreRightAtTheEnds) {
     EXPECT_NEAR(codes[5], 127.5, 0.51);
 }
 
-TEST_F(FilmOnDisk, TheSamePixelsGiveTheSameBytesAtAnyTime) {
+// Files must not contain the time of writing, which some formats store in seconds.
+TEST_F(FilmOnDisk, HasTheSameBytesAtAnyTime) {
     const Film film = numbered_film({"color", "steps"});
     const auto extensions = {".exr", ".png", ".jpg", ".tif", ".pfm", ".hdr"};
     for (const std::string extension : extensions) write_film(film, path("one" + extension), {});
-    std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // formats that hold dates hold seconds
+    std::this_thread::sleep_for(std::chrono::milliseconds(1100));
     for (const std::string extension : extensions) {
         write_film(film, path("two" + extension), {});
         EXPECT_EQ(bytes_of(path("one" + extension)), bytes_of(path("two" + extension))) << extension;
     }
 }
 
-TEST_F(FilmOnDisk, NothingButTheFinishedFileIsThere) {
+TEST_F(FilmOnDisk, LeavesNoOtherFiles) {
     const Film film = numbered_film({"color"});
-    std::ofstream(path("a.png")) << "an older picture";
+    std::ofstream(path("a.png")) << "previous file";
     write_film(film, path("a.png"), {});
     EXPECT_EQ(file_count(), 1u);
     EXPECT_EQ(read_image(path("a.png"), {}).width, static_cast<int>(width));
@@ -248,7 +256,7 @@ TEST_F(FilmOnDisk, NothingButTheFinishedFileIsThere) {
     EXPECT_EQ(file_count(), 1u);
 }
 
-TEST_F(FilmOnDisk, CheckWritableRefusesWhatCannotBeWritten) {
+TEST_F(FilmOnDisk, IsRefusedBeforehandIfItCannotBeWritten) {
     EXPECT_NO_THROW(check_writable(path("a.exr"), {"color"}, 8, 6));
     EXPECT_NO_THROW(check_writable(path("a.exr"), {"steps"}, 8, 6));
     EXPECT_THROW(check_writable(path("a.png"), {"steps"}, 8, 6), InputError);

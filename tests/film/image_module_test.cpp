@@ -1,4 +1,5 @@
-// The module that reads and writes images is loaded where one is read or written, and missed only there.
+// Tests of the module that reads and writes images. It is loaded only if an image is read or written, and other runs
+// work without it.
 #include "modules/modules.h"
 #include "tests/support/program.h"
 
@@ -11,7 +12,7 @@ constexpr const char* tiny = "'" KAGERO_SCENES "/room.toml' --size 4x4 --quiet -
 
 class ImageModule : public ProgramTest {
 protected:
-    /// Whether the loader opened it, by its own account.
+    /// Returns true if the dynamic linker opened the module, according to its log.
     bool is_opened_by(const std::string& arguments) const {
         EXPECT_EQ(run(arguments, "LD_DEBUG=files LD_DEBUG_OUTPUT=opened").status, 0) << arguments;
         bool opened = false;
@@ -24,9 +25,9 @@ protected:
     }
 };
 
-TEST_F(ImageModule, IsLoadedWhereAnImageIsReadOrWritten) {
+TEST_F(ImageModule, IsLoadedOnlyToReadOrWriteImages) {
     EXPECT_TRUE(is_opened_by(std::string("render ") + tiny + "a.png"));
-    EXPECT_TRUE(is_opened_by("check '" KAGERO_SCENES "/galaxy.toml'"));  // whose sky is one
+    EXPECT_TRUE(is_opened_by("check '" KAGERO_SCENES "/galaxy.toml'"));  // the sky is an image
     EXPECT_FALSE(is_opened_by(std::string("render ") + tiny + "a.pfm"));
     EXPECT_FALSE(is_opened_by("check '" KAGERO_SCENES "/room.toml'"));
     write("rays.csv", "x,y,z,dx,dy,dz\n-1,0,0,1,0,0\n");
@@ -34,7 +35,8 @@ TEST_F(ImageModule, IsLoadedWhereAnImageIsReadOrWritten) {
     EXPECT_FALSE(is_opened_by("--help"));
 }
 
-TEST_F(ImageModule, IsMissedByThoseAlone) {
+// The program is copied to a folder without the image module.
+TEST_F(ImageModule, IsNotNeededToWritePfm) {
     fs::create_directories(directory_ / "bin");
     fs::create_directories(directory_ / "lib/kagero");
     fs::copy(KAGERO_BINARY, directory_ / "bin");

@@ -1,9 +1,10 @@
-// Runs a fuzz target on inputs grown from a corpus, the same ones every time:
+// Runs a fuzz target on inputs that are random changes of a corpus. The inputs are the same in every run with the same
+// seed.
 //
 //     scene_fuzz [--seconds N] [--seed N] FILE|DIRECTORY ...
 //
-// An input that the target takes joins the corpus. One on which it crashes, or takes ten seconds of processor time
-// (which does not depend on what else the machine does), is written to fuzz-NAME.input here.
+// An input that the target accepts is added to the corpus. An input on which the target crashes, or needs more than ten
+// seconds of processor time, is written to fuzz-NAME.input in the working directory.
 #include "target.h"
 
 #include <sys/time.h>
@@ -27,13 +28,15 @@ namespace {
 namespace fs = std::filesystem;
 using Random = std::mt19937_64;
 
-constexpr std::size_t longest = 1 << 14, largest_corpus = 2000;
-constexpr unsigned hang_seconds = 10;
+constexpr std::size_t longest = 1 << 14;      ///< Greatest length of an input, in bytes.
+constexpr std::size_t largest_corpus = 2000;  ///< Greatest number of inputs in the corpus.
+constexpr unsigned hang_seconds = 10;         ///< Processor time after which an input counts as endless.
 
-std::string current;  ///< what the target is looking at
-std::string report;   ///< where it goes if that is the last it looks at
+std::string current;  ///< The input that the target is running on.
+std::string report;   ///< The file to which the input is written if the target crashes.
 
-void save_and_leave(int signal) {
+/// Signal handler: writes the current input to the file and ends the process by the signal.
+void save_input_and_end(int signal) {
     const int file = open(report.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
     if (file >= 0) {
         [[maybe_unused]] const auto written = write(file, current.data(), current.size());
@@ -48,28 +51,31 @@ std::string text_of(const fs::path& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-std::size_t below(Random& random, std::size_t n) {
+/// Returns a random number less than n, or 0 if n is 0.
+std::size_t random_below(Random& random, std::size_t n) {
     return n == 0 ? 0 : random() % n;
 }
 
-/// A part of a text, most often a short one.
-std::pair<std::size_t, std::size_t> part(Random& random, const std::string& text) {
-    const std::size_t from = below(random, text.size() + 1), room = text.size() - from;
-    return {from, below(random, 1 + (random() % 4 == 0 ? room : std::min<std::size_t>(room, 12)))};
+/// Returns start and length of a random part of a text. Three of four parts have at most 12 bytes.
+std::pair<std::size_t, std::size_t> random_part(Random& random, const std::string& text) {
+    const std::size_t from = random_below(random, text.size() + 1), rest = text.size() - from;
+    return {from, random_below(random, 1 + (random() % 4 == 0 ? rest : std::min<std::size_t>(rest, 12)))};
 }
 
+/// Changes a text at a random position: erases, duplicates or replaces a part, changes a byte, or inserts a word, a
+/// number or a part of another input.
 void change(Random& random, std::string& text, const std::vector<std::string>& corpus,
             const std::vector<std::string>& words) {
-    const auto [from, count] = part(random, text);
+    const auto [from, count] = random_part(random, text);
     switch (random() % 7) {
         case 0: text.erase(from, count); break;
         case 1: text.insert(from, text.substr(from, count)); break;
-        case 2: text.insert(from, words[below(random, words.size())]); break;
-        case 3: text.replace(from, count, words[below(random, words.size())]); break;
-        case 4: if (!text.empty()) text[below(random, text.size())] = static_cast<char>(random()); break;
+        case 2: text.insert(from, words[random_below(random, words.size())]); break;
+        case 3: text.replace(from, count, words[random_below(random, words.size())]); break;
+        case 4: if (!text.empty()) text[random_below(random, text.size())] = static_cast<char>(random()); break;
         case 5: {
-            const std::string& other = corpus[below(random, corpus.size())];
-            const auto [start, length] = part(random, other);
+            const std::string& other = corpus[random_below(random, corpus.size())];
+            const auto [start, length] = random_part(random, other);
             text.insert(from, other.substr(start, length));
             break;
         }
@@ -77,14 +83,15 @@ void change(Random& random, std::string& text, const std::vector<std::string>& c
     }
 }
 
-/// Sends SIGPROF after so many seconds of processor time; 0: never.
+/// Requests the signal SIGPROF after the given processor time. 0 cancels the request.
 void limit_processor_time(unsigned seconds) {
     itimerval timer{};
     timer.it_value.tv_sec = seconds;
     setitimer(ITIMER_PROF, &timer, nullptr);
 }
 
-int look(const std::string& input) {
+/// Runs the target on an input, and returns its result.
+int run_target(const std::string& input) {
     current = input;
     limit_processor_time(hang_seconds);
     return LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(current.data()), current.size());
@@ -109,27 +116,32 @@ int main(int count, char** arguments) {
     const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
 
     report = "fuzz-" + fs::path(arguments[0]).stem().string() + ".input";
-    for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS, SIGPROF}) std::signal(signal, save_and_leave);
+    for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS, SIGPROF})
+        std::signal(signal, save_input_and_end);
 
-    const std::size_t given = corpus.size();
-    std::size_t taken = 0, inputs = 0;
-    for (const std::string& input : corpus) taken += look(input) == 0, ++inputs;
-    if (given > 1 && taken == 0) {
-        std::printf("the target takes nothing of its corpus\n");
+    const std::size_t corpus_size = corpus.size();
+    std::size_t accepted = 0, inputs = 0;
+    for (const std::string& input : corpus) {
+        accepted += run_target(input) == 0;
+        ++inputs;
+    }
+    if (corpus_size > 1 && accepted == 0) {
+        std::printf("the target accepts no input of its corpus\n");
         return 1;
     }
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     while (std::chrono::steady_clock::now() < end) {
-        std::string input = corpus[below(random, corpus.size())];
-        for (std::size_t changes = 1 + below(random, 4); changes > 0; --changes) change(random, input, corpus, words);
+        std::string input = corpus[random_below(random, corpus.size())];
+        for (std::size_t changes = 1 + random_below(random, 4); changes > 0; --changes)
+            change(random, input, corpus, words);
         if (input.size() > longest) input.resize(longest);
         ++inputs;
-        if (look(input) != 0) continue;
-        ++taken;
+        if (run_target(input) != 0) continue;
+        ++accepted;
         if (corpus.size() < largest_corpus) corpus.push_back(input);
-        else corpus[given + below(random, corpus.size() - given)] = input;
+        else corpus[corpus_size + random_below(random, corpus.size() - corpus_size)] = input;
     }
     limit_processor_time(0);
-    std::printf("%zu inputs, %zu of them taken\n", inputs, taken);
+    std::printf("%zu inputs, %zu of them accepted\n", inputs, accepted);
     return 0;
 }

@@ -1,4 +1,5 @@
-// Formulas: any text parses, compiles to a kernel's programs and starts a ray, or is refused by an InputError.
+// Fuzz target for formulas: any text must be compiled to the programs of a kernel and start a ray, or be refused by an
+// InputError.
 #include "error.h"
 #include "formula/nodes.h"
 #include "formula/parser.h"

@@ -1,4 +1,4 @@
-// The reader of rays: any text gives rays or an InputError.
+// Fuzz target for the reader of rays: any text must be read as rays or refused by an InputError.
 #include "error.h"
 #include "report/csv/read_rays.h"
 #include "target.h"

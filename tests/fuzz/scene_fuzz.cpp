@@ -1,5 +1,5 @@
-// The reader of scenes: any text gives a scene, which is itself again when printed and read, or an InputError. Files
-// that a scene names are not opened.
+// Fuzz target for the reader of scenes: any text must be read as a scene or refused by an InputError. A scene that is
+// printed and read again must be printed as the same text. The files of textures and meshes are not opened.
 #include "error.h"
 #include "plan/scene.h"
 #include "scene/load.h"

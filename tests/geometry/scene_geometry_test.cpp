@@ -1,4 +1,4 @@
-// Surfaces: colours, orientation of textures, the clearance grid.
+// Tests of surfaces: colours, orientation of textures, and the clearance grid.
 #include "kernels/intersection/clearance.h"
 #include "geometry/clearance.h"
 #include "appearance/paints.h"
@@ -11,29 +11,27 @@
 #include <random>
 
 namespace kagero::test {
-
 namespace {
 
 const std::string head =
     "space.hamiltonian = \"flat\"\nfilm.size = [8, 8]\ncamera = { position = [0, -3, 0], look_at = [0, 0, 0], "
     "up = [0, 0, 1] }\n";
 
-/// Two by two pixels, as seen: red green / blue white.
+/// Image of 2 × 2 pixels: red and green above blue and white.
 const char* const four_colors = "P3\n2 2\n255\n255 0 0  0 255 0\n0 0 255  255 255 255\n";
 
 bool close(const Float3& color, const Float3& expected) {
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (std::abs(color[i] - expected[i]) > 1e-6f) return false;
-    }
-    return true;
+    return std::equal(color.begin(), color.end(), expected.begin(),
+                      [](float a, float b) { return std::abs(a - b) <= 1e-6f; });
 }
 
 constexpr Float3 red{1, 0, 0}, green{0, 1, 0}, blue{0, 0, 1}, white{1, 1, 1};
 
-double distance_to_box_shell(const Double3& q, double half) {
-    double inside = std::numeric_limits<double>::infinity();
-    for (const double c : q) inside = std::min({inside, half - c, half + c});
-    return inside;
+/// Returns the distance from q to the nearest face of the cube [−half, half]³, which contains q.
+double distance_to_faces(const Double3& q, double half) {
+    double distance = std::numeric_limits<double>::infinity();
+    for (const double c : q) distance = std::min({distance, half - c, half + c});
+    return distance;
 }
 
 }  // namespace
@@ -47,29 +45,29 @@ struct Loaded {
     const Paints paints;
 };
 
-TEST_F(SceneSurfaces, NoObjectsMeanNoGeometry) {
+TEST_F(SceneSurfaces, AreAbsentWithoutObjects) {
     const SceneGeometry geometry(load(head));
     EXPECT_EQ(geometry.kernel_view(), nullptr);
     EXPECT_EQ(geometry.diagonal(), 0);
 }
 
-TEST_F(SceneSurfaces, CheckerCountsSquaresAlongTheEdges) {
+TEST_F(SceneSurfaces, HaveTheStatedNumberOfSquaresAlongTheirEdges) {
     const Loaded loaded(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-1, 0, 0]\nedge_u = [2, 0, 0]\n"
                                              "edge_v = [0, 0, 1]\nchecker = [4, 2]\ncolor = [1, 1, 1]\n"));
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 2; ++j) {
             const float expected = (i + j) % 2 == 0 ? 1.0f : 0.25f;
-            for (const std::uint32_t triangle : {0u, 1u}) {  // barycentric coordinates reach beyond a triangle
+            // The coordinates of both triangles extend over the whole rectangle.
+            for (const std::uint32_t triangle : {0u, 1u}) {
                 const Float3 color =
                     loaded.paints.surface_color(0, triangle, {-1 + (i + 0.5) / 2, 0, (j + 0.5) / 2}, {0, 1, 0});
                 EXPECT_EQ(color, (Float3{expected, expected, expected})) << i << ' ' << j;
             }
         }
-    }
 }
 
-/// The image stands upright and is not mirrored: on a room's walls from inside, on a box's from outside.
-TEST_F(SceneSurfaces, WallsShowImagesUpright) {
+// The image is upright and not mirrored, seen from inside a room and from outside a box.
+TEST_F(SceneSurfaces, ShowImagesUprightOnWalls) {
     write("four.ppm", four_colors);
     for (const std::string shape : {"room", "box"}) {
         const Loaded loaded(load(head + "space.center = [5, 5, 5]\n[[object]]\nshape = \"" + shape +
@@ -88,14 +86,14 @@ TEST_F(SceneSurfaces, WallsShowImagesUpright) {
             EXPECT_TRUE(close(at(0.5, 0.5), green)) << shape << face;
             EXPECT_TRUE(close(at(-0.5, -0.5), blue)) << shape << face;
             EXPECT_TRUE(close(at(0.5, -0.5), white)) << shape << face;
-            // Nothing comes round from the other side.
+            // At the edges, colours of the opposite edges must not be mixed in.
             EXPECT_TRUE(close(at(-0.99, 0.99), red)) << shape << face;
             EXPECT_TRUE(close(at(0.99, -0.99), white)) << shape << face;
         }
     }
 }
 
-TEST_F(SceneSurfaces, SkyHasItsZeroMeridianInTheMiddleAndEastToTheLeft) {
+TEST_F(SceneSurfaces, HaveASkyWithLongitude0InTheMiddleAndEastOnTheLeft) {
     write("four.ppm", four_colors);
     const auto direction = [](double longitude, double latitude) {
         const double degree = std::numbers::pi / 180;
@@ -106,10 +104,9 @@ TEST_F(SceneSurfaces, SkyHasItsZeroMeridianInTheMiddleAndEastToTheLeft) {
     EXPECT_TRUE(close(loaded.paints.sky_color(direction(90, 45)), red));     // north-east: upper left
     EXPECT_TRUE(close(loaded.paints.sky_color(direction(-90, 45)), green));  // north-west: upper right
     EXPECT_TRUE(close(loaded.paints.sky_color(direction(90, -45)), blue));
-    EXPECT_TRUE(close(loaded.paints.sky_color(direction(-90, -80)), white));  // beyond the last row's middle: clamped
-
-    const auto middle = sky_coordinates({1, 0, 0}, Double3{0, 0, 1});
-    EXPECT_EQ(middle, (std::array<double, 2>{0.5, 0.5}));
+    // This direction is below the middle of the last row, so that the row is not interpolated.
+    EXPECT_TRUE(close(loaded.paints.sky_color(direction(-90, -80)), white));
+    EXPECT_EQ(sky_coordinates({1, 0, 0}, Double3{0, 0, 1}), (std::array<double, 2>{0.5, 0.5}));
     for (const Double3& pole :
          {Double3{0, 0, 2}, Double3{0, 3, 0}, Double3{1, 0, 0}, Double3{-1, 0, 0}, Double3{1, 2, 3}}) {
         EXPECT_NEAR(sky_coordinates(unit(pole), pole)[1], 1, 1e-7);
@@ -118,21 +115,23 @@ TEST_F(SceneSurfaces, SkyHasItsZeroMeridianInTheMiddleAndEastToTheLeft) {
     }
 }
 
-TEST_F(SceneSurfaces, SpheresCarryAMapOfTheWorld) {
+TEST_F(SceneSurfaces, HaveEquirectangularImagesOnSpheres) {
     write("four.ppm", four_colors);
     const Loaded loaded(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 2, 3]\nradius = 2\n"
                                              "texture = \"four.ppm\"\nshading = \"lambert\"\n"));
     const double s = std::sqrt(2.0);
     const float light = static_cast<float>(1 / s);
-    EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 - s, 3 + s}, {0, 1, 0}),
-                      {light, 0, 0}));  // west, seen from outside: left
+    // The west is on the left, seen from outside.
+    EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 - s, 3 + s}, {0, 1, 0}), {light, 0, 0}));
     EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 + s, 3 + s}, {0, -1, 0}), {0, light, 0}));
     const double high = std::sqrt(4 - 0.04 * 0.04);
+    // Near the north pole, no colour of the south pole is mixed in.
     EXPECT_TRUE(close(loaded.paints.surface_color(0, 0, {1, 2 - 0.04, 3 + high}, {0, 0, -1}),
-                      {static_cast<float>(high / 2), 0, 0}));  // no south in the north
+                      {static_cast<float>(high / 2), 0, 0}));
 }
 
-TEST_F(SceneSurfaces, PowersOfTwoScaleTheSceneToOrderOne) {
+// The scale is a power of two, so that it causes no rounding.
+TEST_F(SceneSurfaces, AreScaledToOrderOneByAPowerOfTwo) {
     const SceneGeometry geometry(
         load(head + "space.center = [100, 0, 0]\n[[object]]\nshape = \"sphere\"\ncenter = [100, 0, 0]\n"
                     "radius = 300\n"));
@@ -143,36 +142,37 @@ TEST_F(SceneSurfaces, PowersOfTwoScaleTheSceneToOrderOne) {
     EXPECT_EQ(view->surfaces[0].center[0], 0);
 }
 
-TEST_F(SceneSurfaces, RefusesObjectsThatFloatCannotTell) {
-    EXPECT_THROW(SceneGeometry(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 1e-20\n")),
-                 InputError);
+TEST_F(SceneSurfaces, AreRefusedIfTheyAreTooSmallForFloat) {
+    const std::string tiny = "[[object]]\nshape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 1e-20\n";
+    EXPECT_THROW(SceneGeometry(load(head + tiny)), InputError);
 }
 
 ClearBox<double> box_at(const ClearanceGrid& grid, const Double3& q) {
     ClearBox<double> box;
-    box.move(grid, {q[0], q[1], q[2]}, 1);
+    box.update(grid, {q[0], q[1], q[2]}, 1);
     return box;
 }
 
-/// Nearest and farthest distance from c to a box.
+/// Returns the least and the greatest distance from c to the points of a box.
 std::array<double, 2> distances_to(const ClearBox<double>& box, const Double3& c) {
     const double lower[3] = {box.lower.x, box.lower.y, box.lower.z}, upper[3] = {box.upper.x, box.upper.y, box.upper.z};
     double nearest2 = 0, farthest2 = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const double aside = std::max({lower[k] - c[k], c[k] - upper[k], 0.0}),
                      far = std::max(c[k] - lower[k], upper[k] - c[k]);
-        nearest2 += aside * aside, farthest2 += far * far;
+        nearest2 += aside * aside;
+        farthest2 += far * far;
     }
     return {std::sqrt(nearest2), std::sqrt(farthest2)};
 }
 
-/// Whether the box holds the cube of this half edge around q.
-bool holds_cube(const ClearBox<double>& box, const Double3& q, double half) {
-    return to_bits(box.holds({{q[0] - half, q[1] - half, q[2] - half}, {q[0] + half, q[1] + half, q[2] + half}})) != 0;
+/// Returns true if the box contains the cube around q whose edges have the length 2 half.
+bool contains_cube(const ClearBox<double>& box, const Double3& q, double half) {
+    return to_bits(box.contains(
+               {{q[0] - half, q[1] - half, q[2] - half}, {q[0] + half, q[1] + half, q[2] + half}})) != 0;
 }
 
-/// No box has a surface in it, and most have nearly all the room around a place that there is.
-TEST_F(SceneSurfaces, SaysWhatIsTooSmallBesideTheOthers) {
+TEST_F(SceneSurfaces, CauseARemarkIfTheyAreTooSmallForTheirDistance) {
     const auto remarks_with = [&](const char* distance) -> std::vector<std::string> {
         return SceneGeometry(load(head +
                                   "[[object]]\nname = \"sun\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 100\n"
@@ -183,10 +183,12 @@ TEST_F(SceneSurfaces, SaysWhatIsTooSmallBesideTheOthers) {
     EXPECT_TRUE(remarks_with("10000").empty());
     const auto remarks = remarks_with("1000000");
     ASSERT_EQ(remarks.size(), 1u);
-    EXPECT_EQ(remarks[0].find("object planet: it is so small"), 0u) << remarks[0];
+    EXPECT_EQ(remarks[0].find("object planet: Embree's single precision displaces it"), 0u) << remarks[0];
 }
 
-TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
+// The surfaces are a cube and a sphere within it, so that the distance to them is known. A clear box must contain no
+// surface, and it must contain the cube around q that the distance allows, except for 1.5 cells of the grid.
+TEST_F(SceneSurfaces, AreInNoClearBox) {
     const SceneGeometry geometry(
         load(head + "space.center = [0.5, 0, 0]\n[[object]]\nshape = \"room\"\nmin = [-0.5, -1, -1]\n"
                     "max = [1.5, 1, 1]\n[[object]]\nshape = \"sphere\"\ncenter = [0.7, 0.3, 0]\nradius = 0.2\n"));
@@ -199,7 +201,7 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{coordinate(random), coordinate(random), coordinate(random)};
         const ClearBox<double> box = box_at(grid, q);
-        if (!holds_cube(box, q, 0)) continue;  // around a surface there may be none
+        if (!contains_cube(box, q, 0)) continue;  // near a surface, the box can be empty
         const bool in_room = std::abs(q[0]) < 1 && std::abs(q[1]) < 1 && std::abs(q[2]) < 1;
         const bool stays_in_room = box.lower.x > -1 && box.lower.y > -1 && box.lower.z > -1 && box.upper.x < 1 &&
                                    box.upper.y < 1 && box.upper.z < 1;
@@ -213,11 +215,11 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{coordinate(random) / 1.5, coordinate(random) / 1.5, coordinate(random) / 1.5};
         const double ball = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2),
-                     distance = std::min(ball, distance_to_box_shell(q, 1));
+                     distance = std::min(ball, distance_to_faces(q, 1));
         const ClearBox<double> box = box_at(grid, q);
         const double cube = distance / std::sqrt(3.0) - 1.5 * grid.cell[0];
-        ASSERT_TRUE(cube <= 0 || holds_cube(box, q, cube)) << q[0] << ' ' << q[1] << ' ' << q[2];
-        // Of a plane along the axes a box is told exactly how near it may come.
+        ASSERT_TRUE(cube <= 0 || contains_cube(box, q, cube)) << q[0] << ' ' << q[1] << ' ' << q[2];
+        // Planes that are parallel to the axes do not have the error of a cell: boxes can extend close to them.
         if (ball > 0.3)
             close_to_walls += box.upper.x > 0.99 || box.lower.x < -0.99 || box.upper.y > 0.99 || box.lower.y < -0.99;
     }
@@ -228,9 +230,8 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoSurface) {
     }
 }
 
-/// Between a wide floor and a wide ceiling a box reaches from one to the other, and as far aside as nothing stands
-/// there.
-TEST_F(SceneSurfaces, ClearBoxesOfAFlatSceneAreWide) {
+// Between a wide floor and a wide ceiling, clear boxes must extend from one to the other and far to the sides.
+TEST_F(SceneSurfaces, LeaveWideClearBoxesInAFlatScene) {
     const SceneGeometry geometry(
         load(head +
              "[[object]]\nshape = \"rectangle\"\norigin = [-50, -40, -1]\nedge_u = [100, 0, 0]\nedge_v = [0, 80, 0]\n"
@@ -246,7 +247,7 @@ TEST_F(SceneSurfaces, ClearBoxesOfAFlatSceneAreWide) {
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{50 * coordinate(random), 40 * coordinate(random), coordinate(random)};
         const ClearBox<double> box = box_at(grid, q);
-        if (!holds_cube(box, q, 0)) continue;
+        if (!contains_cube(box, q, 0)) continue;
         ASSERT_TRUE(box.lower.z > -1 && box.upper.z < 1);
         ASSERT_GT(distances_to(box, {10, 5, 0})[0], 0.5);
         wide += box.lower.z < -0.99 && box.upper.z > 0.99 &&
@@ -255,19 +256,34 @@ TEST_F(SceneSurfaces, ClearBoxesOfAFlatSceneAreWide) {
     EXPECT_GT(wide, 19000);
 }
 
-/// What a mesh's triangles are in is no clear box, whatever their shape.
-TEST_F(SceneSurfaces, ClearBoxesHoldNoTriangleOfARandomMesh) {
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> coordinate(-1, 1), share(0, 1);
+/// Returns an OBJ file with random vertices. A triangle begins `step` vertices after the previous triangle.
+std::string random_mesh(std::mt19937& random, int vertices, int step) {
+    std::uniform_real_distribution<double> coordinate(-1, 1);
     std::string text;
-    for (int i = 0; i < 90; ++i) {
+    for (int i = 0; i < vertices; ++i) {
         text += 'v';
         for (int k = 0; k < 3; ++k) text += ' ' + std::to_string(coordinate(random));
         text += '\n';
     }
-    for (int i = 1; i <= 88; i += 3)
+    for (int i = 1; i <= vertices - 2; i += step)
         text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
-    write("mesh.obj", text);
+    return text;
+}
+
+/// Returns the point of a triangle with the barycentric coordinates a, b and c.
+Double3 triangle_point(const Surface& surface, std::uint32_t triangle, double a, double b, double c) {
+    const auto corner = [&](std::uint32_t k) {
+        const double* v = surface.vertices + 3 * surface.triangles[3 * triangle + k];
+        return Double3{v[0], v[1], v[2]};
+    };
+    return add(scaled(corner(0), a), add(scaled(corner(1), b), scaled(corner(2), c)));
+}
+
+// Clear boxes are compared with random points on the triangles.
+TEST_F(SceneSurfaces, AreInNoClearBoxOfARandomMesh) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> coordinate(-1, 1), share(0, 1);
+    write("mesh.obj", random_mesh(random, 90, 3));
     const SceneGeometry geometry(load(head + "[[object]]\nshape = \"mesh\"\nfile = \"mesh.obj\"\n"));
     const Geometry& view = *geometry.kernel_view();
     const ClearanceGrid& grid = *view.clearance;
@@ -275,75 +291,59 @@ TEST_F(SceneSurfaces, ClearBoxesHoldNoTriangleOfARandomMesh) {
     for (std::uint32_t t = 0; t < 30; ++t)
         for (int i = 0; i < 300; ++i) {
             double a = share(random), b = share(random);
-            if (a + b > 1) a = 1 - a, b = 1 - b;
-            const auto corner = [&](std::uint32_t k) {
-                const double* v = view.surfaces[0].vertices + 3 * view.surfaces[0].triangles[3 * t + k];
-                return Double3{v[0], v[1], v[2]};
-            };
-            on_surface.push_back(add(scaled(corner(0), a), add(scaled(corner(1), b), scaled(corner(2), 1 - a - b))));
+            if (a + b > 1) {
+                a = 1 - a;
+                b = 1 - b;
+            }
+            on_surface.push_back(triangle_point(view.surfaces[0], t, a, b, 1 - a - b));
         }
-    int held = 0;
+    int not_empty = 0;
     for (int i = 0; i < 2000; ++i) {
         const Double3 q{coordinate(random), coordinate(random), coordinate(random)};
         const ClearBox<double> box = box_at(grid, q);
-        held += holds_cube(box, q, 0);
-        for (const Double3& p : on_surface) ASSERT_FALSE(holds_cube(box, p, 0));
+        not_empty += contains_cube(box, q, 0);
+        for (const Double3& p : on_surface) ASSERT_FALSE(contains_cube(box, p, 0));
     }
-    EXPECT_GT(held, 1000);
+    EXPECT_GT(not_empty, 1000);
 }
 
-/// Point queries follow triangles of every shape, not only axis-parallel ones.
-TEST_F(SceneSurfaces, ClearanceAgreesWithBruteForceOnARandomMesh) {
+// The distance of a point query is compared with the least distance to samples of the triangles. Edges are shorter than
+// 3.5, so that a sample is at most 3.5/40 from the nearest point.
+TEST_F(SceneSurfaces, HaveTheClearanceOfABruteForceSearch) {
     std::mt19937 random(2);
     std::uniform_real_distribution<double> coordinate(-1, 1);
-    std::string text;
-    for (int i = 0; i < 60; ++i) {
-        text += 'v';
-        for (int k = 0; k < 3; ++k) text += ' ' + std::to_string(coordinate(random));
-        text += '\n';
-    }
-    for (int i = 1; i <= 58; ++i)
-        text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
-    const std::string path = write("mesh.obj", text);
+    write("mesh.obj", random_mesh(random, 60, 1));
     const SceneGeometry geometry(load(head + "[[object]]\nshape = \"mesh\"\nfile = \"mesh.obj\"\n"));
     const Geometry& view = *geometry.kernel_view();
-    const Surface& surface = view.surfaces[0];
     for (int i = 0; i < 50; ++i) {
         const Double3 q{coordinate(random), coordinate(random), coordinate(random)};
         const double nearest = distance_to_surfaces(view, q, std::numeric_limits<double>::infinity());
         double sampled = std::numeric_limits<double>::infinity();
-        for (std::uint32_t t = 0; t < 58; ++t) {
-            const auto corner = [&](std::uint32_t k) {
-                const double* v = surface.vertices + 3 * surface.triangles[3 * t + k];
-                return Double3{v[0], v[1], v[2]};
-            };
-            for (int a = 0; a <= 40; ++a) {
+        for (std::uint32_t t = 0; t < 58; ++t)
+            for (int a = 0; a <= 40; ++a)
                 for (int b = 0; a + b <= 40; ++b) {
-                    const Double3 p = add(scaled(corner(0), a / 40.0),
-                                          add(scaled(corner(1), b / 40.0), scaled(corner(2), (40 - a - b) / 40.0)));
+                    const Double3 p = triangle_point(view.surfaces[0], t, a / 40.0, b / 40.0, (40 - a - b) / 40.0);
                     sampled = std::min(sampled, length(subtract(p, q)));
                 }
-            }
-        }
-        EXPECT_LE(nearest,
-                  sampled + 4e-6);  // samples lie on the surface, at most an edge's fortieth from the nearest point
+        EXPECT_LE(nearest, sampled + 4e-6);  // rounding to float
         EXPECT_GE(nearest, sampled - 3.5 / 40);
     }
 }
 
-TEST_F(SceneSurfaces, NoGridWithoutCulling) {
+TEST_F(SceneSurfaces, HaveNoGridWithoutCulling) {
     const SceneGeometry geometry(
         load(head + "integrator.cull = \"none\"\n[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n"));
     EXPECT_EQ(geometry.kernel_view()->clearance, nullptr);
 }
 
-TEST(Texture, SrgbImagesAreDecodedAndFloatImagesAreNot) {
+// The expected value is ((188/255 + 0.055)/1.055)^2.4. The second read must fail, because the file is removed.
+TEST(Texture, DecodesSrgbImages) {
     const std::string path =
         (std::filesystem::temp_directory_path() / ("kagero-gray-" + std::to_string(getpid()) + ".ppm")).string();
     std::ofstream(path) << "P3\n1 1\n255\n188 188 188\n";
     const Image image = read_image(path, {});
     std::filesystem::remove(path);
-    EXPECT_NEAR(image.rgb[0], 0.5029, 1e-4);  // ((188/255 + 0.055)/1.055)^2.4
+    EXPECT_NEAR(image.rgb[0], 0.5029, 1e-4);
     EXPECT_THROW(read_image(path, {}), InputError);
 }
 

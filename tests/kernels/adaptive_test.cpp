@@ -1,4 +1,5 @@
-// Step control: a smaller tolerance gives a smaller error, and each ray is accepted or rejected for itself.
+// Adaptive methods: a smaller tolerance gives a smaller error, and each lane is accepted or rejected independently of
+// the other lanes.
 #include "tests/support/greatest.h"
 #include "tests/kernels/steps.h"
 
@@ -10,9 +11,10 @@ namespace kagero::test {
 namespace {
 
 template <class H>
-class Adaptive : public ::testing::Test {};
-TYPED_TEST_SUITE(Adaptive, AllHamiltonians, HamiltonianName);
+class AdaptiveMethods : public ::testing::Test {};
+TYPED_TEST_SUITE(AdaptiveMethods, AllHamiltonians, HamiltonianName);
 
+/// Calls check(method, rescaled) for all adaptive methods that support H.
 template <class H, class Check>
 void for_adaptive_methods(const Check& check) {
     for_all_methods<H>([&](const Method& method, bool rescaled) {
@@ -20,48 +22,50 @@ void for_adaptive_methods(const Check& check) {
     });
 }
 
-struct Followed {
+/// The end of a path, and the numbers of accepted and rejected steps.
+struct Path {
     State<double> end;
     int accepted = 0, rejected = 0;
 };
-/// The whole path with the steps that the method suggests.
+/// Integrates a bent ray over its path with the step lengths that the method suggests.
 template <class H>
-Followed follow(const Method& method, bool rescaled, int ray, double tolerance) {
+Path integrate(const Method& method, bool rescaled, int ray, double tolerance) {
     auto steps = Steps<double>::in<H>(method, rescaled);
-    steps.flow.options.tolerance = tolerance;
+    steps.state.options.tolerance = tolerance;
     steps.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / 2);
-    Followed run;
+    Path path;
     double left = path_length<H>;
-    while (left > 0 && run.accepted + run.rejected < 10000) {
-        const bool last = steps.flow.h >= left;
-        if (last) steps.flow.h = left;
+    while (left > 0 && path.accepted + path.rejected < 10000) {
+        const bool last = steps.state.h >= left;
+        if (last) steps.state.h = left;
         steps.step();
-        if (steps.flow.accepted) {
-            left = last ? 0 : left - steps.flow.h;
-            steps.flow.start = steps.flow.end;
-            ++run.accepted;
+        if (steps.state.accepted) {
+            left = last ? 0 : left - steps.state.h;
+            steps.state.start = steps.state.end;
+            ++path.accepted;
         } else {
-            EXPECT_LT(steps.flow.suggested, steps.flow.h) << "a rejected step must become shorter";
-            ++run.rejected;
+            EXPECT_LT(steps.state.suggested_length, steps.state.h)
+                << "The length suggested after a rejected step must be shorter.";
+            ++path.rejected;
         }
-        steps.flow.h = steps.flow.suggested;
+        steps.state.h = steps.state.suggested_length;
     }
-    run.end = steps.flow.start;
-    EXPECT_EQ(left, 0) << "never arrives";
-    return run;
+    path.end = steps.state.start;
+    EXPECT_EQ(left, 0) << "The path is not complete after 10000 steps.";
+    return path;
 }
 
-/// The same path by collocation.
+/// Returns the end of the same path by a collocation method of order 12 with 64 steps.
 template <class H>
 State<double> reference(bool rescaled, int ray) {
     constexpr int steps = 64;
     auto exact = Steps<double>::in<H>(method_named("gauss12"), rescaled);
     exact.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / steps);
     exact.advance(steps);
-    return exact.flow.end;
+    return exact.state.end;
 }
 
-TYPED_TEST(Adaptive, ErrorFollowsTheTolerance) {
+TYPED_TEST(AdaptiveMethods, ErrorDecreasesWithTheTolerance) {
     using H = TypeParam;
     for_adaptive_methods<H>([](const Method& method, bool rescaled) {
         double before = 1;
@@ -69,27 +73,30 @@ TYPED_TEST(Adaptive, ErrorFollowsTheTolerance) {
         for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
             double error = 0;
             int steps = 0;
-            for (int ray = 0; ray < bent_rays; ++ray) {
-                const Followed run = follow<H>(method, rescaled, ray, tolerance);
+            for (int ray = 0; ray < bent_ray_count; ++ray) {
+                const Path path = integrate<H>(method, rescaled, ray, tolerance);
                 const State<double> exact = reference<H>(rescaled, ray);
                 for (int k = 0; k < 6; ++k)
-                    error = greatest(error, std::abs(run.end.y[k] - exact.y[k]) / (1 + std::abs(exact.y[k])));
-                steps += run.accepted;
+                    error = greatest(error, std::abs(path.end.y[k] - exact.y[k]) / (1 + std::abs(exact.y[k])));
+                steps += path.accepted;
             }
-            // Local errors add up, and the flow stretches them a little.
+            // The error is at most the sum of the local errors, which the flow magnifies by less than 10.
             EXPECT_LE(error, 10 * steps * tolerance + 1e4 * machine_epsilon<double>) << "tolerance " << tolerance;
-            // Far below the tolerance, where an estimate is of a lower order than the step, errors come as they may.
+            // The error must decrease, unless it is far below the tolerance. There it varies irregularly, because the
+            // error estimate has a lower order than the step.
             EXPECT_LE(error, std::max(before, 0.01 * tolerance) + 1e4 * machine_epsilon<double>)
                 << "tolerance " << tolerance;
             EXPECT_GE(steps, steps_before) << "tolerance " << tolerance;
-            before = error, steps_before = steps;
+            before = error;
+            steps_before = steps;
         }
     });
 }
 
-/// Lanes with steps from tiny to enormous: each is judged as if it were alone.
+/// Performs one step of a packet whose lanes have very different step lengths. Expects that each lane is accepted or
+/// rejected, and obtains the same suggested length, as in a scalar step.
 template <class H, class V>
-void expect_judged_alone() {
+void expect_independent_lanes() {
     using S = ScalarOf<V>;
     const State<S> start = state_of<S>(bent_ray<H>());
     State<V> all;
@@ -97,27 +104,33 @@ void expect_judged_alone() {
     V h;
     for (int i = 0; i < lane_count<V>; ++i) set_lane(h, i, S(path_length<H> * std::ldexp(1.5, -i)));
     for_adaptive_methods<H>([&](const Method& method, bool rescaled) {
-        auto together = Steps<V>::template in<H>(method, rescaled);
-        together.flow.options.tolerance = S(1e-4);
-        together.begin(all, h);
-        together.step();
-        const std::uint64_t accepted = to_bits(together.flow.accepted);
+        auto packet = Steps<V>::template in<H>(method, rescaled);
+        packet.state.options.tolerance = S(1e-4);
+        packet.begin(all, h);
+        packet.step();
+        const std::uint64_t accepted = to_bits(packet.state.accepted);
         for (int i = 0; i < lane_count<V>; ++i) {
-            auto alone = Steps<S>::template in<H>(method, rescaled);
-            alone.flow.options.tolerance = S(1e-4);
-            alone.begin(start, get_lane(h, i));
-            alone.step();
-            const S suggested = alone.flow.suggested, length = get_lane(h, i);
-            EXPECT_EQ((accepted >> i) & 1, to_bits(alone.flow.accepted)) << "lane " << i;
-            EXPECT_TRUE(alone.flow.accepted || suggested < length) << "lane " << i;
-            // The estimate is a small difference of large numbers.
+            auto scalar = Steps<S>::template in<H>(method, rescaled);
+            scalar.state.options.tolerance = S(1e-4);
+            scalar.begin(start, get_lane(h, i));
+            scalar.step();
+            const S suggested_length = scalar.state.suggested_length, length = get_lane(h, i);
+            EXPECT_EQ((accepted >> i) & 1, to_bits(scalar.state.accepted)) << "lane " << i;
+            EXPECT_TRUE(scalar.state.accepted || suggested_length < length) << "lane " << i;
+            // The error estimate is a small difference of large numbers, so that its relative rounding error is that of
+            // the state divided by the tolerance.
             const S rounding = machine_epsilon<S> / S(1e-4);
-            EXPECT_NEAR(get_lane(together.flow.suggested, i), suggested, 100 * rounding * suggested) << "lane " << i;
+            EXPECT_NEAR(get_lane(packet.state.suggested_length, i), suggested_length, 100 * rounding * suggested_length)
+                << "lane " << i;
         }
     });
 }
-TYPED_TEST(Adaptive, LanesAreJudgedAloneInDouble) { expect_judged_alone<TypeParam, PacketDouble>(); }
-TYPED_TEST(Adaptive, LanesAreJudgedAloneInFloat) { expect_judged_alone<TypeParam, PacketFloat>(); }
+TYPED_TEST(AdaptiveMethods, LanesAreAcceptedIndependentlyInDouble) {
+    expect_independent_lanes<TypeParam, PacketDouble>();
+}
+TYPED_TEST(AdaptiveMethods, LanesAreAcceptedIndependentlyInFloat) {
+    expect_independent_lanes<TypeParam, PacketFloat>();
+}
 
 }  // namespace
 }  // namespace kagero::test

@@ -1,5 +1,6 @@
-// The tables of explicit Runge–Kutta methods satisfy the order conditions of every rooted tree up to their order, and
-// not all of the next: Σ_i b_i Φ_i(t) = 1/γ(t) (Hairer, Nørsett & Wanner 1993, §II.2).
+// The Butcher tables of explicit Runge–Kutta methods satisfy the order conditions of all rooted trees up to their
+// order, and violate at least one condition of the next order. The condition of a tree t is Σ_i b_i Φ_i(t) = 1/γ(t)
+// (Hairer, Nørsett & Wanner 1993, §II.2).
 #include "kernels/methods/methods.h"
 
 #include <gtest/gtest.h>
@@ -13,14 +14,15 @@ namespace {
 
 constexpr int highest_order = 10;
 
-/// The trees at the root of one, by number, the greatest first; how many nodes it has, and γ.
+/// A rooted tree.
 struct Tree {
-    std::vector<int> branches;
-    int order;
-    double density;
+    std::vector<int> branches;  ///< Indices of the subtrees at the root, in descending order.
+    int order;                  ///< Number of nodes.
+    double density;             ///< γ(t): the product of the orders of the tree and of all its subtrees.
 };
 
-/// Adds the trees that `branches`, and more with `left` nodes, none of a greater number than `greatest`, make.
+/// Appends all trees with `order` nodes that contain the given branches. Their further branches have `left` nodes in
+/// total, and indices of at most `greatest`.
 void add_trees(std::vector<Tree>& trees, std::vector<int>& branches, int order, int left, int greatest) {
     if (left == 0) {
         double density = order;
@@ -36,7 +38,7 @@ void add_trees(std::vector<Tree>& trees, std::vector<int>& branches, int order, 
     }
 }
 
-/// Every tree of at most `highest_order` nodes, in order of their number.
+/// Returns all trees of at most `highest_order` nodes, sorted by the number of nodes.
 const std::vector<Tree>& all_trees() {
     static const std::vector<Tree> trees = [] {
         std::vector<Tree> found{{{}, 1, 1}};
@@ -48,42 +50,44 @@ const std::vector<Tree>& all_trees() {
     return trees;
 }
 
-TEST(ButcherTables, ThereAreAsManyTreesAsCayleyCounted) {
+// The numbers of unlabelled rooted trees with 1 to 10 nodes, first counted by Cayley.
+TEST(ButcherTables, NumberOfRootedTreesMatchesCayley) {
     int count[highest_order + 1] = {};
     for (const Tree& tree : all_trees()) ++count[tree.order];
-    constexpr int known[highest_order + 1] = {0, 1, 1, 2, 4, 9, 20, 48, 115, 286, 719};
-    for (int order = 1; order <= highest_order; ++order) EXPECT_EQ(count[order], known[order]);
+    constexpr int expected[highest_order + 1] = {0, 1, 1, 2, 4, 9, 20, 48, 115, 286, 719};
+    for (int order = 1; order <= highest_order; ++order) EXPECT_EQ(count[order], expected[order]);
 }
 
-/// How far off the worst condition of each order is.
+/// Returns, for each order, the greatest residual of its conditions.
 std::vector<double> residuals(const ButcherTable& table, const double* weights) {
-    std::vector<std::vector<double>> phi;  // of every tree at every stage
+    std::vector<std::vector<double>> phi;  // Φ_i(t) for every tree t and stage i
     std::vector<double> worst(highest_order + 1);
     for (const Tree& tree : all_trees()) {
-        std::vector<double>& here = phi.emplace_back(table.stages, 1.0);
+        std::vector<double>& stage_phi = phi.emplace_back(table.stages, 1.0);
         for (const int branch : tree.branches)
             for (int i = 0; i < table.stages; ++i) {
                 double sum = 0;
                 for (int j = 0; j < i; ++j) sum += table.a[i][j] * phi[branch][j];
-                here[i] *= sum;
+                stage_phi[i] *= sum;
             }
         double sum = 0;
-        for (int i = 0; i < table.stages; ++i) sum += weights[i] * here[i];
+        for (int i = 0; i < table.stages; ++i) sum += weights[i] * stage_phi[i];
         worst[tree.order] = std::max(worst[tree.order], std::abs(sum - 1 / tree.density));
     }
     return worst;
 }
 
-/// Of a condition, what roundings of the coefficients leave.
+/// Bound on the residual that roundings of the coefficients leave in a condition.
 constexpr double rounding = 2e-14;
 
-void expect_order(const ButcherTable& table, const double* weights, int order, const char* which) {
+void expect_order(const ButcherTable& table, const double* weights, int order, const char* method) {
     const std::vector<double> worst = residuals(table, weights);
-    for (int n = 1; n <= order; ++n) EXPECT_LE(worst[n], rounding) << which << ", order " << n;
-    EXPECT_GE(worst[order + 1], 1e-6) << which << " is of a higher order than stated";
+    for (int n = 1; n <= order; ++n) EXPECT_LE(worst[n], rounding) << method << ", order " << n;
+    EXPECT_GE(worst[order + 1], 1e-6) << method << " has a higher order than the table states.";
 }
 
-TEST(ButcherTables, SatisfyTheOrderConditionsOfTheirOrderAndNoMore) {
+// The weights of the step, and for adaptive methods those of the embedded method.
+TEST(ButcherTables, SatisfyOrderConditionsExactlyUpToTheStatedOrder) {
     int tables = 0;
     for (const Method& method : methods) {
         const ButcherTable* table = method.coefficients.table;

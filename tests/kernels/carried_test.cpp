@@ -1,5 +1,5 @@
-// Quantities that rays carry along beside λ: every kind of step integrates them to the order of its method, and neither
-// the state nor λ changes because of them.
+// Carried quantities besides λ. Every stepper integrates them with the order of its method, and they change neither the
+// state nor λ. The reference values are closed forms along rays that are integrated in quadruple precision.
 #include "tests/kernels/steps.h"
 
 #include "kernels/comparison/stages_in_lanes.h"
@@ -12,12 +12,12 @@ namespace {
 
 using hamiltonians::Fisheye, hamiltonians::Schwarzschild;
 
-/// λ and two further quantities.
+/// Number of carried quantities: λ and two others.
 constexpr int carried_quantities = 3;
 using Values = std::array<Quad, carried_quantities>;
 
-/// Maxwell's fisheye, whose rays carry the optical path ∫ N² dτ and the change of q·p, ∫ (N² − q·∂K/∂q) dτ. On H = 0
-/// both rates are functions of q.
+/// Maxwell's fisheye with two carried quantities: the optical path ∫ N² dτ, and the change of q·p, which is
+/// ∫ (N² − q·∂K/∂q) dτ. On H = 0 both rates are functions of q alone.
 template <class S>
 struct FisheyeWithPaths : System<Fisheye, false, S> {
     using System<Fisheye, false, S>::System;
@@ -29,7 +29,8 @@ struct FisheyeWithPaths : System<Fisheye, false, S> {
         rates[0] = Fisheye::index_squared(this->template parameters<V>(), s.q());
         rates[1] = rates[0] - dot(s.q(), this->dq(s));
     }
-    /// Stereographic projection makes rays great circles, and the optical path n0 R/2 times the angle on the sphere.
+    /// Returns the carried quantities of a ray from a to b; the element for λ is 0. Stereographic projection maps rays
+    /// to great circles. The optical path is n0 R/2 times the angle on the sphere (R: radius of the fisheye).
     static Values closed_form(const State<Quad>& a, const State<Quad>& b) {
         const auto k = make_parameters<Fisheye>(default_parameters<Fisheye>().data());
         const Quad radius2 = Quad(k.radius) * k.radius, step2 = dot(b.q() - a.q(), b.q() - a.q());
@@ -37,7 +38,7 @@ struct FisheyeWithPaths : System<Fisheye, false, S> {
         const Quad angle = 2 * atan2(sqrt(sine2), sqrt(1 - sine2));
         return {0, Quad(k.n0) * k.radius / 2 * angle, dot(b.q(), b.p()) - dot(a.q(), a.p())};
     }
-    /// Rays with H = 0 to the last digit.
+    /// Returns the start of a bent ray with H = 0 in quadruple precision.
     static State<Quad> start(int which) {
         State<Quad> s = state_of<Quad>(bent_ray<Fisheye>(which));
         const auto k = make_parameters<Fisheye>(default_parameters<Fisheye>().data());
@@ -47,7 +48,7 @@ struct FisheyeWithPaths : System<Fisheye, false, S> {
     }
 };
 
-/// Any H, whose rays carry ½|q|² and q·p, by their rates of change along the flow: these depend on p.
+/// The system of H with two carried quantities: the changes of ½|q|² and of q·p along the ray. Their rates depend on p.
 template <class H, bool Rescaled, class S>
 struct WithProducts : System<H, Rescaled, S> {
     using System<H, Rescaled, S>::System;
@@ -61,6 +62,7 @@ struct WithProducts : System<H, Rescaled, S> {
         rates[0] = dot(s.q(), velocity_in(g));
         rates[1] = dot(s.p(), velocity_in(g)) - dot(s.q(), force_in(g));
     }
+    /// Returns the carried quantities of a ray from a to b; the element for λ is 0.
     static Values closed_form(const State<Quad>& a, const State<Quad>& b) {
         return {0, (dot(b.q(), b.q()) - dot(a.q(), a.q())) / 2, dot(b.q(), b.p()) - dot(a.q(), a.p())};
     }
@@ -72,15 +74,17 @@ using SchwarzschildWithProducts = WithProducts<Schwarzschild, true, S>;
 template <class S>
 using FisheyeWithProducts = WithProducts<Fisheye, false, S>;
 
-/// `steps` steps of length h; the rays carry N quantities. Stops after a step that is not solved.
+/// Performs `steps` steps of length h with N carried quantities. Stops after a step that is not solved.
 template <class Stepper, int N, class System, class V>
-StepperState<V, N> follow(const System& system, const Coefficients& coefficients, const State<V>& start, const V& h,
-                  int steps) {
+StepperState<V, N> integrate(const System& system, const Coefficients& coefficients, const State<V>& start, const V& h,
+                             int steps) {
     using S = ScalarOf<V>;
     StepperState<V, N> f{};
     static_cast<State<V>&>(f.start) = start;
-    f.h = h, f.options.want_carried = true, f.options.tolerance = Steps<V>::any_error;
-    f.gradients = f.open_iterations = V(S(0));
+    f.h = h;
+    f.options.compute_carried = true;
+    f.options.tolerance = Steps<V>::unlimited_tolerance;
+    f.gradients = f.lane_iterations = V(S(0));
     for (int k = 0; k < N; ++k) f.start.carried(k) = V(S(0));
     for (int i = 0; i < steps; ++i) {
         if (i > 0) f.start = f.end;
@@ -93,9 +97,9 @@ StepperState<V, N> follow(const System& system, const Coefficients& coefficients
     return f;
 }
 
-/// Calls check.operator()<Stepper>(method) for the methods that serve a system.
+/// Calls check.operator()<Stepper>(method) for the methods that support a system.
 template <class System, class Check>
-void for_all_steps(const Check& check) {
+void for_all_steppers(const Check& check) {
     for (const Method& method : methods) {
         SCOPED_TRACE(method.info.name);
         visit_kind(method.kind, [&]<class Stepper>() {
@@ -104,39 +108,46 @@ void for_all_steps(const Check& check) {
     }
 }
 
-/// What rays have carried at the end of the path, with λ by a method of high order that carries nothing else.
+/// Returns the exact carried quantities at the end of the path of a bent ray. The end state and λ are computed by a
+/// collocation method of order 16 that carries no other quantity.
 template <class System, class H>
 Values expected(int which) {
     const auto parameters = default_parameters<H>();
     const kagero::System<H, System::rescaled, Quad> plain(parameters.data());
     constexpr int steps = 64;
     const State<Quad> start = System::start(which);
-    const auto f = follow<Gauss<0>, 1>(plain, {.gauss = &gauss_tableau<8>}, start, Quad(path_length<H>) / steps, steps);
+    const Quad h = Quad(path_length<H>) / steps;
+    const auto f = integrate<Gauss<0>, 1>(plain, {.gauss = &gauss_tableau<8>}, start, h, steps);
     EXPECT_TRUE(f.solved);
     Values values = System::closed_form(start, f.end);
     values[0] = f.end.parameter;
     return values;
 }
 
+/// An error, and the number of steps with which it was measured.
 struct Point {
     double steps, error;
 };
-/// Of −log error over log steps, by least squares.
+/// Returns the slope of −log error over log steps, by least squares.
 double slope(const Point* first, const Point* last) {
     double sx = 0, sy = 0, sxx = 0, sxy = 0;
     const double n = double(last - first);
     for (const Point* p = first; p != last; ++p) {
         const double x = std::log(p->steps), y = -std::log(p->error);
-        sx += x, sy += y, sxx += x * x, sxy += x * y;
+        sx += x;
+        sy += y;
+        sxx += x * x;
+        sxy += x * y;
     }
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-/// The errors of all quantities, summed over rays, where they are above rounding and every step was solved.
+/// Returns the errors of each quantity for several numbers of steps, summed over the bent rays. Leaves out errors below
+/// the rounding level, and numbers of steps with which a step is not solved.
 template <class Stepper, class System, class H>
 std::array<std::vector<Point>, carried_quantities> errors(const Method& method) {
     static const Values exact[] = {expected<System, H>(0), expected<System, H>(1), expected<System, H>(2)};
-    static_assert(std::size(exact) == bent_rays);
+    static_assert(std::size(exact) == bent_ray_count);
     const auto parameters = default_parameters<H>();
     const System system(parameters.data());
     const int order = int(method.info.order), finest = order <= 2 ? 256 : order <= 5 ? 128 : order <= 8 ? 48 : 24;
@@ -146,10 +157,10 @@ std::array<std::vector<Point>, carried_quantities> errors(const Method& method) 
         for (const int steps : {coarse, coarse + coarse / 2}) {
             double sum[carried_quantities] = {};
             bool solved = true;
-            for (int ray = 0; ray < bent_rays; ++ray) {
+            for (int ray = 0; ray < bent_ray_count; ++ray) {
                 const Quad h = Quad(path_length<H>) / steps;
                 const State<Quad> start = System::start(ray);
-                const auto f = follow<Stepper, carried_quantities>(system, method.coefficients, start, h, steps);
+                const auto f = integrate<Stepper, carried_quantities>(system, method.coefficients, start, h, steps);
                 solved = solved && f.solved;
                 for (int k = 0; k < carried_quantities; ++k) sum[k] += double(abs(f.end.carried(k) - exact[ray][k]));
             }
@@ -160,10 +171,13 @@ std::array<std::vector<Point>, carried_quantities> errors(const Method& method) 
     return points;
 }
 
+/// Fits the order of the errors of each quantity, once to the three smallest step sizes and once to all. Expects that
+/// the greater of both is not below the order of the method by more than 0.6, or 1.5 for orders of 8 and above. For
+/// orders below 9, the least fitted order of all quantities must not exceed the order of the method by more than 1.6.
 template <class System, class H>
 void expect_order() {
     int kinds = 0;
-    for_all_steps<System>([&]<class Stepper>(const Method& method) {
+    for_all_steppers<System>([&]<class Stepper>(const Method& method) {
         kinds |= 1 << int(method.kind);
         const auto all = errors<Stepper, System, H>(method);
         const double order = method.info.order;
@@ -174,7 +188,8 @@ void expect_order() {
             for (const Point& p : points)
                 shown += ", " + std::to_string(int(p.steps)) + ": " + std::to_string(std::log10(p.error));
             SCOPED_TRACE(shown);  // log10 of the errors
-            // Explicit formulas of high order reach the rounding of their coefficients after a few step sizes.
+            // The errors of explicit methods of high order reach the rounding level of their coefficients after a few
+            // step sizes, so that too few points remain for a fit.
             if (order >= 8 && !method.info.symmetric && points.size() < 3) continue;
             ASSERT_GE(points.size(), 3u);
             const Point* last = points.data() + points.size();
@@ -183,24 +198,28 @@ void expect_order() {
             least = std::min(least, found);
         }
         if (std::isfinite(least) && order < 9) {
-            EXPECT_LE(least, order + 1.6) << "of higher order after all?";
+            EXPECT_LE(least, order + 1.6) << "The order is higher than the table states.";
         }
     });
     const int generic =
-        1 << int(Kind::composition) | 1 << int(Kind::runge_kutta) | 1 << int(Kind::gauss) | 1 << int(Kind::gauss_of_4);
-    EXPECT_EQ(kinds, generic | (Nystroem::refusal<System>() ? 0 : 1 << int(Kind::nystroem)));
+        1 << int(StepperKind::composition) | 1 << int(StepperKind::runge_kutta) |
+                        1 << int(StepperKind::gauss) | 1 << int(StepperKind::gauss_of_4);
+    EXPECT_EQ(kinds, generic | (Nystroem::refusal<System>() ? 0 : 1 << int(StepperKind::nystroem)));
 }
 
-TEST(Carried, ByPositionInEverySeparableStepToItsOrder) {
+TEST(CarriedQuantities, PositionDependentRatesConvergeWithTheOrderOfTheMethod) {
     static_assert(!Nystroem::refusal<FisheyeWithPaths<Quad>>());
     expect_order<FisheyeWithPaths<Quad>, Fisheye>();
 }
-TEST(Carried, ByMomentumToTheOrderOfTheMethod) { expect_order<FisheyeWithProducts<Quad>, Fisheye>(); }
-TEST(Carried, InImplicitStepsOfARescaledHamiltonianToTheOrderOfTheMethod) {
+TEST(CarriedQuantities, MomentumDependentRatesConvergeWithTheOrderOfTheMethod) {
+    expect_order<FisheyeWithProducts<Quad>, Fisheye>();
+}
+TEST(CarriedQuantities, ConvergeWithTheOrderOfTheMethodUnderTimeRescaling) {
     expect_order<SchwarzschildWithProducts<Quad>, Schwarzschild>();
 }
 
-/// State and λ of rays that carry more are those of rays that do not, to the last bit; without rescaling λ is τ.
+/// Expects that state and λ are the same with further carried quantities and without, bit for bit. Without time
+/// rescaling λ must be equal to τ.
 template <class System, class Plain, class H>
 void expect_nothing_else_changes() {
     const auto parameters = default_parameters<H>();
@@ -208,46 +227,49 @@ void expect_nothing_else_changes() {
     const Plain plain(parameters.data());
     const State<double> start = state_of<double>(bent_ray<H>());
     const double h = path_length<H> / 16;
-    for_all_steps<System>([&]<class Stepper>(const Method& method) {
-        const auto more = follow<Stepper, carried_quantities>(system, method.coefficients, start, h, 2);
-        const auto less = follow<Stepper, 1>(plain, method.coefficients, start, h, 2);
-        EXPECT_TRUE(more.solved && less.solved);
-        for (int k = 0; k < phase_size; ++k) EXPECT_EQ(more.end.y[k], less.end.y[k]) << k;
-        EXPECT_EQ(more.end.parameter, less.end.parameter);
+    for_all_steppers<System>([&]<class Stepper>(const Method& method) {
+        const auto with_further = integrate<Stepper, carried_quantities>(system, method.coefficients, start, h, 2);
+        const auto without_further = integrate<Stepper, 1>(plain, method.coefficients, start, h, 2);
+        EXPECT_TRUE(with_further.solved && without_further.solved);
+        for (int k = 0; k < phase_size; ++k) EXPECT_EQ(with_further.end.y[k], without_further.end.y[k]) << k;
+        EXPECT_EQ(with_further.end.parameter, without_further.end.parameter);
         if constexpr (!System::rescaled) {
-            EXPECT_EQ(more.end.parameter, h + h);
+            EXPECT_EQ(with_further.end.parameter, h + h);
         }
     });
 }
-TEST(Carried, ChangesNeitherStateNorParameter) {
+TEST(CarriedQuantities, DoNotChangeStateOrParameter) {
     expect_nothing_else_changes<FisheyeWithProducts<double>, System<Fisheye, false, double>, Fisheye>();
     expect_nothing_else_changes<SchwarzschildWithProducts<double>, System<Schwarzschild, true, double>,
                                 Schwarzschild>();
 }
 
-// A ray in a packet carries what it does by itself, and so does one whose stages lie in the lanes.
-TEST(Carried, IsTheSameInPacketsAndInLanes) {
+// Carried quantities of the same ray by three strategies, compared bit for bit: scalar steps, a lane of a packet, and
+// one ray with its stages in the lanes.
+TEST(CarriedQuantities, AreEqualInScalarsPacketsAndStagesInLanes) {
     const auto parameters = default_parameters<Schwarzschild>();
     const SchwarzschildWithProducts<double> system(parameters.data());
     const RayStart ray = bent_ray<Schwarzschild>();
     const double h = path_length<Schwarzschild> / 16;
-    for_all_steps<SchwarzschildWithProducts<double>>([&]<class Stepper>(const Method& method) {
-        const auto one = follow<Stepper, carried_quantities>(system, method.coefficients, state_of<double>(ray), h, 2);
-        const auto many = follow<Stepper, carried_quantities>(system, method.coefficients, state_of<PacketDouble>(ray),
-                                                           PacketDouble(h), 2);
-        EXPECT_TRUE(one.solved);
+    for_all_steppers<SchwarzschildWithProducts<double>>([&]<class Stepper>(const Method& method) {
+        const auto start = state_of<double>(ray);
+        const auto packet_start = state_of<PacketDouble>(ray);
+        const auto scalar = integrate<Stepper, carried_quantities>(system, method.coefficients, start, h, 2);
+        const auto packet =
+            integrate<Stepper, carried_quantities>(system, method.coefficients, packet_start, PacketDouble(h), 2);
+        EXPECT_TRUE(scalar.solved);
         for (int k = 0; k < carried_quantities; ++k)
-            EXPECT_EQ(one.end.carried(k), get_lane(many.end.carried(k), 1)) << k;
-        if constexpr (Stepper::family == Family::gauss) {
+            EXPECT_EQ(scalar.end.carried(k), get_lane(packet.end.carried(k), 1)) << k;
+        if constexpr (Stepper::family == MethodFamily::gauss) {
             const auto stages =
-                follow<StagesInLanes<0>, carried_quantities>(system, method.coefficients, state_of<double>(ray), h, 2);
-            for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(one.end.carried(k), stages.end.carried(k)) << k;
+                integrate<StagesInLanes<0>, carried_quantities>(system, method.coefficients, start, h, 2);
+            for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(scalar.end.carried(k), stages.end.carried(k)) << k;
         }
     });
 }
 
-// A step in a called system carries what the same step does inline.
-TEST(Carried, IsTheSameInCalledSystems) {
+// A step in a called system is compared with the same step in the system itself, whose functions are inlined.
+TEST(CarriedQuantities, AreEqualInCalledAndInlineSystems) {
     using HoleWithProducts = WithProducts<Schwarzschild, false, double>;
     static_assert(HoleWithProducts::called);
     const auto parameters = default_parameters<Schwarzschild>();
@@ -255,32 +277,34 @@ TEST(Carried, IsTheSameInCalledSystems) {
     const State<double> start = state_of<double>(bent_ray<Schwarzschild>());
     const double h = path_length<Schwarzschild> / 16;
     const auto compare = [&]<class Stepper>(const Coefficients& coefficients) {
-        const auto direct = follow<Stepper, carried_quantities>(system, coefficients, start, h, 2);
-        const auto called = follow<Stepper, carried_quantities>(as_called<double>(system), coefficients, start, h, 2);
-        for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(direct.end.carried(k), called.end.carried(k)) << k;
+        const auto inlined = integrate<Stepper, carried_quantities>(system, coefficients, start, h, 2);
+        const auto called =
+            integrate<Stepper, carried_quantities>(as_called<double>(system), coefficients, start, h, 2);
+        for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(inlined.end.carried(k), called.end.carried(k)) << k;
     };
     compare.operator()<Composition>({.fractions = fractions::verlet});
     compare.operator()<RungeKutta>({.table = &kutta4});
     compare.operator()<Gauss<0>>({.gauss = &gauss_tableau<2>});
 }
 
-// Quantities that are not wanted keep their values.
-TEST(Carried, StaysWhereItIsNotWanted) {
+TEST(CarriedQuantities, KeepTheirValuesWhenNotRequested) {
     const auto parameters = default_parameters<Schwarzschild>();
     const SchwarzschildWithProducts<double> system(parameters.data());
-    for_all_steps<SchwarzschildWithProducts<double>>([&]<class Stepper>(const Method& method) {
-        auto f = follow<Stepper, carried_quantities>(system, method.coefficients,
-                                                  state_of<double>(bent_ray<Schwarzschild>()), 0.125, 1);
-        f.options.want_carried = false;
-        f.start.carried(1) = 3, f.start.carried(2) = -5;
+    for_all_steppers<SchwarzschildWithProducts<double>>([&]<class Stepper>(const Method& method) {
+        const auto start = state_of<double>(bent_ray<Schwarzschild>());
+        auto f = integrate<Stepper, carried_quantities>(system, method.coefficients, start, 0.125, 1);
+        f.options.compute_carried = false;
+        f.start.carried(1) = 3;
+        f.start.carried(2) = -5;
         Stepper::step(system, f, method.coefficients);
         EXPECT_EQ(f.end.carried(1), 3);
         EXPECT_EQ(f.end.carried(2), -5);
     });
 }
 
-// Closed forms have no nodes, and Nyström's methods have no momentum at the position of a node.
-TEST(Carried, IsRefusedWhereAStepCannotIntegrateIt) {
+// The orbit stepper, the exact split and the printed recipe have no nodes at which rates could be evaluated. Nyström
+// methods do not compute the momentum at their nodes, so that they support only rates that depend on position alone.
+TEST(CarriedQuantities, AreRefusedByMethodsThatCannotIntegrateThem) {
     using Hole = System<Schwarzschild, false, double>;
     using HoleWithProducts = WithProducts<Schwarzschild, false, double>;
     EXPECT_EQ(Orbit::refusal<Hole>(), nullptr);
@@ -289,7 +313,7 @@ TEST(Carried, IsRefusedWhereAStepCannotIntegrateIt) {
     for (const char* reason : {Orbit::refusal<HoleWithProducts>(), ExactSplit::refusal<HoleWithProducts>(),
                                Recipe::refusal<HoleWithProducts>()}) {
         ASSERT_NE(reason, nullptr);
-        EXPECT_NE(std::string(reason).find("carry"), std::string::npos) << reason;
+        EXPECT_NE(std::string(reason).find("carried quantities"), std::string::npos) << reason;
     }
     EXPECT_EQ((Nystroem::refusal<System<Fisheye, false, double>>()), nullptr);
     EXPECT_NE(Nystroem::refusal<FisheyeWithProducts<double>>(), nullptr);

@@ -1,6 +1,7 @@
-// One step of eq. (9) against closed forms: its implicit half is a quadratic equation for eq. (16) and for eq. (17).
-// Where that has no real root, or only one beyond a fold, which no ray that starts with τ = 0 can reach, the step must
-// say that it is unsolved.
+// One step of semi-implicit Euler, eq. (9) of Satoh (2003), compared with a closed form. With H of eq. (16) or eq. (17)
+// the implicit half of the step is a quadratic equation. The solution that continues the start at τ = 0 can end in a
+// fold: beyond it, the equation has no real root, or only one on another branch. The step must then be reported as
+// unsolved.
 #include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
@@ -10,16 +11,16 @@
 namespace kagero::test {
 namespace {
 
-/// The solution, and how far it is from a fold: the smallest factor of the Jacobian's determinant, at most zero where
-/// there is none.
+/// The exact result of a step.
 struct Solution {
-    double y[6];
-    double margin;
+    double y[6];    ///< Position and momentum at the end.
+    double margin;  ///< Least factor of the determinant of the Jacobian: 0 at a fold, ≤ 0 if there is no solution.
 };
 
 using hamiltonians::Mirage, hamiltonians::Schwarzschild;
 
-/// Eq. (16), f = r_g/r: u = p_t + n·p solves u' = u − a u'² with a = τ f/(2r); the rest of p' is linear in it.
+/// Returns the result of a step with eq. (16). With f = r_g/r, n = q/r and a = τ f/(2r), u = p_t + n·p satisfies
+/// u' = u − a u'². The other components of p' satisfy linear equations.
 Solution closed_form(const Schwarzschild*, const RayStart& ray, double tau) {
     const double rg = default_parameters<Schwarzschild>()[0];
     const Vec3<double> q{ray.q[0], ray.q[1], ray.q[2]}, p{ray.p[0], ray.p[1], ray.p[2]};
@@ -33,7 +34,8 @@ Solution closed_form(const Schwarzschild*, const RayStart& ray, double tau) {
     return {{position.x, position.y, position.z, momentum.x, momentum.y, momentum.z}, std::min(root, across)};
 }
 
-/// Eq. (17), g = ∇n: s = |p'|² solves τ²g²s²/4 − A s + |p|² = 0 with A = 1 + τ p·g.
+/// Returns the result of a step with eq. (17). With g = ∇n and A = 1 + τ p·g, s = |p'|² satisfies
+/// τ²g²s²/4 − A s + |p|² = 0.
 Solution closed_form(const Mirage*, const RayStart& ray, double tau) {
     const auto k = make_parameters<Mirage>(default_parameters<Mirage>().data());
     const Vec3<double> q{ray.q[0], ray.q[1], ray.q[2]}, p{ray.p[0], ray.p[1], ray.p[2]};
@@ -46,23 +48,24 @@ Solution closed_form(const Mirage*, const RayStart& ray, double tau) {
 }
 
 template <class H>
-class ClosedForms : public ::testing::Test {};
-using HaveClosedForms = ::testing::Types<Mirage, Schwarzschild>;
-TYPED_TEST_SUITE(ClosedForms, HaveClosedForms, HamiltonianName);
+class EulerStep : public ::testing::Test {};
+using SpacesWithClosedForms = ::testing::Types<Mirage, Schwarzschild>;
+TYPED_TEST_SUITE(EulerStep, SpacesWithClosedForms, HamiltonianName);
 
+/// Compares steps of random rays with random τ in [−longest, longest] with the closed form.
 template <class H, class V>
 void expect_closed_form(double longest) {
     Random random(31);
     auto steps = Steps<V>::template in<H>(method_named("euler"), false);
-    int with = 0, without = 0;
+    int solvable = 0, unsolvable = 0;
     for (const RayStart& ray : random_rays<H>(2000, 32)) {
         const double tau = random(-longest, longest);
         const Solution expected = closed_form(static_cast<const H*>(nullptr), ray, tau);
         steps.begin(state_of<V>(ray), V(tau));
         steps.step();
-        const bool solved = to_bits(steps.flow.solved) & 1;
-        // Near a fold rounding decides, and iterations may leave the basin of a root: to give up is allowed there, a
-        // wrong root nowhere.
+        const bool solved = to_bits(steps.state.solved) & 1;
+        // At a fold the result depends on rounding. Near a fold the iteration may diverge, so that the step may be
+        // unsolved. A wrong root is an error everywhere.
         constexpr double at_a_fold = 1e-6, near_a_fold = 0.5;
         if (expected.margin > at_a_fold) {
             EXPECT_TRUE(solved || expected.margin < near_a_fold) << "margin " << expected.margin;
@@ -70,20 +73,23 @@ void expect_closed_form(double longest) {
             for (int k = 0; k < 6; ++k) {
                 const double size =
                     (1 + std::abs(expected.y[k])) * (1 + std::abs(tau)) / (expected.margin * expected.margin);
-                EXPECT_NEAR(get_lane(steps.flow.end.y[k], 0), expected.y[k], 100 * machine_epsilon<double> * size)
+                EXPECT_NEAR(get_lane(steps.state.end.y[k], 0), expected.y[k], 100 * machine_epsilon<double> * size)
                     << "component " << k;
             }
-            ++with;
+            ++solvable;
         } else if (expected.margin < -at_a_fold) {
-            EXPECT_FALSE(solved) << "a root beyond the fold, at τ = " << tau << ", margin " << expected.margin;
-            ++without;
+            EXPECT_FALSE(solved) << "The step has found a root beyond the fold at τ = " << tau << ", margin "
+                                 << expected.margin;
+            ++unsolvable;
         }
     }
-    EXPECT_GT(with, 500);
-    EXPECT_GT(without, 20);
+    EXPECT_GT(solvable, 500);
+    EXPECT_GT(unsolvable, 20);
 }
-TYPED_TEST(ClosedForms, OfOneStepInDouble) { expect_closed_form<TypeParam, double>(40 * TypeParam::step); }
-TYPED_TEST(ClosedForms, OfOneStepInPackets) { expect_closed_form<TypeParam, PacketDouble>(40 * TypeParam::step); }
+TYPED_TEST(EulerStep, MatchesTheClosedFormInDouble) { expect_closed_form<TypeParam, double>(40 * TypeParam::step); }
+TYPED_TEST(EulerStep, MatchesTheClosedFormInPackets) {
+    expect_closed_form<TypeParam, PacketDouble>(40 * TypeParam::step);
+}
 
 }  // namespace
 }  // namespace kagero::test

@@ -1,4 +1,4 @@
-// Between the ends of a step dense output follows the ray with the order it states.
+// The order of dense output inside a step, measured against steps of order 16 that end at the same points.
 #include "tests/kernels/steps.h"
 
 #include <algorithm>
@@ -11,6 +11,7 @@ template <class H>
 class DenseOutput : public ::testing::Test {};
 TYPED_TEST_SUITE(DenseOutput, AllHamiltonians, HamiltonianName);
 
+/// Returns a stepper that has performed one step of length h of a bent ray.
 template <class H>
 Steps<Quad> one_step(const std::string& method, bool rescaled, int ray, Quad h) {
     auto run = Steps<Quad>::template in<H>(method_named(method), rescaled);
@@ -19,56 +20,63 @@ Steps<Quad> one_step(const std::string& method, bool rescaled, int ray, Quad h) 
     return run;
 }
 
-/// How far the curve of one step of length h is off, inside the step, and how long it is; summed over rays. The
-/// reference goes there by a step of its own.
-struct Off {
+/// Error of the dense output of one step, summed over three points inside the step and over the bent rays, and the
+/// length of the step, summed over the bent rays.
+struct CurveError {
     double error = 0, length = 0;
 };
+/// Returns the error of the curves of steps of length h. The reference at each point is the end of a shorter step of a
+/// method of order 16.
 template <class H, class CurveOf>
-Off off_inside(const std::string& method, bool rescaled, Quad h, const CurveOf& curve_of) {
-    Off off;
-    for (int ray = 0; ray < bent_rays; ++ray) {
+CurveError error_inside(const std::string& method, bool rescaled, Quad h, const CurveOf& curve_of) {
+    CurveError sum;
+    for (int ray = 0; ray < bent_ray_count; ++ray) {
         const auto run = one_step<H>(method, rescaled, ray, h);
-        const Curve<Quad> curve = curve_of(run.flow);
+        const Curve<Quad> curve = curve_of(run.state);
         const auto distance = [](const Vec3<Quad>& a, const Vec3<Quad>& b) {
             return std::sqrt(static_cast<double>(dot(a - b, a - b)));
         };
-        EXPECT_EQ(distance(curve.at(Quad(0)), run.flow.start.q()), 0);
-        EXPECT_EQ(distance(curve.at(Quad(1)), run.flow.end.q()), 0);
-        off.length += distance(run.flow.start.q(), run.flow.end.q());
+        EXPECT_EQ(distance(curve.at(Quad(0)), run.state.start.q()), 0);
+        EXPECT_EQ(distance(curve.at(Quad(1)), run.state.end.q()), 0);
+        sum.length += distance(run.state.start.q(), run.state.end.q());
         for (const double s : {0.19, 0.44, 0.78})
-            off.error += distance(curve.at(Quad(s)), one_step<H>("gauss16", rescaled, ray, Quad(s) * h).flow.end.q());
+            sum.error += distance(curve.at(Quad(s)), one_step<H>("gauss16", rescaled, ray, Quad(s) * h).state.end.q());
     }
-    return off;
+    return sum;
 }
 
-/// From a step to one half as long the error falls by 2^order.
+/// Expects that the error decreases by at least a factor of 2^(order − 1/2) if the step is halved.
 template <class H, class CurveOf>
 void expect_order(const std::string& method, int order, bool rescaled, const CurveOf& curve_of) {
     SCOPED_TRACE(method + (rescaled ? ", rescaled" : ""));
     const Quad h = Quad(path_length<H>) / 64;
-    const Off coarse = off_inside<H>(method, rescaled, h, curve_of),
-              fine = off_inside<H>(method, rescaled, h / 2, curve_of);
+    const CurveError coarse = error_inside<H>(method, rescaled, h, curve_of),
+              fine = error_inside<H>(method, rescaled, h / 2, curve_of);
     const double rounding = 1e-30 * coarse.length;
-    if (fine.error <= rounding) EXPECT_LE(coarse.error, std::ldexp(rounding, order + 1)) << "exact, or nearly so";
+    if (fine.error <= rounding)
+        EXPECT_LE(coarse.error, std::ldexp(rounding, order + 1))
+            << "The shorter step is exact to rounding; the longer step has a larger error than its order permits.";
     else EXPECT_GE(std::log2(coarse.error / fine.error), order - 0.5);
 }
 
-TYPED_TEST(DenseOutput, OfCollocationIsItsPolynomial) {
+// Dense output of a collocation method with s stages is its polynomial of degree s, with an error of order s + 1.
+TYPED_TEST(DenseOutput, CollocationPolynomialHasOrderStagesPlusOne) {
     for_all_methods<TypeParam>([](const Method& method, bool rescaled) {
         if (!collocates(method)) return;
         const SpaceKernel<Quad>& kernel = space_kernel<TypeParam, Quad>(rescaled);
         expect_order<TypeParam>(method.info.name, method.coefficients.gauss->stages + 1, rescaled,
-                                [&](const StepperState<Quad>& flow) {
-                                    return kernel.curve[static_cast<int>(method.kind)](flow, method.coefficients);
+                                [&](const StepperState<Quad>& state) {
+                                    return kernel.curve[static_cast<int>(method.kind)](state, method.coefficients);
                                 });
     });
 }
 
-TYPED_TEST(DenseOutput, OfOthersIsCubicHermite) {
+// Dense output of all other methods. The ends of the step are computed by a method of order 16, so that only the error
+// of the interpolation remains.
+TYPED_TEST(DenseOutput, CubicHermiteHasOrderFour) {
     for (const bool rescaled : rescalings<TypeParam>())
         expect_order<TypeParam>("gauss16", 4, rescaled,
-                                [](const StepperState<Quad>& flow) { return Curve<Quad>::hermite(flow); });
+                                [](const StepperState<Quad>& state) { return Curve<Quad>::hermite(state); });
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The tracing loop with events of this test's own, against parabolas: in `gradient` a ray is q0 + p0 τ − z g τ²/4
-// exactly.
+// The tracing loop with events that are defined in this test, in the space `gradient`. The rays of that space are exact
+// parabolas, q = q0 + p0 τ − ẑ g τ²/4, so that all ends are known in closed form.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/trace/packets.h"
@@ -17,9 +17,9 @@ namespace {
 
 constexpr double far_plane = 2.5, near_plane = 2.0, mirror_plane = -1.5, gradient_g = 0.1,
                  infinity = std::numeric_limits<double>::infinity();
-bool near_plane_exists, mirror_exists;
+bool near_plane_exists, mirror_exists;  // set by each test
 
-/// Rays end at x = 2.5.
+/// Event that ends rays at x = 2.5.
 struct FarPlane : ValueEvent<FarPlane> {
     static constexpr Status status = Status::escaped;
     template <class V>
@@ -27,7 +27,7 @@ struct FarPlane : ValueEvent<FarPlane> {
     template <class V>
     static V value(const RayState<V>&, const RayState<V>& at) { return V(ScalarOf<V>(far_plane)) - at.q().x; }
 };
-/// Rays end at x = 2.
+/// Event that ends rays at x = 2.
 struct NearPlane : ValueEvent<NearPlane> {
     static constexpr Status status = Status::captured;
     template <class V>
@@ -35,7 +35,7 @@ struct NearPlane : ValueEvent<NearPlane> {
     template <class V>
     static V value(const RayState<V>&, const RayState<V>& at) { return V(ScalarOf<V>(near_plane)) - at.q().x; }
 };
-/// Rays are reflected at x = −1.5.
+/// Event that reflects rays at x = −1.5.
 struct Mirror : ValueEvent<Mirror> {
     static constexpr Effect effect = Effect::resume;
     template <class V>
@@ -46,6 +46,7 @@ struct Mirror : ValueEvent<Mirror> {
     static void resume(const Task<V>&, RayState<V>& at) { at.y[component_px] = -at.y[component_px]; }
 };
 
+/// The event list of the program with the planes added.
 template <class List>
 struct WithPlanes;
 template <class... Event>
@@ -61,15 +62,24 @@ std::uint32_t integrator_named(const std::string& name) {
     throw std::runtime_error(name);
 }
 
+/// Traces rays with the events of this test and returns their ends.
 template <class V>
-std::vector<RayEnd> traced(const std::vector<RayStart>& rays, const char* method, double step, double parameter_limit) {
+std::vector<RayEnd> trace_rays(const std::vector<RayStart>& rays, const char* method, double step,
+                               double parameter_limit) {
     const double parameters[] = {1.0, gradient_g};
     Job job{};
-    job.hamiltonian = index_of<hamiltonians::Gradient>(), job.integrator = integrator_named(method),
+    job.hamiltonian = index_of<hamiltonians::Gradient>();
+    job.integrator = integrator_named(method);
     job.parameters = parameters;
-    job.step = step, job.tolerance = 1e-12, job.max_steps = 10000, job.escape_radius = 20,
+    job.step = step;
+    job.tolerance = 1e-12;
+    job.max_steps = 10000;
+    job.escape_radius = 20;
     job.parameter_limit = parameter_limit;
-    job.hit = HitModel::hermite, job.use_symmetry = true, job.refill = true, job.rays = rays.data();
+    job.hit = HitModel::hermite;
+    job.use_symmetry = true;
+    job.refill = true;
+    job.rays = rays.data();
     job.outputs = output_energy | output_parameter;
     std::vector<RayEnd> ends(rays.size());
     Counters counters{};
@@ -78,7 +88,7 @@ std::vector<RayEnd> traced(const std::vector<RayStart>& rays, const char* method
     return ends;
 }
 
-/// Rays from near the origin, towards larger or smaller x.
+/// Returns 75 rays that start near the origin and move towards larger x (sign = 1) or smaller x (sign = −1).
 std::vector<RayStart> rays_along_x(double sign) {
     Random random(7);
     std::vector<RayStart> rays(75);
@@ -88,12 +98,14 @@ std::vector<RayStart> rays_along_x(double sign) {
         const double n = std::sqrt(1 - gradient_g * ray.q[2]);
         Vec3<double> d{sign * random(0.3, 1), random(-0.5, 0.5), random(-0.5, 0.5)};
         d = (n / norm(d)) * d;
-        ray.p[0] = d.x, ray.p[1] = d.y, ray.p[2] = d.z;
+        ray.p[0] = d.x;
+        ray.p[1] = d.y;
+        ray.p[2] = d.z;
     }
     return rays;
 }
 
-/// The ray after the parameter τ, reflected at the mirror or not.
+/// Compares the end of a ray with its parabola at the parameter τ, reflected at the mirror if `reflected` is set.
 void expect_on_parabola(const RayStart& ray, const RayEnd& end, double tau, bool reflected) {
     const double tolerance = 2e-12 * (1 + tau), x = ray.q[0] + ray.p[0] * tau;
     EXPECT_NEAR(end.parameter, tau, tolerance);
@@ -104,16 +116,16 @@ void expect_on_parabola(const RayStart& ray, const RayEnd& end, double tau, bool
     EXPECT_NEAR(end.p[2], ray.p[2] - gradient_g * tau / 2, tolerance);
 }
 
-class Planes : public ::testing::TestWithParam<const char*> {
+class PlaneEvents : public ::testing::TestWithParam<const char*> {
 protected:
     void SetUp() override { near_plane_exists = mirror_exists = false; }
 };
 
-TEST_P(Planes, EndRaysOnThePlane) {
+TEST_P(PlaneEvents, RaysEndOnThePlane) {
     const std::vector<RayStart> rays = rays_along_x(1);
-    for (const double step : {0.05, 0.7, 9.0}) {  // the last crosses the plane with its first step
+    for (const double step : {0.05, 0.7, 9.0}) {  // with the last one, the first step crosses the plane
         SCOPED_TRACE(step);
-        const std::vector<RayEnd> ends = traced<PacketDouble>(rays, GetParam(), step, infinity);
+        const std::vector<RayEnd> ends = trace_rays<PacketDouble>(rays, GetParam(), step, infinity);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             ASSERT_EQ(ends[i].status, Status::escaped) << i;
             EXPECT_NEAR(ends[i].q[0], far_plane, 1e-12);
@@ -122,12 +134,12 @@ TEST_P(Planes, EndRaysOnThePlane) {
     }
 }
 
-TEST_P(Planes, TheEarlierEventOfAStepWins) {
-    near_plane_exists = true;  // it comes after FarPlane in the list
+TEST_P(PlaneEvents, EarliestEventOfAStepEndsTheRay) {
+    near_plane_exists = true;  // nearer to the start than FarPlane, but after it in the list
     const std::vector<RayStart> rays = rays_along_x(1);
     for (const double step : {0.05, 9.0}) {
         SCOPED_TRACE(step);
-        const std::vector<RayEnd> ends = traced<PacketDouble>(rays, GetParam(), step, infinity);
+        const std::vector<RayEnd> ends = trace_rays<PacketDouble>(rays, GetParam(), step, infinity);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             ASSERT_EQ(ends[i].status, Status::captured) << i;
             expect_on_parabola(rays[i], ends[i], (near_plane - rays[i].q[0]) / rays[i].p[0], false);
@@ -135,13 +147,13 @@ TEST_P(Planes, TheEarlierEventOfAStepWins) {
     }
 }
 
-TEST_P(Planes, RaysGoOnFromAMirror) {
+TEST_P(PlaneEvents, RaysContinueAfterReflection) {
     mirror_exists = true;
     const std::vector<RayStart> rays = rays_along_x(-1);
     constexpr double length = 6;
     for (const double step : {0.05, 0.7}) {
         SCOPED_TRACE(step);
-        const std::vector<RayEnd> ends = traced<PacketDouble>(rays, GetParam(), step, length);
+        const std::vector<RayEnd> ends = trace_rays<PacketDouble>(rays, GetParam(), step, length);
         int ended = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const double to_mirror = (mirror_plane - rays[i].q[0]) / rays[i].p[0],
@@ -155,28 +167,29 @@ TEST_P(Planes, RaysGoOnFromAMirror) {
     }
 }
 
-TEST_P(Planes, DoNotDependOnTheRaysOfThePacket) {
+// The ends of rays in packets are compared with the ends of the same rays, traced one at a time.
+TEST_P(PlaneEvents, ResultsDoNotDependOnOtherRaysOfThePacket) {
     near_plane_exists = mirror_exists = true;
     std::vector<RayStart> rays = rays_along_x(1);
     const std::vector<RayStart> others = rays_along_x(-1);
     rays.insert(rays.begin() + 30, others.begin(), others.end());
-    const std::vector<RayEnd> packets = traced<PacketDouble>(rays, GetParam(), 0.3, 6);
+    const std::vector<RayEnd> packets = trace_rays<PacketDouble>(rays, GetParam(), 0.3, 6);
     std::set<Status> statuses;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        const RayEnd alone = traced<PacketDouble>({rays[i]}, GetParam(), 0.3, 6)[0];
-        EXPECT_EQ(alone.status, packets[i].status) << i;
-        EXPECT_EQ(std::memcmp(alone.q, packets[i].q, sizeof alone.q) |
-                      std::memcmp(alone.p, packets[i].p, sizeof alone.p),
+        const RayEnd single = trace_rays<PacketDouble>({rays[i]}, GetParam(), 0.3, 6)[0];
+        EXPECT_EQ(single.status, packets[i].status) << i;
+        EXPECT_EQ(std::memcmp(single.q, packets[i].q, sizeof single.q) |
+                      std::memcmp(single.p, packets[i].p, sizeof single.p),
                   0)
             << i;
-        EXPECT_EQ(alone.steps, packets[i].steps) << i;
-        EXPECT_EQ(alone.gradients, packets[i].gradients) << i;
-        statuses.insert(alone.status);
+        EXPECT_EQ(single.steps, packets[i].steps) << i;
+        EXPECT_EQ(single.gradients, packets[i].gradients) << i;
+        statuses.insert(single.status);
     }
     EXPECT_EQ(statuses.size(), 2u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Planes, ::testing::Values("verlet", "gauss8", "rk4", "dp54"));
+INSTANTIATE_TEST_SUITE_P(Methods, PlaneEvents, ::testing::Values("verlet", "gauss8", "rk4", "dp54"));
 
 }  // namespace
 }  // namespace kagero::test

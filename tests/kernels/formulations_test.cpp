@@ -1,6 +1,6 @@
-// Three formulations of one ray, each from the same H by automatic differentiation: Hamilton's equations (Satoh 2003,
-// eq. 7), the geodesic equation with Christoffel symbols (eq. 6), and the ray equation of a refracting medium (eq. 5):
-// they accelerate a ray alike.
+// Three formulations of the motion of rays, each derived from the same H by automatic differentiation. They are
+// Hamilton's equations (Satoh 2003, eq. 7), the geodesic equation with Christoffel symbols (eq. 6), and the ray
+// equation of a refracting medium (eq. 5). All must give the same acceleration of a ray.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/observers/observers.h"
@@ -14,7 +14,7 @@ template <class H>
 class Formulations : public ::testing::Test {};
 TYPED_TEST_SUITE(Formulations, AllHamiltonians, HamiltonianName);
 
-/// H with every number generic.
+/// Returns H at position q and momentum (p, p_t), in any number type.
 template <class H, class T>
 T energy_at(const std::array<T, 3>& q, const std::array<T, 4>& p) {
     const auto values = default_parameters<H>();
@@ -23,9 +23,10 @@ T energy_at(const std::array<T, 3>& q, const std::array<T, 4>& p) {
     return H::energy(make_parameters<H>(k.data()), Vec3<T>{q[0], q[1], q[2]}, Vec3<T>{p[0], p[1], p[2]}, p[3]);
 }
 
+/// A value with its derivatives with respect to position.
 using First = Dual<double, 3>;
 
-/// d²q/dλ² by Hamilton: ∂²H/∂p∂q · q̇ + ∂²H/∂p∂p · ṗ.
+/// Returns d²q/dλ² by Hamilton's equations: ∂²H/∂p∂q · q̇ + ∂²H/∂p∂p · ṗ.
 template <class H>
 std::array<double, 3> by_hamilton(const RayStart& ray) {
     using Inner = Dual<double, 6>;
@@ -33,7 +34,10 @@ std::array<double, 3> by_hamilton(const RayStart& ray) {
     std::array<Outer, 3> q;
     std::array<Outer, 4> p;
     const auto variable = [](double x, int i) { return Outer::variable(Inner::variable(x, i), i); };
-    for (int i = 0; i < 3; ++i) q[i] = variable(ray.q[i], i), p[i] = variable(ray.p[i], 3 + i);
+    for (int i = 0; i < 3; ++i) {
+        q[i] = variable(ray.q[i], i);
+        p[i] = variable(ray.p[i], 3 + i);
+    }
     p[3] = Outer(ray.pt);
     const Outer h = energy_at<H>(q, p);
     std::array<double, 3> acceleration{};
@@ -45,7 +49,7 @@ std::array<double, 3> by_hamilton(const RayStart& ray) {
     return acceleration;
 }
 
-/// The inverse metric ∂²H/∂p_a∂p_b with its derivatives by position.
+/// Returns the inverse metric ∂²H/∂p_a∂p_b with its derivatives with respect to position.
 template <class H>
 std::array<std::array<First, 4>, 4> inverse_metric(const RayStart& ray) {
     using Second = Dual<First, 4>;
@@ -64,7 +68,7 @@ std::array<std::array<First, 4>, 4> inverse_metric(const RayStart& ray) {
     return g;
 }
 
-/// d²x^a/dλ² = −Γ^a_bc ẋ^b ẋ^c; nothing depends on time.
+/// Returns d²x^a/dλ² = −Γ^a_bc ẋ^b ẋ^c. The metric does not depend on time.
 template <class H>
 std::array<double, 3> by_christoffel(const RayStart& ray) {
     const auto inverse_g = inverse_metric<H>(ray);
@@ -91,7 +95,8 @@ std::array<double, 3> by_christoffel(const RayStart& ray) {
     return acceleration;
 }
 
-/// d/ds (N dr/ds) = ∇N in the parameter dσ = ds/N: d²r/dσ² = ½ ∇N², where N² = −2 H at p = 0.
+/// Returns d²r/dσ² by the ray equation d/ds (N dr/ds) = ∇N. With the parameter dσ = ds/N it is d²r/dσ² = ½ ∇N², and
+/// N² = −2 H at p = 0.
 template <class H>
 std::array<double, 3> by_refraction(const RayStart& ray) {
     std::array<First, 3> q;
@@ -100,14 +105,14 @@ std::array<double, 3> by_refraction(const RayStart& ray) {
     return {-h.derivative[0], -h.derivative[1], -h.derivative[2]};
 }
 
-TYPED_TEST(Formulations, BendRaysAlike) {
+TYPED_TEST(Formulations, GiveTheSameAcceleration) {
     using H = TypeParam;
     for (const RayStart& ray : random_rays<H>(50, 5)) {
         const auto expected = by_hamilton<H>(ray);
         std::array<double, 3> other;
         if constexpr (H::spacetime) other = by_christoffel<H>(ray);
         else if constexpr (H::level == 0) other = by_refraction<H>(ray);
-        else GTEST_SKIP() << "H = n p^2/2 is a medium in another parameter";
+        else GTEST_SKIP() << "H = n p^2/2 describes a medium with another ray parameter.";
         double size = 1;
         for (const double a : expected) size = std::max(size, std::abs(a));
         for (int i = 0; i < 3; ++i) EXPECT_NEAR(other[i], expected[i], 1e5 * machine_epsilon<double> * size) << H::name;

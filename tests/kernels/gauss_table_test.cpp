@@ -1,4 +1,5 @@
-// The table that the compiler computes for Gauss–Legendre collocation against closed forms and against what defines it.
+// The coefficients of Gauss–Legendre collocation, which are computed at compile time. They are compared with closed
+// forms, and with the equations that define them.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/integrators/gauss.h"
@@ -6,21 +7,21 @@
 namespace kagero::test {
 namespace {
 
-/// Some roundings in quadruple precision.
+/// Several rounding errors in quadruple precision.
 constexpr double tolerance = 1e-32;
 
 void expect_near(Quad a, Quad b) { EXPECT_LE(static_cast<double>(abs(a - b)), tolerance); }
 
 Quad power(Quad x, int n) { return n == 0 ? Quad(1) : x * power(x, n - 1); }
 
-TEST(GaussTable, OfOneStageIsTheMidpointRule) {
+TEST(GaussTable, OneStageIsTheMidpointRule) {
     expect_near(gauss_table<1>.c[0], Quad(1) / 2);
     expect_near(gauss_table<1>.b[0], 1);
     expect_near(gauss_table<1>.a[0][0], Quad(1) / 2);
 }
 
 // Hairer, Lubich & Wanner (2006), table II.1.1.
-TEST(GaussTable, OfTwoStages) {
+TEST(GaussTable, TwoStagesMatchThePublishedTable) {
     const Quad w = sqrt(Quad(3)), c[] = {Quad(1) / 2 - w / 6, Quad(1) / 2 + w / 6};
     const Quad a[2][2] = {{Quad(1) / 4, Quad(1) / 4 - w / 6}, {Quad(1) / 4 + w / 6, Quad(1) / 4}};
     for (int i = 0; i < 2; ++i) {
@@ -30,7 +31,8 @@ TEST(GaussTable, OfTwoStages) {
     }
 }
 
-TEST(GaussTable, OfThreeStages) {
+// Hairer, Lubich & Wanner (2006), table II.1.1.
+TEST(GaussTable, ThreeStagesMatchThePublishedTable) {
     const Quad w = sqrt(Quad(15)), one = 1;
     const Quad c[] = {one / 2 - w / 10, one / 2, one / 2 + w / 10}, b[] = {5 * one / 18, 8 * one / 18, 5 * one / 18};
     const Quad a[3][3] = {{5 * one / 36, 2 * one / 9 - w / 15, 5 * one / 36 - w / 30},
@@ -43,37 +45,40 @@ TEST(GaussTable, OfThreeStages) {
     }
 }
 
-/// What holds for every number of stages.
+/// Checks the equations that hold for every number of stages s.
 template <int s>
 void expect_defining_properties() {
     SCOPED_TRACE(std::to_string(s) + " stages");
     const GaussTable<s>& t = gauss_table<s>;
-    for (int n = 0; n < 2 * s; ++n) {  // ∫₀¹ xⁿ dx
+    for (int n = 0; n < 2 * s; ++n) {  // the weights integrate xⁿ over [0, 1] exactly
         Quad sum = 0;
         for (int i = 0; i < s; ++i) sum += t.b[i] * power(t.c[i], n);
         expect_near(sum, Quad(1) / (n + 1));
     }
     for (int i = 0; i < s; ++i) {
-        for (int n = 0; n < s; ++n) {  // collocation: ∫₀^c xⁿ dx; extrapolation of xⁿ by one step
+        // Row i of the matrix integrates xⁿ over [0, c_i] exactly. Row i of the extrapolation returns xⁿ at 1 + c_i,
+        // the node in the next step.
+        for (int n = 0; n < s; ++n) {
             Quad integral = 0, value = 0;
             for (int j = 0; j < s; ++j) {
                 integral += t.a[i][j] * power(t.c[j], n);
-                value += t.ahead[i][j] * power(t.c[j], n);
+                value += t.extrapolation[i][j] * power(t.c[j], n);
             }
             expect_near(integral, power(t.c[i], n + 1) / (n + 1));
-            // Weights that extrapolate grow large and alternate.
+            // The weights of the extrapolation are large and alternate in sign, so that the error is relative to the
+            // greatest of them.
             Quad size = 0;
-            for (int j = 0; j < s; ++j) size = max(size, abs(t.ahead[i][j]));
+            for (int j = 0; j < s; ++j) size = max(size, abs(t.extrapolation[i][j]));
             EXPECT_LE(static_cast<double>(abs(value - power(1 + t.c[i], n)) / size), tolerance);
         }
-        // Symplectic: b_i a_ij + b_j a_ji = b_i b_j.
+        // The method is symplectic: b_i a_ij + b_j a_ji = b_i b_j.
         for (int j = 0; j < s; ++j) expect_near(t.b[i] * t.a[i][j] + t.b[j] * t.a[j][i], t.b[i] * t.b[j]);
-        // Symmetric: a_ij + a_{s−i,s−j} = b_j, with the nodes in order.
+        // The method is symmetric: a_ij + a_{s+1−i,s+1−j} = b_j for indices from 1 and nodes in ascending order.
         for (int j = 0; j < s; ++j) expect_near(t.a[i][j] + t.a[s - 1 - i][s - 1 - j], t.b[j]);
-        EXPECT_TRUE(t.c[i] > (i > 0 ? t.c[i - 1] : Quad(0)) && t.c[i] < 1) << "nodes ascend";
+        EXPECT_TRUE(t.c[i] > (i > 0 ? t.c[i - 1] : Quad(0)) && t.c[i] < 1) << "The nodes must ascend.";
     }
 }
-TEST(GaussTable, IntegratesPolynomialsExactly) {
+TEST(GaussTable, IsExactForPolynomialsSymplecticAndSymmetric) {
     [&]<int... s>(std::integer_sequence<int, s...>) { (expect_defining_properties<s + 1>(), ...); }
     (std::make_integer_sequence<int, max_stages>{});
 }

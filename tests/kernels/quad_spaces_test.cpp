@@ -1,4 +1,5 @@
-// Every Hamiltonian on quadruple precision, compiled once for all tests that need it.
+// Instantiates the kernels of all Hamiltonians in quadruple precision for all kernel tests. Also compares their steps
+// with steps in double.
 
 #include "tests/kernels/steps.h"
 
@@ -7,13 +8,13 @@
 
 namespace kagero {
 
-// Those on double are compiled elsewhere.
+// The kernels in double are instantiated elsewhere.
 #define KAGERO_HAMILTONIAN(TYPE)                                                              \
     template const SpaceKernel<Quad>& space_kernel<hamiltonians::TYPE, Quad>(bool);            \
     extern template const SpaceKernel<double>& space_kernel<hamiltonians::TYPE, double>(bool);
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
-template struct Shared<Quad>;
+template struct SharedSolvers<Quad>;
 KAGERO_SHARED_STEPPERS(Quad)
 
 namespace test {
@@ -23,7 +24,7 @@ template <class H>
 class QuadSpaces : public ::testing::Test {};
 TYPED_TEST_SUITE(QuadSpaces, AllHamiltonians, HamiltonianName);
 
-TEST(Quad, SquareRootsAreExactToTheLastDigits) {
+TEST(Quad, SquareRootsAreAccurateToRounding) {
     Random random(1);
     for (int i = 0; i < 100; ++i) {
         const Quad x = std::exp(random(-40, 40)), r = sqrt(x);
@@ -31,9 +32,9 @@ TEST(Quad, SquareRootsAreExactToTheLastDigits) {
     }
 }
 
-// A step in quadruple precision is the step in double without its rounding errors: a few for every operation of the
-// longest method.
-TYPED_TEST(QuadSpaces, StepsAreThoseOfDoubleWithoutItsRounding) {
+// One step in quadruple precision and in double. The tolerance allows 100 rounding errors of double, as many as the
+// longest method makes.
+TYPED_TEST(QuadSpaces, StepsMatchDoubleToRounding) {
     using H = TypeParam;
     for_all_methods<H>([](const Method& method, bool rescaled) {
         const double h = path_length<H> / 32;
@@ -41,11 +42,12 @@ TYPED_TEST(QuadSpaces, StepsAreThoseOfDoubleWithoutItsRounding) {
         auto rounded = Steps<double>::in<H>(method, rescaled);
         exact.begin(state_of<Quad>(bent_ray<H>()), Quad(h));
         rounded.begin(state_of<double>(bent_ray<H>()), h);
-        exact.step(), rounded.step();
-        EXPECT_TRUE(exact.flow.solved && rounded.flow.solved);
+        exact.step();
+        rounded.step();
+        EXPECT_TRUE(exact.state.solved && rounded.state.solved);
         for (int k = 0; k < 6; ++k) {
-            const double y = static_cast<double>(exact.flow.end.y[k]);
-            EXPECT_NEAR(rounded.flow.end.y[k], y, 100 * machine_epsilon<double> * (1 + std::abs(y)));
+            const double y = static_cast<double>(exact.state.end.y[k]);
+            EXPECT_NEAR(rounded.state.end.y[k], y, 100 * machine_epsilon<double> * (1 + std::abs(y)));
         }
     });
 }

@@ -1,9 +1,10 @@
-/// Every Hamiltonian of this build as a list of types, with its default parameters and rays to try it on.
+/// The list of all Hamiltonians of this build as types, with their default parameters and with test rays.
 #pragma once
 
-#include "tests/kernels/places.h"
+#include "tests/kernels/start_regions.h"
 
-// First, because the templates below call these functions on a type without a namespace to find them by.
+// This header comes first: __float128 belongs to no namespace, so argument-dependent lookup does not find its
+// functions. They must be declared before the templates below.
 #include "kernels/numeric/quad.h"
 
 #include "all_hamiltonians.inc"
@@ -36,21 +37,21 @@ using AllHamiltonians = detail::AllButFirst<void
     >::Types;
 // clang-format on
 
-/// Typed tests are named after their Hamiltonian.
+/// Names the instances of typed tests after their Hamiltonian.
 struct HamiltonianName {
     template <class H>
     static std::string GetName(int) { return H::name; }
 };
 
-/// The parameters a scene gets that sets none; room for one more, because a Hamiltonian may have none.
+/// Returns the default values of the parameters of H. The array has one more element, because it must not be empty.
 template <class H>
 std::array<double, H::parameters.size() + 1> default_parameters() {
     std::array<double, H::parameters.size() + 1> values{};
-    for (std::size_t i = 0; i < H::parameters.size(); ++i) values[i] = H::parameters[i].fallback;
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) values[i] = H::parameters[i].default_value;
     return values;
 }
 
-/// The number of H in the module.
+/// Returns the index of H in the module.
 template <class H>
 std::uint32_t index_of() {
     std::uint32_t h = 0;
@@ -58,14 +59,14 @@ std::uint32_t index_of() {
     return h;
 }
 
-/// H alone, and Ω·(H − H0) where H declares an Ω.
+/// Returns the legal values of `rescaled`: false for H, and true for Ω·(H − H0) if H declares a time rescaling Ω.
 template <class H>
 std::vector<bool> rescalings() {
     if constexpr (Rescalable<H>) return {false, true};
     else return {false};
 }
 
-/// Uniform numbers, the same on every machine.
+/// Uniformly distributed random numbers, the same on every machine.
 class Random {
 public:
     explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -78,57 +79,65 @@ private:
     std::mt19937_64 engine_;
 };
 
-/// The ray from q along d.
+/// Sets `ray` to the start of the ray from q in direction d, and returns the failure, if any.
 template <class H>
 Failure start_ray(const double (&q)[3], const double (&d)[3], RayStart& ray) {
     return kagero_kernels()->start(index_of<H>(), default_parameters<H>().data(), q, d, &ray);
 }
 
-/// Rays with H = H0 in random directions from random places of the domain, none captured from the start.
+/// Returns n rays with H = H0, in random directions from random positions inside the domain. None is captured at its
+/// start.
 template <class H>
 std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
     Random random(seed);
     const auto k = default_parameters<H>();
-    const double reach = place_in(H::name).reach;
-    const auto anywhere = [&] { return random(-reach, reach); };
+    const double half_width = start_region_of(H::name).half_width;
+    const auto coordinate = [&] { return random(-half_width, half_width); };
     std::vector<RayStart> rays;
     for (int attempt = 0; rays.size() < n && attempt < 10000; ++attempt) {
-        const double q[3] = {anywhere(), anywhere(), anywhere()}, d[3] = {random(-1, 1), random(-1, 1), random(-1, 1)};
+        const double q[3] = {coordinate(), coordinate(), coordinate()};
+        const double d[3] = {random(-1, 1), random(-1, 1), random(-1, 1)};
         RayStart ray;
         if (start_ray<H>(q, d, ray) != Failure::none) continue;
-        const Vec3<double> at{q[0], q[1], q[2]}, along{d[0], d[1], d[2]};
+        const Vec3<double> position{q[0], q[1], q[2]}, direction{d[0], d[1], d[2]};
+        const Vec3<double> momentum{ray.p[0], ray.p[1], ray.p[2]};
         if constexpr (Bounded<H>)
-            if (!(H::domain(make_parameters<H>(k.data()), at) > 0)) continue;
+            if (!(H::domain(make_parameters<H>(k.data()), position) > 0)) continue;
         if constexpr (Capturing<H>)
-            if (!(H::captured(make_parameters<H>(k.data()), at, {ray.p[0], ray.p[1], ray.p[2]}, along, ray.pt) > 0))
-                continue;
+            if (!(H::captured(make_parameters<H>(k.data()), position, momentum, direction, ray.pt) > 0)) continue;
         rays.push_back(ray);
     }
-    EXPECT_EQ(rays.size(), n) << "too few places from which " << H::name << " starts a ray";
+    EXPECT_EQ(rays.size(), n) << "Too few random positions are legal starts of rays of " << H::name << ".";
     return rays;
 }
 
-/// Rays that bend much, and are neither captured nor out of the medium on the path. Exact in float, so that every
-/// number type starts on the same ray; H = H0 to the rounding of float only, unless `on_level`.
+/// Returns one of the strongly bent rays. On their path they are neither captured nor leave the medium. Position and
+/// momentum are exactly representable in float, so that all number types start with the same ray. H is therefore equal
+/// to H0 only to the rounding of float. With `on_level`, the momentum is not rounded to float.
 template <class H>
 RayStart bent_ray(int which = 0, bool on_level = false) {
     constexpr double d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
     RayStart ray;
-    EXPECT_EQ(start_ray<H>(place_in(H::name).q, d[which], ray), Failure::none) << H::name;
+    EXPECT_EQ(start_ray<H>(start_region_of(H::name).q, d[which], ray), Failure::none) << H::name;
     if (on_level) return ray;
     for (double& p : ray.p) p = static_cast<float>(p);
     return ray;
 }
-/// The same path in the integration parameter for all methods.
+/// Length of the path of the bent rays of H, in the integration parameter; the same for all methods.
 template <class H>
-inline constexpr double path_length = place_in(H::name).path;
-inline constexpr int bent_rays = 3;
+inline constexpr double path_length = start_region_of(H::name).path_length;
+/// Number of bent rays per space.
+inline constexpr int bent_ray_count = 3;
 
+/// Returns the state at the start of a ray, the same in all lanes.
 template <class V>
 State<V> state_of(const RayStart& ray) {
     using S = ScalarOf<V>;
     State<V> s;
-    for (int k = 0; k < 3; ++k) s.y[k] = V(S(ray.q[k])), s.y[3 + k] = V(S(ray.p[k]));
+    for (int k = 0; k < 3; ++k) {
+        s.y[k] = V(S(ray.q[k]));
+        s.y[3 + k] = V(S(ray.p[k]));
+    }
     s.y[6] = V(S(ray.pt));
     return s;
 }

@@ -1,4 +1,5 @@
-// The parts that Hamiltonians are split into: that they sum to H, and that flows given in closed form are flows.
+// The parts of Hamiltonians for splitting methods. Their sum must be H, and flows that are defined in closed form must
+// agree with numerical integration.
 #include "tests/kernels/steps.h"
 
 #include "kernels/integrators/gauss.h"
@@ -13,7 +14,7 @@ TYPED_TEST_SUITE(Splitting, AllHamiltonians, HamiltonianName);
 TYPED_TEST(Splitting, PartsSumToTheHamiltonian) {
     using H = TypeParam;
     if constexpr (!Parted<H>) {
-        GTEST_SKIP() << H::name << " declares no parts";
+        GTEST_SKIP() << H::name << " defines no parts.";
     } else {
         Random random(41);
         const auto k = make_parameters<H>(default_parameters<H>().data());
@@ -27,9 +28,9 @@ TYPED_TEST(Splitting, PartsSumToTheHamiltonian) {
     }
 }
 
-/// H − ½(|p|² − p_t²) as a Hamiltonian of its own.
+/// The Hamiltonian H − ½(|p|² − p_t²), whose flow is H::remainder_flow.
 template <class H>
-struct Rest {
+struct Remainder {
     static constexpr const auto& parameters = H::parameters;
     static constexpr double level = 0;
     template <class V>
@@ -40,12 +41,13 @@ struct Rest {
     }
 };
 
-/// A time t by n steps of 16th order.
+/// Integrates a state over the time t by n steps of a method of order 16.
 template <class System>
-State<Quad> by_steps(const System& system, const State<Quad>& start, Quad t, int n) {
+State<Quad> integrate(const System& system, const State<Quad>& start, Quad t, int n) {
     StepperState<Quad> f{};
     const Coefficients coefficients{.gauss = &gauss_tableau<8>};
-    static_cast<State<Quad>&>(f.start) = start, f.h = t / n;
+    static_cast<State<Quad>&>(f.start) = start;
+    f.h = t / n;
     Gauss<0>::begin(system, f, coefficients);
     for (int i = 0; i < n; ++i) {
         f.start.velocity = system.dp(f.start);
@@ -56,12 +58,14 @@ State<Quad> by_steps(const System& system, const State<Quad>& start, Quad t, int
     return f.start;
 }
 
-TYPED_TEST(Splitting, FlowInClosedFormIsTheFlow) {
+// The reference is numerical integration with 16 steps in quadruple precision. Its error is estimated by comparison
+// with 8 steps.
+TYPED_TEST(Splitting, ClosedFormFlowMatchesIntegration) {
     using H = TypeParam;
     if constexpr (!ExactlySplit<H>) {
-        GTEST_SKIP() << H::name << " declares no flow in closed form";
+        GTEST_SKIP() << H::name << " defines no flow in closed form.";
     } else {
-        const System<Rest<H>, false, Quad> system(default_parameters<H>().data());
+        const System<Remainder<H>, false, Quad> system(default_parameters<H>().data());
         const auto k = system.template parameters<Quad>();
         int compared = 0;
         for (const RayStart& ray : random_rays<H>(30, 43)) {
@@ -69,9 +73,10 @@ TYPED_TEST(Splitting, FlowInClosedFormIsTheFlow) {
             for (const double t : {-0.75, 0.25, 1.5}) {
                 Vec3<Quad> q = start.q(), p = start.p();
                 H::remainder_flow(k, q, p, start.y[6], Quad(t));
-                // Where it falls most of the way to the centre, steps are of no use as a reference.
+                // Steps that approach the centre to less than half of the initial distance are not accurate enough as a
+                // reference.
                 if (norm(q) < norm(start.q()) / 2) continue;
-                const State<Quad> coarse = by_steps(system, start, t, 8), fine = by_steps(system, start, t, 16);
+                const State<Quad> coarse = integrate(system, start, t, 8), fine = integrate(system, start, t, 16);
                 const Quad end[6] = {q.x, q.y, q.z, p.x, p.y, p.z};
                 for (int i = 0; i < 6; ++i) {
                     const Quad tolerance =
@@ -86,11 +91,11 @@ TYPED_TEST(Splitting, FlowInClosedFormIsTheFlow) {
     }
 }
 
-// A ray that falls through the centre within a step is captured, with numbers for a state.
-TYPED_TEST(Splitting, AFallIntoTheCentreEndsCaptured) {
+// Rays towards the centre are captured, also by steps that pass through the centre. Their states must stay finite.
+TYPED_TEST(Splitting, RaysThroughTheCentreAreCaptured) {
     using H = TypeParam;
     if constexpr (!ExactlySplit<H>) {
-        GTEST_SKIP() << H::name << " declares no flow in closed form";
+        GTEST_SKIP() << H::name << " defines no flow in closed form.";
     } else {
         const auto k = make_parameters<H>(default_parameters<H>().data());
         Random random(44);
@@ -103,15 +108,15 @@ TYPED_TEST(Splitting, AFallIntoTheCentreEndsCaptured) {
             RayStart ray;
             ASSERT_EQ(start_ray<H>(from.q, inward, ray), Failure::none);
             for (const Method& method : methods_for<H>(false)) {
-                if (method.kind != Kind::exact_split) continue;
+                if (method.kind != StepperKind::exact_split) continue;
                 SCOPED_TRACE(method.info.name);
                 auto steps = Steps<double>::in<H>(method, false);
                 steps.begin(state_of<double>(ray), H::step);
-                for (int i = 0; i < 200 && (i == 0 || steps.flow.end.captured > 0); ++i) {
+                for (int i = 0; i < 200 && (i == 0 || steps.state.end.captured > 0); ++i) {
                     steps.advance(1);
-                    for (const double y : steps.flow.end.y) EXPECT_TRUE(std::isfinite(y));
+                    for (const double y : steps.state.end.y) EXPECT_TRUE(std::isfinite(y));
                 }
-                EXPECT_LE(steps.flow.end.captured, 0) << "at r = " << norm(steps.flow.end.q());
+                EXPECT_LE(steps.state.end.captured, 0) << "at r = " << norm(steps.state.end.q());
             }
         }
     }

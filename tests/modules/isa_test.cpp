@@ -1,4 +1,5 @@
-// Every instruction set follows the same rays; the one asked for is the one that runs; each module shows one symbol.
+// Modules for different instruction sets. They must compute the same ray ends to rounding, only the selected module may
+// be loaded, and each must export exactly one symbol.
 #include "modules/modules.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"
@@ -13,12 +14,12 @@
 namespace kagero::test {
 namespace {
 
-std::string without_spaces(std::string text) {
+std::string without_trailing_spaces(std::string text) {
     while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
     return text;
 }
 
-/// What a shell command prints.
+/// Returns the output of a shell command.
 std::string output_of(const std::string& command) {
     std::string text;
     FILE* pipe = popen(command.c_str(), "r");
@@ -27,25 +28,27 @@ std::string output_of(const std::string& command) {
     return text;
 }
 
-/// In the plane of the orbit, and in space by explicit and implicit steps.
-const Overrides ways[] = {{}, {"integrator.symmetry=none"}, {"integrator.method=gauss8"}};
+/// Methods in the orbit plane, and on the general path with explicit and with implicit steps.
+const Overrides methods[] = {{}, {"integrator.symmetry=none"}, {"integrator.method=gauss8"}};
 
-/// Rays of the room's camera, 64², and 500 from all over the room in all directions.
-std::vector<RayEnd> ends_in_room(const std::string& isa, std::vector<RayStart>& starts, const Overrides& way) {
+/// Traces the given starts in the scene room.toml. If there are none, first sets them to the rays of 64 × 64 pixels of
+/// the camera and 500 rays from random positions in random directions.
+std::vector<RayEnd> ends_in_room(const std::string& isa, std::vector<RayStart>& starts, const Overrides& method) {
     Options options = with_strategy("packet");
     options.isa = isa;
     Overrides overrides{"film.size=[64,64]"};
-    overrides.insert(overrides.end(), way.begin(), way.end());
+    overrides.insert(overrides.end(), method.begin(), method.end());
     const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", overrides, options);
     EXPECT_EQ(plan->module().isa, isa);
-    if (starts.empty()) {  // once: rays are the same to the last bit for all
+    if (starts.empty()) {  // all instruction sets use the same starts
         for (std::uint32_t y = 0; y < 64; ++y)
-            for (std::uint32_t x = 0; x < 64; ++x) starts.push_back(pixel_ray(*plan, x, y));
+            for (std::uint32_t x = 0; x < 64; ++x) starts.push_back(pixel_ray_start(*plan, x, y));
         std::mt19937 random(7);
-        std::uniform_real_distribution<double> place(-0.95, 0.95);
+        std::uniform_real_distribution<double> coordinate(-0.95, 0.95);
         std::vector<RayInput> rays(500);
         for (RayInput& ray : rays)
-            ray = {{place(random), place(random), place(random)}, {place(random), place(random), 0.3}};
+            ray = {{coordinate(random), coordinate(random), coordinate(random)},
+                   {coordinate(random), coordinate(random), 0.3}};
         for (const RayStart& start : start_rays(*plan, rays)) starts.push_back(start);
     }
     std::vector<RayEnd> ends;
@@ -53,46 +56,47 @@ std::vector<RayEnd> ends_in_room(const std::string& isa, std::vector<RayStart>& 
     return ends;
 }
 
-/// How much a ray spreads what it starts with: |Δq(end)| / |Δq(start)| for start positions a millionth apart.
+/// Returns the factor by which each ray amplifies a change of its start: |Δq(end)| / |Δq(start)| for a shift of 1e-6.
+/// The factor is at least 1, and infinite if the shifted ray ends with another status or on another primitive.
 std::vector<double> amplification(const std::vector<RayStart>& starts, const std::vector<RayEnd>& ends,
-                                  const Overrides& way) {
-    std::vector<RayStart> moved = starts;
+                                  const Overrides& method) {
+    std::vector<RayStart> shifted = starts;
     constexpr double shift = 1e-6;
-    for (RayStart& start : moved)
+    for (RayStart& start : shifted)
         for (double& x : start.q) x += shift;
     const std::string isa = supported_isas()[0];
-    const auto moved_ends = ends_in_room(isa, moved, way);
+    const auto shifted_ends = ends_in_room(isa, shifted, method);
     std::vector<double> factors;
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const double* a = ends[i].q;
-        const double* b = moved_ends[i].q;
-        const bool same = ends[i].status == moved_ends[i].status && ends[i].primitive == moved_ends[i].primitive;
+        const double* b = shifted_ends[i].q;
+        const bool same = ends[i].status == shifted_ends[i].status && ends[i].primitive == shifted_ends[i].primitive;
         factors.push_back(same ? std::max(1.0, std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / shift)
                                : std::numeric_limits<double>::infinity());
     }
     return factors;
 }
 
-// Fused products in one module and not in the other, and other square roots, are roundings of coordinates of order one:
-// up to a few hundred in a ray, each spread by what the ray itself spreads. Where that cannot be told, because a
-// neighbour a millionth away ends otherwise, the ray is counted and left out.
-TEST(Isas, FollowTheSameRays) {
+// Modules differ by fused products and by the rounding of square roots. The tolerance is 500 rounding errors of
+// coordinates of order 1, times the amplification of the ray. Rays with infinite amplification are left out; they must
+// be fewer than 1 % of all rays.
+TEST(Isas, RayEndsAreEqualToRounding) {
     const auto isas = supported_isas();
-    if (isas.size() < 2) GTEST_SKIP() << "one instruction set alone";
-    for (const Overrides& way : ways) {
+    if (isas.size() < 2) GTEST_SKIP() << "Only one instruction set is supported.";
+    for (const Overrides& method : methods) {
         std::vector<RayStart> starts;
-        const auto reference = ends_in_room(isas[0], starts, way);
-        const auto spread = amplification(starts, reference, way);
+        const auto reference = ends_in_room(isas[0], starts, method);
+        const auto factors = amplification(starts, reference, method);
         for (std::size_t k = 1; k < isas.size(); ++k) {
-            const auto ends = ends_in_room(isas[k], starts, way);
+            const auto ends = ends_in_room(isas[k], starts, method);
             std::size_t left_out = 0;
             for (std::size_t i = 0; i < ends.size(); ++i) {
-                if (!std::isfinite(spread[i]) && ++left_out) continue;
-                SCOPED_TRACE(isas[k] + ", way " + std::to_string(&way - ways) + ", ray " + std::to_string(i));
+                if (!std::isfinite(factors[i]) && ++left_out) continue;
+                SCOPED_TRACE(isas[k] + ", method " + std::to_string(&method - methods) + ", ray " + std::to_string(i));
                 ASSERT_EQ(ends[i].status, reference[i].status);
                 ASSERT_EQ(ends[i].surface, reference[i].surface);
                 ASSERT_EQ(ends[i].primitive, reference[i].primitive);
-                const double bound = 500 * std::numeric_limits<double>::epsilon() * spread[i];
+                const double bound = 500 * std::numeric_limits<double>::epsilon() * factors[i];
                 for (int c = 0; c < 3; ++c) ASSERT_NEAR(ends[i].q[c], reference[i].q[c], bound);
             }
             EXPECT_LT(left_out, starts.size() / 100) << isas[k];
@@ -100,41 +104,42 @@ TEST(Isas, FollowTheSameRays) {
     }
 }
 
-/// Status, object and colour of every pixel of the room.
-std::vector<float> picture_of_room(const std::string& isa, const Overrides& way) {
+/// Returns status, object and colour of each pixel of the scene room.toml: five numbers per pixel.
+std::vector<float> picture_of_room(const std::string& isa, const Overrides& method) {
     Options options;
     options.isa = isa;
     Overrides overrides{"film.size=[64,64]", "film.layers=[\"color\",\"status\",\"object\"]"};
-    overrides.insert(overrides.end(), way.begin(), way.end());
+    overrides.insert(overrides.end(), method.begin(), method.end());
     const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", overrides, options);
     Film film(64, 64, plan->description().film.layers);
     render(*plan, film);
     std::vector<float> picture;
     for (std::uint32_t y = 0; y < 64; ++y)
         for (std::uint32_t x = 0; x < 64; ++x) {
-            picture.push_back(*film.pixel("status", x, y)), picture.push_back(*film.pixel("object", x, y));
+            picture.push_back(*film.pixel("status", x, y));
+            picture.push_back(*film.pixel("object", x, y));
             for (int c = 0; c < 3; ++c) picture.push_back(film.pixel("color", x, y)[c]);
         }
     return picture;
 }
 
-TEST(Isas, DrawTheSamePicture) {
+// A ray that is within about 1e-13 of an edge may hit either side of it, so that one of the 4096 pixels may differ.
+TEST(Isas, PicturesAreEqual) {
     const auto isas = supported_isas();
-    if (isas.size() < 2) GTEST_SKIP() << "one instruction set alone";
-    for (const Overrides& way : ways) {
-        const std::vector<float> reference = picture_of_room(isas[0], way);
-        // A ray within some 1e-13 of an edge may fall on either side: hardly one of 4096.
+    if (isas.size() < 2) GTEST_SKIP() << "Only one instruction set is supported.";
+    for (const Overrides& method : methods) {
+        const std::vector<float> reference = picture_of_room(isas[0], method);
         for (std::size_t k = 1; k < isas.size(); ++k) {
-            const std::vector<float> picture = picture_of_room(isas[k], way);
+            const std::vector<float> picture = picture_of_room(isas[k], method);
             int different = 0;
             for (std::size_t i = 0; i < reference.size(); i += 5)
                 different += !std::equal(&reference[i], &reference[i] + 5, &picture[i]);
-            EXPECT_LE(different, 1) << isas[k] << ", way " << &way - ways;
+            EXPECT_LE(different, 1) << isas[k] << ", method " << &method - methods;
         }
     }
 }
 
-TEST(Isas, AskedForIsLoaded) {
+TEST(Isas, SelectedModuleIsLoaded) {
     for (const std::string& isa : supported_isas()) {
         EXPECT_EQ(load_module(isa).isa, isa);
         const std::string maps = text_of("/proc/self/maps");
@@ -144,17 +149,17 @@ TEST(Isas, AskedForIsLoaded) {
     EXPECT_THROW(load_module("sse9"), InputError);
 }
 
-TEST(Isas, ModulesShowOneSymbol) {
+TEST(Isas, ModulesExportOneSymbol) {
     for (const IsaInfo& isa : find_isas())
-        EXPECT_EQ(without_spaces(output_of("nm -D --defined-only '" + isa.path + "' | awk '{print $3}'")),
+        EXPECT_EQ(without_trailing_spaces(output_of("nm -D --defined-only '" + isa.path + "' | awk '{print $3}'")),
                   "kagero_kernels")
             << isa.name;
 }
 
 class IsaProgram : public ProgramTest {};
 
-// The loader is asked which modules it opened: the code of the others cannot have run.
-TEST_F(IsaProgram, RunsTheOneAskedForAlone) {
+// The log of the dynamic loader lists the modules that were opened.
+TEST_F(IsaProgram, LoadsOnlyTheSelectedModule) {
     for (const std::string& isa : supported_isas()) {
         const Outcome outcome =
             run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --quiet --json --isa " + isa,
@@ -163,7 +168,7 @@ TEST_F(IsaProgram, RunsTheOneAskedForAlone) {
         EXPECT_EQ(nlohmann::json::parse(outcome.out)["isa"], isa);
         const std::string opened = output_of(
             "cd '" + directory_.string() + "' && grep -oh 'kagero-kernels-[a-z0-9]*' opened.* | sort -u; rm opened.*");
-        EXPECT_EQ(without_spaces(opened), "kagero-kernels-" + isa);
+        EXPECT_EQ(without_trailing_spaces(opened), "kagero-kernels-" + isa);
     }
     const std::string last = supported_isas().back();
     const Outcome outcome =
@@ -172,22 +177,23 @@ TEST_F(IsaProgram, RunsTheOneAskedForAlone) {
     EXPECT_EQ(nlohmann::json::parse(outcome.out)["isa"], last);
 }
 
-TEST_F(IsaProgram, TakesTheBestOnceAmongOthers) {
+// `auto` selects the best instruction set. Duplicates in the list are removed.
+TEST_F(IsaProgram, AutoInAListSelectsTheBestInstructionSetOnce) {
     const std::string best = supported_isas().front(), last = supported_isas().back();
-    for (const std::string& wish : {std::string("auto,auto"), "auto," + last, last + ",auto"}) {
+    for (const std::string& list : {std::string("auto,auto"), "auto," + last, last + ",auto"}) {
         const Outcome outcome = run("compare '" KAGERO_SCENES
                                     "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " +
-                                    wish);
+                                    list);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
-        std::set<std::string> seen, should{best};
-        if (wish != "auto,auto") should.insert(last);
+        std::set<std::string> found, expected{best};
+        if (list != "auto,auto") expected.insert(last);
         const auto report = nlohmann::json::parse(outcome.out);
-        for (const auto& row : report["rows"]) seen.insert(row["isa"].get<std::string>());
-        EXPECT_EQ(seen, should) << wish;
+        for (const auto& row : report["rows"]) found.insert(row["isa"].get<std::string>());
+        EXPECT_EQ(found, expected) << list;
     }
 }
 
-TEST_F(IsaProgram, RefusesOneItDoesNotKnow) {
+TEST_F(IsaProgram, RefusesUnknownInstructionSets) {
     for (const char* command :
          {"check '" KAGERO_SCENES "/room.toml' --isa avx3", "compare '" KAGERO_SCENES "/room.toml' --isa auto,avx3"}) {
         const Outcome outcome = run(command);
@@ -196,20 +202,20 @@ TEST_F(IsaProgram, RefusesOneItDoesNotKnow) {
     }
 }
 
-// Verbs that set instruction sets side by side take several, the others one.
-TEST_F(IsaProgram, TakesAListWhereSeveralAreCompared) {
+// `compare` accepts a list of instruction sets or `all`; `render` accepts only one.
+TEST_F(IsaProgram, OnlyComparisonsAcceptSeveralInstructionSets) {
     const auto isas = supported_isas();
     std::string list;
     for (const std::string& isa : isas) list += (list.empty() ? "" : ",") + isa;
-    for (const std::string& wish : {list, std::string("all")}) {
+    for (const std::string& value : {list, std::string("all")}) {
         const Outcome outcome = run("compare '" KAGERO_SCENES
                                     "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " +
-                                    wish);
+                                    value);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
-        std::set<std::string> seen;
+        std::set<std::string> found;
         const auto report = nlohmann::json::parse(outcome.out);
-        for (const auto& row : report["rows"]) seen.insert(row["isa"].get<std::string>());
-        EXPECT_EQ(seen, std::set<std::string>(isas.begin(), isas.end()));
+        for (const auto& row : report["rows"]) found.insert(row["isa"].get<std::string>());
+        EXPECT_EQ(found, std::set<std::string>(isas.begin(), isas.end()));
     }
     EXPECT_EQ(run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --isa all").status, 2);
 }

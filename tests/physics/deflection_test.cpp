@@ -1,5 +1,5 @@
-// Rays around a Schwarzschild hole against elliptic integrals: angles swept, captured or escaped, what is conserved,
-// and the shadow a static observer sees. All through the library as the program uses it.
+// Rays around a Schwarzschild black hole. The swept angle, capture or escape, the conserved quantities, and the shadow
+// that a static observer sees are compared with closed forms, mainly elliptic integrals.
 #include "tests/support/greatest.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double start_radius = 20;
 
-/// Orbital planes every way round: two along axes, the others at random, from a fixed seed.
-std::vector<OrbitPlane> planes() {
+/// Returns nine orbit planes: two along coordinate axes and seven random ones, from a fixed seed.
+std::vector<OrbitPlane> orbit_planes() {
     std::vector<OrbitPlane> all{{{1, 0, 0}, {0, 1, 0}}, {{0, 0, -1}, {0, 1, 0}}};
     std::mt19937 random(16);
     std::normal_distribution<double> normal;
@@ -32,18 +32,20 @@ std::vector<OrbitPlane> planes() {
     return all;
 }
 
+/// Rays with their orbit planes and impact parameters.
 struct Bundle {
     std::vector<OrbitPlane> planes;
     std::vector<double> impact;
     std::vector<RayInput> rays;
 };
 
-/// Every impact parameter in every plane.
+/// Returns one ray for each impact parameter in each orbit plane. All start at r = 20 r_g and move inward.
 Bundle bundle(const std::vector<double>& impacts, const Double3& center = {0, 0, 0}) {
     Bundle bundle;
-    for (const OrbitPlane& plane : planes())
+    for (const OrbitPlane& plane : orbit_planes())
         for (const double b : impacts) {
-            bundle.planes.push_back(plane), bundle.impact.push_back(b);
+            bundle.planes.push_back(plane);
+            bundle.impact.push_back(b);
             bundle.rays.push_back(ray_inward(plane, b, start_radius, center));
         }
     return bundle;
@@ -60,28 +62,27 @@ Double3 relative(const Plan& plan, const double (&q)[3]) {
     return {q[0] - c[0], q[1] - c[1], q[2] - c[2]};
 }
 
-/// Greatest distance of the swept angles from the elliptic integrals, by whole turns apart: windings are tested on
-/// paths.
-double worst_angle(const Plan& plan, const Bundle& bundle) {
+/// Returns the greatest error of the swept angles modulo 2π. The reference is an elliptic integral.
+double greatest_angle_error(const Plan& plan, const Bundle& bundle) {
     const auto ends = ends_of(plan, bundle.rays);
-    double worst = 0;
+    double largest = 0;
     for (std::size_t i = 0; i < ends.size(); ++i) {
         EXPECT_EQ(ends[i].status, Status::escaped) << "b = " << bundle.impact[i];
         const double angle = bundle.planes[i].angle_of(relative(plan, ends[i].q));
         const double expected = Orbit(bundle.impact[i]).swept_around(start_radius);
-        worst = greatest(worst, std::abs(std::remainder(angle - expected, 2 * std::numbers::pi)));
+        largest = greatest(largest, std::abs(std::remainder(angle - expected, 2 * std::numbers::pi)));
     }
-    return worst;
+    return largest;
 }
 
 std::string center_text(const Double3& c) {
     return "space.center=[" + std::to_string(c[0]) + "," + std::to_string(c[1]) + "," + std::to_string(c[2]) + "]";
 }
 
-TEST(EllipticIntegrals, AgreeWithQuadrature) {
+TEST(EllipticIntegrals, MatchNumericalQuadrature) {
     for (const double b : {2.7, 3.0, 5.0, 10.0}) {
         const Orbit orbit(b);
-        // Both are good to rounding; the square root at the turning point leaves a few hundred ulp.
+        // Both are exact to rounding. The square root at the turning point amplifies it to a few hundred ulp.
         EXPECT_NEAR(orbit.swept_around(20), swept_around_by_quadrature(orbit, 20), 1e-13) << b;
         const double r = 1.2 / orbit.ub;
         EXPECT_NEAR(orbit.swept(20, r), swept_by_quadrature(b, 20, r), 1e-13) << b;
@@ -99,37 +100,38 @@ protected:
                              center_text(center)},
                             with_strategy(strategy), false);
     }
-    /// A step that resolves the bend: about a tenth of the radius of curvature, in λ, or in τ where dλ = r dτ.
+    /// Returns a step size that resolves the bending near the hole. It is in λ without time rescaling, else in τ, where
+    /// dλ = r dτ.
     static double fine_step() { return std::string(std::get<1>(GetParam())) == "none" ? 0.2 : 0.1; }
 };
 
-// Gauss 12 leaves an error of (step/scale)^12 = 1e-12 at this step, times the number of steps that matter.
-TEST_P(Deflection, SweepsTheEllipticIntegral) {
+// The error of one step of order 12 is about 1e-12. The tolerance allows for the sum over the steps near the hole.
+TEST_P(Deflection, SweptAngleMatchesTheEllipticIntegral) {
     for (const Double3& center : {Double3{0, 0, 0}, Double3{0.5, -3, 7}, Double3{100, -20, 30}}) {
         const auto p = plan("gauss12", fine_step(), center);
-        EXPECT_LT(worst_angle(*p, bundle({3, 5, 10}, center)), 1e-9) << center_text(center);
+        EXPECT_LT(greatest_angle_error(*p, bundle({3, 5, 10}, center)), 1e-9) << center_text(center);
     }
 }
 
-// From a step to a quarter of it the error falls by 4^p, give or take half an order, until some thousand roundings of a
-// state of size 20 are left, 1e-11. The coarse error is (step/scale)^p with a constant that is 100 at most for these
-// methods.
-TEST_P(Deflection, EveryMethodConvergesToIt) {
-    const Bundle rays = bundle({5, 10});  // at b = 3 the error of some methods changes its sign near this step
+// With a quarter of the step size, the error of a method of order p must decrease by 4^p, with a tolerance of half an
+// order. The rounding error is about 1e-11: some thousand roundings of a state of size 20. The error with the coarse
+// step is at most 100 times the power p of the step size.
+TEST_P(Deflection, AllMethodsConvergeToTheEllipticIntegral) {
+    const Bundle rays = bundle({5, 10});  // for b = 3 the error of some methods changes sign near this step size
     const auto any = plan("gauss4", 1);
     for (std::uint32_t i = 0; i < any->module().integrator_count; ++i) {
         const IntegratorInfo& method = any->module().integrators[i];
         if (method.adaptive || refusal_of(*any->scene, i, any->run.method.rescaled)) continue;
         const double step = fine_step() * (method.order <= 2 ? 0.25 : 1.0), floor = 1e-11;
-        const double coarse = worst_angle(*plan(method.name, step), rays),
-                     fine = worst_angle(*plan(method.name, step / 4), rays);
+        const double coarse = greatest_angle_error(*plan(method.name, step), rays),
+                     fine = greatest_angle_error(*plan(method.name, step / 4), rays);
         SCOPED_TRACE(method.name);
         EXPECT_LT(fine, coarse * std::pow(4, 0.5 - method.order) + floor) << coarse;
         EXPECT_LT(coarse, std::min(1.0, std::pow(step, std::min(method.order, 4u)) * 100));
     }
 }
 
-TEST_P(Deflection, ClassesAreRightNearTheCriticalRay) {
+TEST_P(Deflection, CaptureAndEscapeAreCorrectNearTheCriticalImpactParameter) {
     const auto p = plan("gauss12", fine_step());
     for (const double distance : {1e-2, 1e-4, 1e-6}) {
         const Bundle inside = bundle({critical_impact * (1 - distance)}),
@@ -139,19 +141,19 @@ TEST_P(Deflection, ClassesAreRightNearTheCriticalRay) {
             const Double3 q = relative(*p, end.q);
             EXPECT_NEAR(std::hypot(q[0], q[1], q[2]), 1, 1.0001e-3);  // the horizon
         }
-        // The angle changes by db/(b − b_c): what is 1e-13 of b when the ray has come from r = 20 is as much times
-        // 1/distance.
-        EXPECT_LT(worst_angle(*p, outside), 1e-9 + 1e-13 / distance) << "b/b_c = 1 + " << distance;
+        // The derivative of the angle with respect to b is about 1/(b − b_c). A rounding error of 1e-13 in b therefore
+        // changes the angle by 1e-13/distance.
+        EXPECT_LT(greatest_angle_error(*p, outside), 1e-9 + 1e-13 / distance) << "b/b_c = 1 + " << distance;
     }
 }
 
-TEST_P(Deflection, AngularMomentumAndTimeMomentumStay) {
+TEST_P(Deflection, AngularMomentumAndTimeMomentumAreConserved) {
     const Bundle rays = bundle({critical_impact * (1 + 1e-4), 3, 10});
     const auto cross = [](const Double3& a, const double(&b)[3]) {
         return Double3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     };
-    // x × p is bilinear, so symplectic methods keep it to rounding: one of |q||p| = 20 in each of up to 3600 stages,
-    // were all of the same sense.
+    // Symplectic methods preserve the angular momentum q × p to rounding, because it is bilinear. The bound is the sum
+    // of one rounding of |q||p| = 20 in each of up to 3600 stages.
     const double rounding = 3600 * start_radius * std::numeric_limits<double>::epsilon();
     for (const char* method : {"verlet", "suzuki4-nine", "gauss4", "gauss12"}) {
         const auto p = plan(method, fine_step());
@@ -169,7 +171,8 @@ TEST_P(Deflection, AngularMomentumAndTimeMomentumStay) {
     }
 }
 
-TEST_P(Deflection, PathsWindAsOftenAsTheyShould) {
+// The angle along the path is not reduced modulo 2π, so that the number of turns is compared as well.
+TEST_P(Deflection, SweptAngleOfPathsMatchesTheEllipticIntegral) {
     const double b = critical_impact * (1 + 1e-6);
     const auto p = plan("gauss12", fine_step());
     const Bundle rays = bundle({b});
@@ -178,11 +181,12 @@ TEST_P(Deflection, PathsWindAsOftenAsTheyShould) {
     std::vector<double> swept(rays.rays.size(), 0), last(rays.rays.size(), 0);
     for (const PathPoint& point : points) {
         const double angle = rays.planes[point.ray].angle_of(relative(*p, point.q));
-        swept[point.ray] += std::remainder(angle - last[point.ray], 2 * std::numbers::pi), last[point.ray] = angle;
+        swept[point.ray] += std::remainder(angle - last[point.ray], 2 * std::numbers::pi);
+        last[point.ray] = angle;
     }
     const double expected = Orbit(b).swept_around(start_radius);
     EXPECT_GT(expected, 2 * 2 * std::numbers::pi);
-    for (const double angle : swept) EXPECT_NEAR(angle, expected, 1e-7);  // 1e-13 of b, times 1e6
+    for (const double angle : swept) EXPECT_NEAR(angle, expected, 1e-7);  // 1e-13/1e-6, as above
 }
 
 INSTANTIATE_TEST_SUITE_P(Strategies, Deflection,
@@ -191,8 +195,9 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Deflection,
                              return std::string(std::get<0>(chosen.param)) + "_rescale_" + std::get<1>(chosen.param);
                          });
 
-/// The angle from the hole's centre, in degrees, between captured and escaped rays of a static observer at radius r: 64
-/// rays at a time until the gap is below 1e-8.
+/// Returns the angular radius of the shadow for a static observer at radius r, in degrees. It is the angle, measured
+/// from the direction to the centre, that separates captured from escaped rays. Each round divides the interval by 64,
+/// until it is shorter than 1e-8.
 double shadow_edge(const Plan& plan, double r) {
     double inside = 0, outside = 90;
     while (outside - inside > 1e-8) {
@@ -208,14 +213,15 @@ double shadow_edge(const Plan& plan, double r) {
         EXPECT_LE(first, 64);
         for (int i = first; i <= 64; ++i) EXPECT_EQ(ends[static_cast<std::size_t>(i)].status, Status::escaped);
         const double width = (outside - inside) / 64;
-        outside = inside + first * width, inside = outside - width;
+        outside = inside + first * width;
+        inside = outside - width;
         if (testing::Test::HasFailure()) break;
     }
     return 0.5 * (inside + outside);
 }
 
-// sin θ = b_c √(1 − r_g/r) / r (Synge 1966): 45° at 3 r_g.
-TEST(StaticObserver, SeesTheShadowOfSynge) {
+// sin θ = b_c √(1 − r_g/r) / r (Synge 1966), which is 45° at r = 3 r_g.
+TEST(StaticObserver, ShadowMatchesSynge) {
     const auto plan = plan_of_file(scene_file("hole.toml"),
                                    {"integrator.escape_radius=20", "integrator.method=gauss12", "integrator.step=0.1"},
                                    with_strategy("packet"), false);
@@ -226,16 +232,17 @@ TEST(StaticObserver, SeesTheShadowOfSynge) {
     EXPECT_NEAR(shadow_edge(*plan, 3), 45, 1e-6);
 }
 
-// A pixel looks where start_rays would look from the same place in the same direction.
-TEST(StaticObserver, IsTheCameras) {
+// The ray of a pixel is compared with the ray of start_rays with the same position and direction.
+TEST(StaticObserver, CameraRaysMatchListedRays) {
     const auto plan =
         plan_of_file(scene_file("hole.toml"), {"integrator.escape_radius=20", "film.size=[8, 8]", "camera.fov=40"},
                      with_strategy("packet"));
     const double pixel = 2 * std::tan(20 * std::numbers::pi / 180) / 8;
-    const RayStart seen = pixel_ray(*plan, 1, 6);  // 2½ pixels left of and below the middle
-    const RayStart told = start_rays(*plan, {{{0, -10, 0}, {-2.5 * pixel, 1, -2.5 * pixel}}}, ObserverKind::static_)[0];
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(seen.p[k], told.p[k], 1e-15);
-    EXPECT_EQ(seen.pt, told.pt);
+    const RayStart by_camera = pixel_ray_start(*plan, 1, 6);  // 2½ pixels left of and below the centre
+    const RayStart listed =
+        start_rays(*plan, {{{0, -10, 0}, {-2.5 * pixel, 1, -2.5 * pixel}}}, ObserverKind::static_)[0];
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(by_camera.p[k], listed.p[k], 1e-15);
+    EXPECT_EQ(by_camera.pt, listed.pt);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Of all that may end a ray in one step, what it meets first does: surfaces, the edges of media and of capture, the
-// escape sphere; and surfaces close to where it starts.
+// The earliest event of a step must end the ray. Events are hits, edges of domains, capture, and the escape sphere. All
+// ends are compared with positions that follow from the scene. Surfaces close to the start of a ray are tested as well.
 #include "tests/support/plan_fixture.h"
 
 #include "scene/value.h"
@@ -15,7 +15,7 @@ namespace {
 const std::string view =
     "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n";
 
-/// A medium whose rays bend a little, with some edges.
+/// Returns a scene with a medium that bends rays slightly. `edges` contains further keys of the space.
 std::string medium(const std::string& edges, const std::string& objects = "") {
     return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 - 0.1*exp(-x^2))\"\n" + edges +
            "\n[integrator]\nescape_radius = 50\n" + view + objects;
@@ -24,15 +24,21 @@ std::string wall(double x) {
     return "[[object]]\nshape = \"rectangle\"\norigin = [" + std::to_string(x) +
            ", -5, -5]\nedge_u = [0, 10, 0]\nedge_v = [0, 0, 10]\n";
 }
+const std::string room = "[[object]]\nname = \"room\"\nshape = \"room\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n";
+/// Returns a square with corners at (±half, ±half, z).
+std::string floor(double half, double z) {
+    return "[[object]]\nshape = \"rectangle\"\norigin = " + to_toml(Double3{-half, -half, z}) +
+           "\nedge_u = " + to_toml(Double3{2 * half, 0, 0}) + "\nedge_v = " + to_toml(Double3{0, 2 * half, 0}) + "\n";
+}
 std::string ball(double radius) {
     return "[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = " + std::to_string(radius) + "\n";
 }
 
-class FirstEdge : public testing::TestWithParam<const char*> {
+class EarliestEvent : public testing::TestWithParam<const char*> {
 protected:
-    std::vector<RayEnd> ends_of(const std::string& scene, const Overrides& how,
+    std::vector<RayEnd> ends_of(const std::string& scene, const Overrides& settings,
                                 const std::vector<RayInput>& rays) const {
-        const auto plan = plan_of_text(scene, how, with_strategy(GetParam()), false);
+        const auto plan = plan_of_text(scene, settings, with_strategy(GetParam()), false);
         std::vector<RayEnd> ends;
         trace(*plan, start_rays(*plan, rays), ends);
         return ends;
@@ -48,100 +54,104 @@ const Overrides methods[] = {{"integrator.method=rkf78"},
                              {"integrator.method=gauss8", "integrator.step=0.1"},
                              {"integrator.method=rk4", "integrator.step=0.5"}};
 
-TEST_P(FirstEdge, OfAMediumHidesWhatLiesBeyond) {
+TEST_P(EarliestEvent, EdgesHideSurfacesBeyondThem) {
     for (const auto& [edge, status] : {std::pair{"domain", Status::escaped}, std::pair{"capture", Status::captured}})
-        for (const double beyond : {1.001, 1.02, 1.3})
-            for (const Overrides& how : methods) {
-                SCOPED_TRACE(testing::Message() << edge << ", wall at " << beyond << ", " << how[0]);
+        for (const double x : {1.001, 1.02, 1.3})
+            for (const Overrides& settings : methods) {
+                SCOPED_TRACE(testing::Message() << edge << ", wall at " << x << ", " << settings[0]);
                 for (const RayEnd& end :
-                     ends_of(medium(std::string(edge) + " = \"1 - x\"", wall(beyond)), how, rays_along_x())) {
+                     ends_of(medium(std::string(edge) + " = \"1 - x\"", wall(x)), settings, rays_along_x())) {
                     ASSERT_EQ(end.status, status);
                     EXPECT_NEAR(end.q[0], 1, 1e-9);
                 }
             }
 }
 
-// The whole step leads through the edge and out again; what is met in between lies beyond the edge all the same.
-TEST_P(FirstEdge, OfALayerThinnerThanAStepHidesWhatLiesInIt) {
+// The region beyond the edge is a layer that is thinner than a step, so that both ends of the step are inside the
+// domain. The wall in the middle of the layer must not be hit.
+TEST_P(EarliestEvent, LayersThinnerThanAStepHideSurfacesInThem) {
     for (const auto& [edge, status] : {std::pair{"domain", Status::escaped}, std::pair{"capture", Status::captured}})
-        for (const Overrides& how : methods) {
-            SCOPED_TRACE(testing::Message() << edge << ", " << how[0]);
+        for (const Overrides& settings : methods) {
+            SCOPED_TRACE(testing::Message() << edge << ", " << settings[0]);
             for (const RayEnd& end :
-                 ends_of(medium(std::string(edge) + " = \"abs(x - 1) - 0.02\"", wall(1)), how, rays_along_x())) {
+                 ends_of(medium(std::string(edge) + " = \"abs(x - 1) - 0.02\"", wall(1)), settings, rays_along_x())) {
                 ASSERT_EQ(end.status, status);
                 EXPECT_NEAR(end.q[0], 0.98, 1e-9);
             }
         }
 }
 
-TEST_P(FirstEdge, DoesNotHideWhatLiesBefore) {
-    for (const double before : {0.8, 0.999})
-        for (const Overrides& how : methods)
-            for (const RayEnd& end : ends_of(medium("domain = \"1 - x\"", wall(before)), how, rays_along_x())) {
+TEST_P(EarliestEvent, EdgesDoNotHideSurfacesBeforeThem) {
+    for (const double x : {0.8, 0.999})
+        for (const Overrides& settings : methods)
+            for (const RayEnd& end : ends_of(medium("domain = \"1 - x\"", wall(x)), settings, rays_along_x())) {
                 ASSERT_EQ(end.status, Status::hit);
-                EXPECT_NEAR(end.q[0], before, 1e-9);
+                EXPECT_NEAR(end.q[0], x, 1e-9);
             }
 }
 
-TEST_P(FirstEdge, OfSeveralEndsTheRay) {
-    for (const Overrides& how : methods) {
-        SCOPED_TRACE(how[0]);
-        for (const RayEnd& end : ends_of(medium("capture = \"1 - x\"\ndomain = \"1.05 - x\""), how, rays_along_x())) {
+TEST_P(EarliestEvent, NearestOfSeveralEdgesEndsTheRay) {
+    for (const Overrides& settings : methods) {
+        SCOPED_TRACE(settings[0]);
+        const auto rays = rays_along_x();
+        for (const RayEnd& end : ends_of(medium("capture = \"1 - x\"\ndomain = \"1.05 - x\""), settings, rays)) {
             ASSERT_EQ(end.status, Status::captured);
             EXPECT_NEAR(end.q[0], 1, 1e-9);
         }
-        for (const RayEnd& end : ends_of(medium("capture = \"1.05 - x\"\ndomain = \"1 - x\""), how, rays_along_x())) {
+        for (const RayEnd& end : ends_of(medium("capture = \"1.05 - x\"\ndomain = \"1 - x\""), settings, rays)) {
             ASSERT_EQ(end.status, Status::escaped);
             EXPECT_NEAR(end.q[0], 1, 1e-9);
         }
-        for (const RayEnd& end : ends_of(medium("domain = \"50.02 - sqrt(x^2 + y^2 + z^2)\""), how, rays_along_x()))
+        for (const RayEnd& end : ends_of(medium("domain = \"50.02 - sqrt(x^2 + y^2 + z^2)\""), settings, rays))
             EXPECT_NEAR(std::hypot(end.q[0], end.q[1], end.q[2]), 50, 1e-8);
     }
 }
 
-// What is no number bounds nothing, and a step of no length leads nowhere: rays do not come there, nor start there.
-TEST_P(FirstEdge, IsANumberOrTheRayFails) {
+// Rays must not enter or start in regions where domain, capture or length_scale is NaN, or length_scale is not
+// positive.
+TEST_P(EarliestEvent, RaysDoNotEnterRegionsWithoutBounds) {
     const std::vector<RayInput> beyond{{{2, 0, 0}, {-1, 0, 0}}};
     for (const char* edge : {"domain = \"sqrt(1 - x)\"", "capture = \"2 + sqrt(1 - x)\"",
                              "length_scale = \"sqrt(1 - x)\"", "length_scale = \"1 - x\""})
-        for (const Overrides& how : methods) {
-            SCOPED_TRACE(testing::Message() << edge << ", " << how[0]);
-            Overrides few = how;
-            few.push_back("integrator.max_steps=400");  // shorter and shorter ones
-            for (const RayEnd& end : ends_of(medium(edge), few, rays_along_x())) {
+        for (const Overrides& settings : methods) {
+            SCOPED_TRACE(testing::Message() << edge << ", " << settings[0]);
+            Overrides limited = settings;
+            limited.push_back("integrator.max_steps=400");  // because steps become ever shorter near x = 1
+            for (const RayEnd& end : ends_of(medium(edge), limited, rays_along_x())) {
                 EXPECT_TRUE(end.status == Status::failed || end.status == Status::step_limit);
                 EXPECT_LE(end.q[0], 1);
             }
-            for (const RayEnd& end : ends_of(medium(edge), how, beyond)) EXPECT_EQ(end.failure, Failure::no_bounds);
+            for (const RayEnd& end : ends_of(medium(edge), settings, beyond))
+                EXPECT_EQ(end.failure, Failure::invalid_bounds);
         }
-    // Beyond an edge it does not matter how long steps may be.
-    for (const Overrides& how : methods)
+    // Outside the domain length_scale is not used.
+    for (const Overrides& settings : methods)
         for (const RayEnd& end :
-             ends_of(medium("domain = \"1 - x\"\nlength_scale = \"0.1 + sqrt(1 - x)\""), how, beyond))
+             ends_of(medium("domain = \"1 - x\"\nlength_scale = \"0.1 + sqrt(1 - x)\""), settings, beyond))
             EXPECT_EQ(end.status, Status::escaped);
-    const std::string at_the_camera = medium("domain = \"sqrt(y)\"");
     try {
-        plan_of_text(at_the_camera, {}, with_strategy(GetParam()));
-        FAIL() << "drawn";
+        plan_of_text(medium("domain = \"sqrt(y)\""), {}, with_strategy(GetParam()));
+        FAIL() << "The domain is NaN at the camera, but the scene was not refused.";
     } catch (const InputError& error) {
         EXPECT_NE(std::string(error.what()).find("camera.position = [0, -10, 0]: space.domain"), std::string::npos)
             << error.what();
     }
 }
 
-// Beyond z = 0 H is no number, and no step ends there: rays end on it all the same, where dx/dz = p_x/p_z leads.
-TEST_P(FirstEdge, IsReachedThoughHEndsThere) {
+// H is NaN for z < 0, so that no step can end beyond the edge z = 0. Rays must end on the edge. Their x is compared
+// with the integral of dx/dz = p_x/p_z by the midpoint rule.
+TEST_P(EarliestEvent, EdgesAreReachedIfHIsUndefinedBeyondThem) {
     const std::vector<RayInput> rays{{{0, 0, 1}, {0.3, 0, -1}}, {{0, 0, 1}, {0.5, 0, -1}}, {{0, 0, 0.7}, {1, 0, -1}}};
-    for (const char* what : {"domain", "capture"})
+    for (const char* edge : {"domain", "capture"})
         for (const char* method : {"srkn6", "gauss8", "rk4", "dp8", "gauss16"}) {
             const auto ends =
                 ends_of(std::string(
                             "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 - z^1.5)\"\n") +
-                            what + " = \"z\"\n[integrator]\nstep = 0.02\n" + view,
+                            edge + " = \"z\"\n[integrator]\nstep = 0.02\n" + view,
                         {std::string("integrator.method=") + method}, rays);
             for (std::size_t i = 0; i < rays.size(); ++i) {
-                SCOPED_TRACE(std::string(what) + " by " + method + ", ray " + std::to_string(i));
-                ASSERT_EQ(ends[i].status, what == std::string("domain") ? Status::escaped : Status::captured)
+                SCOPED_TRACE(std::string(edge) + " by " + method + ", ray " + std::to_string(i));
+                ASSERT_EQ(ends[i].status, edge == std::string("domain") ? Status::escaped : Status::captured)
                     << describe(ends[i].failure);
                 const double z = rays[i].position[2], square = 1 + std::pow(z, 1.5), slope = rays[i].direction[0];
                 const double px = slope * std::sqrt(square / (1 + slope * slope));
@@ -155,23 +165,24 @@ TEST_P(FirstEdge, IsReachedThoughHEndsThere) {
         }
 }
 
-// Nothing within a horizon is seen from without: rays of b < 3√3/2 r_g are captured, and no others.
-TEST_P(FirstEdge, OfAHoleIsTheHorizon) {
+// A ball inside the horizon must not be hit. Rays with b < 3√3/2 r_g are captured, all others escape.
+TEST_P(EarliestEvent, HorizonHidesSurfacesInsideIt) {
     std::vector<RayInput> rays;
     for (int i = 0; i < 40; ++i) rays.push_back({{0, -10, 0}, {0.0137 * (i - 19.5), 1, 0.004 * i}});
-    const Overrides ways[] = {{},
-                              {"integrator.method=orbit-srkn11", "integrator.step=0.05"},
-                              {"integrator.method=orbit-srkn11", "integrator.step=1"},
-                              {"integrator.symmetry=none"},
-                              {"integrator.method=gauss8"},
-                              {"integrator.method=dp54", "integrator.tolerance=1e-3"}};
+    const Overrides hole_methods[] = {{},
+                                      {"integrator.method=orbit-srkn11", "integrator.step=0.05"},
+                                      {"integrator.method=orbit-srkn11", "integrator.step=1"},
+                                      {"integrator.symmetry=none"},
+                                      {"integrator.method=gauss8"},
+                                      {"integrator.method=dp54", "integrator.tolerance=1e-3"}};
     for (const double radius : {0.9, 0.99})
-        for (const Overrides& how : ways) {
-            SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << (how.empty() ? "default" : how[0]));
-            const auto ends =
-                ends_of("space = { hamiltonian = \"schwarzschild\", rg = 1 }\n" + view + ball(radius), how, rays);
+        for (const Overrides& settings : hole_methods) {
+            SCOPED_TRACE(testing::Message()
+                         << "ball of " << radius << ", " << (settings.empty() ? "default" : settings[0]));
+            const std::string scene = "space = { hamiltonian = \"schwarzschild\", rg = 1 }\n" + view + ball(radius);
+            const auto ends = ends_of(scene, settings, rays);
             for (std::size_t i = 0; i < ends.size(); ++i) {
-                // dr/dλ = −√(1 − (1 − 1/r) b²/r²), r dφ/dλ = b/r.
+                // At r = 10: dr/dλ = −√(1 − (1 − 1/r) b²/r²) and r dφ/dλ = b/r.
                 const double slope = std::hypot(rays[i].direction[0], rays[i].direction[2]);
                 const double b = 10 * slope / std::sqrt(1 + slope * slope * (1 - 1.0 / 10)),
                              critical = 1.5 * std::numbers::sqrt3;
@@ -181,18 +192,18 @@ TEST_P(FirstEdge, OfAHoleIsTheHorizon) {
         }
 }
 
-// Light with p_t < 0, as a falling observer sees it, comes close to the horizon and never through: whatever reaches
-// from without to within.
-TEST_P(FirstEdge, IsTheHorizonForLightThatNeverReachesIt) {
+// Rays of a falling observer have p_t < 0. They approach the horizon, but never cross it, and must be captured there.
+// The floor lies on both sides of the horizon. All methods must capture the same number of rays, up to one.
+TEST_P(EarliestEvent, HorizonCapturesRaysOfFallingObservers) {
     const std::string scene =
-        "space = { hamiltonian = \"schwarzschild\", rg = 1 }\nintegrator.escape_radius = 30\n[camera]\nposition = [-6, "
-        "0, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
-        "observer = \"falling\"\n[film]\nsize = [36, 24]\nlayers = [\"status\"]\n"
-        "[[object]]\nshape = \"rectangle\"\norigin = [-8, -8, -0.3]\nedge_u = [16, 0, 0]\nedge_v = [0, 16, 0]\n";
+        "space = { hamiltonian = \"schwarzschild\", rg = 1 }\nintegrator.escape_radius = 30\n"
+        "[camera]\nposition = [-6, 0, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nobserver = \"falling\"\n"
+        "[film]\nsize = [36, 24]\nlayers = [\"status\"]\n" +
+        floor(8, -0.3);
     std::vector<std::uint64_t> captured;
-    for (const Overrides& how :
+    for (const Overrides& settings :
          {Overrides{}, {"integrator.symmetry=none"}, {"integrator.method=rkf78"}, {"integrator.method=gauss8"}}) {
-        const auto plan = plan_of_text(scene, how, with_strategy(GetParam()));
+        const auto plan = plan_of_text(scene, settings, with_strategy(GetParam()));
         Film film(36, 24, plan->description().film.layers);
         const RunReport report = render(*plan, film);
         EXPECT_EQ(report.counters.ended[static_cast<int>(Status::failed)], 0u);
@@ -202,17 +213,13 @@ TEST_P(FirstEdge, IsTheHorizonForLightThatNeverReachesIt) {
     EXPECT_GT(captured.front(), 40u);
 }
 
-// Closer than Embree's floats tell places apart; off the scene's middle, where they are coarse, too.
-TEST_P(FirstEdge, MayBeCloseToTheStart) {
-    const auto floor = [](double z) {
-        return "[[object]]\nshape = \"rectangle\"\norigin = [-1, -1, " + written(z) +
-               "]\nedge_u = [2, 0, 0]\nedge_v = [0, 2, 0]\n";
-    };
+// The starts are 1e-3 to 1e-8 above the floor. Embree's floats do not resolve the smaller heights.
+TEST_P(EarliestEvent, SurfacesCloseToTheStartAreHit) {
     const double level = 0.7;
     for (const char* space : {"hamiltonian = \"flat\"", "hamiltonian = \"gradient\"\ng = 1e-3",
                               "hamiltonian = \"schwarzschild\"\nrg = 0.01\ncenter = [0, 0, 3]"}) {
         SCOPED_TRACE(space);
-        const std::string scene = "[space]\n" + std::string(space) + view + floor(level) + floor(-0.9);
+        const std::string scene = "[space]\n" + std::string(space) + view + floor(1, level) + floor(1, -0.9);
         std::vector<RayInput> rays;
         for (const double height : {1e-3, 1e-5, 6e-6, 1e-6, 3e-7, 1e-8})
             rays.push_back({{0.1, 0.2, level + height}, {0.3, 0.2, -1}});
@@ -220,7 +227,7 @@ TEST_P(FirstEdge, MayBeCloseToTheStart) {
             EXPECT_EQ(end.status, Status::hit);
             EXPECT_EQ(end.surface, 0u);
         }
-        // … but what a ray starts on it leaves behind.
+        // A ray that starts on a surface does not hit it at the start.
         const auto ends = ends_of(scene, {}, {{{0.1, 0.2, level}, {0.3, 0.2, -1}}, {{0.1, 0.2, level}, {0.3, 0.2, 1}}});
         EXPECT_EQ(ends[0].status, Status::hit);
         EXPECT_EQ(ends[0].surface, 1u);
@@ -228,21 +235,21 @@ TEST_P(FirstEdge, MayBeCloseToTheStart) {
     }
 }
 
-// Closer than Embree's floats can tell; in a closed room, none gets out, and none ends behind its start.
-TEST_P(FirstEdge, MayBeCloserThanFloatsTell) {
-    const std::string room = "[[object]]\nname = \"room\"\nshape = \"room\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n";
+// The starts are 1e-4 to 1e-14 below the ceiling of a closed room. Rays must hit the ceiling if they move up, else the
+// floor, at λ > 0.
+TEST_P(EarliestEvent, RaysFromNearAWallStayInAClosedRoom) {
     for (const std::string space : {"hamiltonian = \"flat\"", "hamiltonian = \"schwarzschild\"\nrg = 0.01",
                                     "hamiltonian = \"gradient\"\ng = 0.02", "hamiltonian = \"shimmer\""})
-        for (const Overrides& how :
+        for (const Overrides& settings :
              {Overrides{}, {"integrator.hit=chord"}, {"integrator.cull=none"}, {"integrator.escape_radius=1000"}}) {
             std::vector<RayInput> rays;
             for (double gap = 1e-14; gap < 1e-4; gap *= 3)
-                for (const double down : {-1.0, 1.0}) rays.push_back({{0.3, 0.5, 1 - gap}, {0.1, -0.2, down}});
+                for (const double dz : {-1.0, 1.0}) rays.push_back({{0.3, 0.5, 1 - gap}, {0.1, -0.2, dz}});
             const auto ends =
-                ends_of("[space]\n" + space + "\n[integrator]\nescape_radius = 4\n" + view + room, how, rays);
+                ends_of("[space]\n" + space + "\n[integrator]\nescape_radius = 4\n" + view + room, settings, rays);
             for (std::size_t i = 0; i < ends.size(); ++i) {
-                SCOPED_TRACE(testing::Message()
-                             << space << ", " << (how.empty() ? "" : how[0]) << ", " << 1 - rays[i].position[2]);
+                SCOPED_TRACE(testing::Message() << space << ", " << (settings.empty() ? "" : settings[0]) << ", "
+                                                << 1 - rays[i].position[2]);
                 ASSERT_EQ(ends[i].status, Status::hit);
                 EXPECT_NEAR(ends[i].q[2], i % 2 ? 1 : -1, 1e-9);
                 EXPECT_GT(ends[i].parameter, 0);
@@ -257,18 +264,16 @@ TEST_P(FirstEdge, MayBeCloserThanFloatsTell) {
     }
 }
 
-// A camera just under the ceiling looks up at it, and away from it through the room: at whatever height a camera may
-// be, no ray gets out.
-TEST_P(FirstEdge, MayBeCloseToTheCamera) {
-    const std::string room = "[[object]]\nname = \"room\"\nshape = \"room\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n";
+// A camera just below the ceiling looks up at it, or down through the room. All rays must hit the room.
+TEST_P(EarliestEvent, RaysOfACameraNearTheCeilingStayInTheRoom) {
     for (const std::string space : {"hamiltonian = \"flat\"", "hamiltonian = \"schwarzschild\"\nrg = 0.001"})
         for (const std::string precision : {"double", "float"})
             for (double gap = 4e-6; gap < 1e-2; gap *= 1.7)
-                for (const int way : {1, -1}) {
-                    SCOPED_TRACE(space + ", " + precision + ", " + written(gap) + (way > 0 ? " up" : " down"));
+                for (const int sign : {1, -1}) {
+                    SCOPED_TRACE(space + ", " + precision + ", " + to_toml(gap) + (sign > 0 ? " up" : " down"));
                     const Double3 eye{0.3, 0.5, 1 - gap};
-                    const std::string camera = "[camera]\nposition = [0.3, 0.5, " + written(eye[2]) +
-                                               "]\nlook_at = [0.3, 0.4, " + written(eye[2] + way) + "]\nfov = 40\n";
+                    const std::string camera = "[camera]\nposition = [0.3, 0.5, " + to_toml(eye[2]) +
+                                               "]\nlook_at = [0.3, 0.4, " + to_toml(eye[2] + sign) + "]\nfov = 40\n";
                     Options options = with_strategy(GetParam());
                     options.precision = precision_named(precision);
                     const auto plan =
@@ -284,31 +289,26 @@ TEST_P(FirstEdge, MayBeCloseToTheCamera) {
                     for (const RayEnd& end : ends) {
                         ASSERT_EQ(end.status, Status::hit);
                         ASSERT_NEAR(std::max({std::abs(end.q[0]), std::abs(end.q[1]), std::abs(end.q[2])}), 1, 1e-6);
-                        if (way > 0)
-                            ASSERT_NEAR(std::hypot(end.q[0] - eye[0], end.q[1] - eye[1]), 0,
-                                        gap);  // at most 40° from the normal
+                        // The rays are less than 45° from the normal of the ceiling.
+                        if (sign > 0) ASSERT_LE(std::hypot(end.q[0] - eye[0], end.q[1] - eye[1]), gap);
                         else ASSERT_LT(end.q[2], 0.5);
                     }
                 }
 }
 
-// A ray that starts on the floor and bends away from it, however slowly: (5) has the path z = −2 − g λ²/4, which never
-// returns.
-TEST_P(FirstEdge, IsNotTheFloorThatIsLeft) {
+// The ray starts on the floor, parallel to it, and bends away from it. Its path z = −2 − g λ²/4 never returns.
+TEST_P(EarliestEvent, RaysDoNotHitTheFloorThatTheyLeave) {
     for (const char* g : {"1e-3", "1e-6"})
-        for (const Overrides& how : {Overrides{}, {"integrator.step=0.01"}, {"integrator.method=gauss8"}}) {
-            const std::string floor =
-                "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-20, -20, -2]\nedge_u = [40, 0, "
-                "0]\nedge_v = [0, 40, 0]\n";
+        for (const Overrides& settings : {Overrides{}, {"integrator.step=0.01"}, {"integrator.method=gauss8"}}) {
             const auto ends = ends_of(std::string("[space]\nhamiltonian = \"gradient\"\ng = ") + g +
-                                          "\n[integrator]\nescape_radius = 50\n" + view + floor,
-                                      how, {{{0, 0, -2}, {1, 0, 0}}});
+                                          "\n[integrator]\nescape_radius = 50\n" + view + floor(20, -2),
+                                      settings, {{{0, 0, -2}, {1, 0, 0}}});
             EXPECT_EQ(ends[0].status, Status::escaped) << g;
         }
 }
 
-// On the escape sphere, and along it: there it has left.
-TEST_P(FirstEdge, MayBeTheEscapeSphereAtTheStart) {
+// Rays that start on the escape sphere, tangentially to it, must escape at the start.
+TEST_P(EarliestEvent, TangentsOfTheEscapeSphereEscapeAtTheStart) {
     for (const char* space : {"hamiltonian = \"gradient\"\ng = 1e-3", "hamiltonian = \"luneburg\"",
                               "hamiltonian = \"schwarzschild\"", "hamiltonian = \"flat\""}) {
         const auto ends = ends_of(std::string("[space]\n") + space + "\n[integrator]\nescape_radius = 50\n" + view, {},
@@ -318,13 +318,13 @@ TEST_P(FirstEdge, MayBeTheEscapeSphereAtTheStart) {
     }
 }
 
-// What passes through Ellis's throat, b < a (Müller 2004), does so by the coarsest steps, and the smallest throat.
-TEST_P(FirstEdge, LiesBehindAThroatForRaysThatPassIt) {
+// Rays with b < a pass through the throat of radius a of Ellis's wormhole (Müller 2004), also with long steps.
+TEST_P(EarliestEvent, RaysThroughTheThroatEscapeOnTheSecondSheet) {
     for (const double throat : {1.0, 1e-3, 1e-9})
-        for (const Overrides& how : {Overrides{"integrator.method=rk4", "integrator.step=3"},
-                                     {"integrator.method=dp5", "integrator.step=2"},
-                                     {"integrator.symmetry=none"},
-                                     {"integrator.method=rkf78", "integrator.rescale=none"}}) {
+        for (const Overrides& settings : {Overrides{"integrator.method=rk4", "integrator.step=3"},
+                                          {"integrator.method=dp5", "integrator.step=2"},
+                                          {"integrator.symmetry=none"},
+                                          {"integrator.method=rkf78", "integrator.rescale=none"}}) {
             std::vector<RayInput> rays;
             const double distance = 6 * std::max(throat, 0.1), areal = distance + 0.25 * throat * throat / distance;
             for (int i = 0; i < 20; ++i) {
@@ -332,19 +332,18 @@ TEST_P(FirstEdge, LiesBehindAThroatForRaysThatPassIt) {
                 rays.push_back(
                     {{-distance, 0, 0}, {std::sqrt(1 - sine * sine), sine * std::cos(i), sine * std::sin(i)}});
             }
-            const auto ends = ends_of("space = { hamiltonian = \"wormhole\", throat = " + written(throat) +
+            const auto ends = ends_of("space = { hamiltonian = \"wormhole\", throat = " + to_toml(throat) +
                                           " }\nintegrator.escape_radius = 20\n" + view,
-                                      how, rays);
+                                      settings, rays);
             for (std::size_t i = 0; i < ends.size(); ++i) {
-                SCOPED_TRACE(testing::Message()
-                             << "throat " << throat << ", " << how[0] << ", b/a = " << 0.1 * (double(i) + 0.5));
+                SCOPED_TRACE(testing::Message() << "throat " << throat << ", " << settings[0] << ", ray " << i);
                 ASSERT_EQ(ends[i].status, Status::escaped);
                 EXPECT_EQ(std::hypot(ends[i].q[0], ends[i].q[1], ends[i].q[2]) < 0.5 * throat, i < 10);
             }
         }
 }
 
-INSTANTIATE_TEST_SUITE_P(Strategies, FirstEdge, testing::Values("scalar", "packet"),
+INSTANTIATE_TEST_SUITE_P(Strategies, EarliestEvent, testing::Values("scalar", "packet"),
                          [](const auto& chosen) { return std::string(chosen.param); });
 
 }  // namespace

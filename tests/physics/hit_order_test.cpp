@@ -1,5 +1,5 @@
-// Where a bent ray meets a surface, against elliptic integrals: a chord throws the order of the method away, refinement
-// keeps it.
+// Positions and directions of hits near a Schwarzschild black hole, compared with elliptic integrals. Hits on the chord
+// of a step have order 2; refined hits have the order of the method.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
 
@@ -13,18 +13,18 @@ namespace {
 
 constexpr double start_radius = 20, ball_radius = 3;
 
-/// A ball around the hole, reached before rays turn back; and a plane through the centre, across the direction of the
-/// start.
+/// A ball around the hole, which rays hit before their turning point, and a plane through the centre of the hole,
+/// normal to the direction from the hole to the starts.
 constexpr const char* ball = "name = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 3\n";
 constexpr const char* plane =
     "name = \"plane\"\nshape = \"rectangle\"\norigin = [0, -16, -15]\nedge_u = [0, 31, 0]\nedge_v = [0, 0, 32]\n";
 
-/// The hit of a ray with impact parameter b that starts on the axis of `outward`, in its orbital plane, and dq/dλ
-/// there.
+/// Position of a hit in polar coordinates of the orbit plane, and dq/dλ at the hit. The ray starts at the angle 0.
 struct Hit {
     double radius, angle;
     Velocity velocity;
 };
+/// Returns the exact hit of a ray with the impact parameter b on the ball or on the plane.
 Hit exact_hit(bool on_ball, double b) {
     if (on_ball) return {ball_radius, swept_by_quadrature(b, start_radius, ball_radius), ingoing(b, ball_radius)};
     const Orbit orbit(b);
@@ -32,11 +32,13 @@ Hit exact_hit(bool on_ball, double b) {
     return {orbit.radius_after(start_radius, angle), angle, orbit.velocity_after(start_radius, angle)};
 }
 
+/// Errors of hits: root mean squares of position and direction, and the greatest distance from the surface.
 struct Errors {
     double position, direction, off_surface;
 };
 
-/// Root mean squares over impact parameters: one ray's error depends on where in its step it hits.
+/// Returns the errors of the hits of 100 rays. The mean is needed because the error of one ray depends on the position
+/// of the hit within its step.
 Errors errors(const std::string& strategy, bool on_ball, const char* method, const char* hit, double step) {
     const auto plan = plan_of_text(scene_text("hole.toml") + "[[object]]\n" + (on_ball ? ball : plane),
                                    {"integrator.escape_radius=25", std::string("integrator.method=") + method,
@@ -46,7 +48,7 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
     std::vector<RayInput> rays;
     std::vector<double> impact;
     for (int i = 0; i < 100; ++i) {
-        // From the ball's middle to nine tenths of where rays pass it; well off the hole for the plane.
+        // The rays hit the ball before their turning points, or pass the hole at a distance and hit the plane.
         impact.push_back((on_ball ? 2.1 : 5) + 0.0125 * i);
         rays.push_back(ray_inward(tilted, impact.back(), start_radius, {0, 0, 0}));
     }
@@ -57,11 +59,13 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
         EXPECT_EQ(ends[i].status, Status::hit) << method << " b = " << impact[i];
         EXPECT_FALSE(ends[i].unrefined);
         const auto [radius, angle, v] = exact_hit(on_ball, impact[i]);
-        const double c = std::cos(angle), s = std::sin(angle), speed = std::hypot(v.along, v.aside);
+        const double c = std::cos(angle), s = std::sin(angle), speed = std::hypot(v.radial, v.transverse);
         const Double3 q = tilted.at(radius * c, radius * s);
-        const Double3 d = tilted.at((v.along * c - v.aside * s) / speed, (v.along * s + v.aside * c) / speed);
+        const Double3 d =
+            tilted.at((v.radial * c - v.transverse * s) / speed, (v.radial * s + v.transverse * c) / speed);
         for (std::size_t k = 0; k < 3; ++k) {
-            sum.position += std::pow(ends[i].q[k] - q[k], 2), sum.direction += std::pow(ends[i].v[k] - d[k], 2);
+            sum.position += std::pow(ends[i].q[k] - q[k], 2);
+            sum.direction += std::pow(ends[i].v[k] - d[k], 2);
         }
         const double off = on_ball ? std::hypot(ends[i].q[0], ends[i].q[1], ends[i].q[2]) - ball_radius : ends[i].q[0];
         sum.off_surface = std::max(sum.off_surface, std::abs(off));
@@ -70,9 +74,9 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
     return {std::sqrt(sum.position / n), std::sqrt(sum.direction / n), sum.off_surface};
 }
 
-// A long step goes fast here and slowly there: the far side of a small ball must not be taken for the near one. From
-// outside a ball is met where rays go inward.
-TEST(Hits, OfSmallBallsAreOnTheirNearSide) {
+// The speed of a ray varies along a long step. The hit on a small ball must nevertheless be the first one, on the near
+// side, where the velocity points into the ball.
+TEST(Hits, OnSmallBallsAreOnTheNearSide) {
     struct View {
         const char *space, *camera, *look_at, *center;
         double radius;
@@ -97,100 +101,102 @@ TEST(Hits, OfSmallBallsAreOnTheirNearSide) {
                      << "[[object]]\nshape = \"room\"\nmin = [-30, -30, -30]\nmax = [30, 30, 30]\n";
                 const auto plan = plan_of_text(text.str(), {}, with_strategy(strategy));
                 std::vector<RayStart> starts;
-                for (std::uint32_t i = 0; i < 32 * 32; ++i) starts.push_back(pixel_ray(*plan, i % 32, i / 32));
+                for (std::uint32_t i = 0; i < 32 * 32; ++i) starts.push_back(pixel_ray_start(*plan, i % 32, i / 32));
                 std::vector<RayEnd> ends;
                 trace(*plan, starts, ends);
                 const Double3& c = plan->description().objects[0].center;
-                int balls = 0;
+                int hits = 0;
                 for (const RayEnd& end : ends) {
                     if (end.status != Status::hit || end.surface != 0) continue;
-                    ++balls;
-                    double inward = 0;
-                    for (std::size_t k = 0; k < 3; ++k) inward += (end.q[k] - c[k]) * end.v[k];
-                    EXPECT_LT(inward, 1e-3) << text.str() << strategy;
+                    ++hits;
+                    double outward_speed = 0;
+                    for (std::size_t k = 0; k < 3; ++k) outward_speed += (end.q[k] - c[k]) * end.v[k];
+                    EXPECT_LT(outward_speed, 1e-3) << text.str() << strategy;
                 }
-                EXPECT_GT(balls, 100) << text.str();
+                EXPECT_GT(hits, 100) << text.str();
             }
 }
 
 class HitOrder : public testing::TestWithParam<std::tuple<const char*, bool>> {
 protected:
-    struct Slopes {
+    /// Orders of convergence, and the errors with the fine step.
+    struct Orders {
         double position, direction;
-        Errors finest;
+        Errors fine;
     };
-    /// Orders from a step to a quarter of it, a fifth of the radius long at first: still far above rounding at the end.
-    static Slopes slopes(const char* method, const char* hit) {
+    /// Returns the orders between the step sizes 0.2 and 0.05 in τ, where dλ = r dτ. The errors with the fine step are
+    /// far above rounding.
+    static Orders measured_orders(const char* method, const char* hit) {
         const auto [strategy, on_ball] = GetParam();
         const Errors coarse = errors(strategy, on_ball, method, hit, 0.2),
                      fine = errors(strategy, on_ball, method, hit, 0.05);
         return {0.5 * std::log2(coarse.position / fine.position), 0.5 * std::log2(coarse.direction / fine.direction),
                 fine};
     }
-    /// Fitted over a factor of four, an order is good to a half: the next one adds to the coarse error, roundings to
-    /// the fine.
-    static constexpr double half = 0.5;
-    /// A hit stands on its surface to a few roundings of a coordinate, 20 at the start of the ray's coordinates and
-    /// less here.
+    /// Tolerance of measured orders. Error terms of higher order contribute to the coarse error, rounding errors to the
+    /// fine error.
+    static constexpr double tolerance = 0.5;
+    /// Rounding error of a coordinate of size 20, as at the start of the rays.
     static constexpr double rounding = 20 * std::numeric_limits<double>::epsilon();
 };
 
-// Where light is focused a chord that is a small part of a pixel off may miss what its ray hits, and however small the
-// picture: objects are those of short steps.
-TEST(Hits, AreTheRightOnesInAFisheye) {
+// A fisheye focuses light, so that a chord may miss an object that its ray hits, although the chord deviates from the
+// ray by a small fraction of a pixel. Status and object with long steps are compared with those of short steps; at most
+// 0.2 % of the rays may differ.
+TEST(Hits, ObjectsInAFisheyeMatchShortSteps) {
     const std::string scene = KAGERO_SCENES "/fisheye.toml";
     for (const char* size : {"film.size=[18,12]", "film.size=[60,40]"}) {
-        const auto ends = [&](const Overrides& more) {
+        const auto ends = [&](const Overrides& overrides) {
             Overrides all{size, "integrator.symmetry=none", "integrator.method=dp54"};
-            all.insert(all.end(), more.begin(), more.end());
+            all.insert(all.end(), overrides.begin(), overrides.end());
             const auto plan = plan_of_file(scene, all, with_strategy("packet"));
             std::vector<RayStart> starts;
             for (std::uint32_t y = 0; y < plan->description().film.height; ++y)
                 for (std::uint32_t x = 0; x < plan->description().film.width; ++x)
-                    starts.push_back(pixel_ray(*plan, x, y));
+                    starts.push_back(pixel_ray_start(*plan, x, y));
             std::vector<RayEnd> found;
             trace(*plan, starts, found);
             return found;
         };
         const auto long_steps = ends({}), short_steps = ends({"integrator.method=rkf78", "integrator.tolerance=1e-14"});
-        std::size_t others = 0;
+        std::size_t different = 0;
         for (std::size_t i = 0; i < long_steps.size(); ++i) {
             EXPECT_NE(long_steps[i].status, Status::failed) << describe(long_steps[i].failure);
-            others += long_steps[i].status != short_steps[i].status || long_steps[i].surface != short_steps[i].surface;
+            different +=
+                long_steps[i].status != short_steps[i].status || long_steps[i].surface != short_steps[i].surface;
         }
-        EXPECT_LE(others, long_steps.size() / 500) << size;
+        EXPECT_LE(different, long_steps.size() / 500) << size;
     }
 }
 
-TEST_P(HitOrder, OfAChordIsTwoWhateverTheMethod) {
+TEST_P(HitOrder, IsTwoOnChordsForAllMethods) {
     for (const char* method : {"rk4", "suzuki4-nine", "gauss4", "gauss12"}) {
         SCOPED_TRACE(method);
-        const Slopes order = slopes(method, "chord");
-        EXPECT_NEAR(order.position, 2, half);
-        EXPECT_NEAR(order.direction, 1, half);
-        EXPECT_LT(order.finest.off_surface, rounding);
+        const Orders found = measured_orders(method, "chord");
+        EXPECT_NEAR(found.position, 2, tolerance);
+        EXPECT_NEAR(found.direction, 1, tolerance);
+        EXPECT_LT(found.fine.off_surface, rounding);
     }
 }
 
-TEST_P(HitOrder, OfARefinedHitIsTheMethods) {
+TEST_P(HitOrder, IsThatOfTheMethodForRefinedHits) {
     constexpr std::pair<const char*, int> methods[] = {
         {"verlet", 2}, {"rk4", 4}, {"suzuki4-nine", 4}, {"gauss4", 4}, {"gauss6", 6}};
     for (const auto& [method, order] : methods) {
         SCOPED_TRACE(method);
-        const Slopes found = slopes(method, "hermite");
-        EXPECT_GT(found.position, order - half) << found.finest.position;
-        EXPECT_GT(found.direction, order - half) << found.finest.direction;
-        EXPECT_LT(found.finest.off_surface, rounding);
+        const Orders found = measured_orders(method, "hermite");
+        EXPECT_GT(found.position, order - tolerance) << found.fine.position;
+        EXPECT_GT(found.direction, order - tolerance) << found.fine.direction;
+        EXPECT_LT(found.fine.off_surface, rounding);
     }
 }
 
-// With a method of high order the hit is exact: what remains are roundings along the way, of 20 per coordinate and
-// step.
-TEST_P(HitOrder, LeavesRoundingAlone) {
+// With a method of order 16 only the sum of the rounding errors of all steps remains.
+TEST_P(HitOrder, HitsAreExactToRoundingWithAMethodOfHighOrder) {
     const auto [strategy, on_ball] = GetParam();
-    const Errors left = errors(strategy, on_ball, "gauss16", "hermite", 0.05);
-    EXPECT_LT(left.position, 100 * rounding);
-    EXPECT_LT(left.direction, 100 * rounding);
+    const Errors found = errors(strategy, on_ball, "gauss16", "hermite", 0.05);
+    EXPECT_LT(found.position, 100 * rounding);
+    EXPECT_LT(found.direction, 100 * rounding);
 }
 
 INSTANTIATE_TEST_SUITE_P(Surfaces, HitOrder, testing::Combine(testing::Values("packet", "scalar"), testing::Bool()),

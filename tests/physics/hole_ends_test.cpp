@@ -1,6 +1,6 @@
-// Where rays near a hole, and far from it, end whatever the method: on surfaces inside the photon sphere, and at their
-// perihelion where they pass the escape sphere by. Against the critical impact parameter and the cubic of the turning
-// points.
+// Ends of rays around black holes by different methods. The tests compare hits on surfaces inside the photon sphere
+// with the critical impact parameter, and ends of rays that never enter the escape sphere with the perihelion. Captured
+// rays must end on the horizon.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,8 @@
 namespace kagero::test {
 namespace {
 
-/// A ray of r_g = 1 at (r, 0, 0), moving inward: dr/dλ = −√(1 − (1 − 1/r) b²/r²), r dφ/dλ = b/r.
+/// Returns a ray that starts at (r, 0, 0) and moves inward with the impact parameter b, for r_g = 1. Its direction
+/// follows from dr/dλ = −√(1 − (1 − 1/r) b²/r²) and r dφ/dλ = b/r.
 RayInput inward(double r, double b) {
     return {{r, 0, 0}, {-std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), b / r, 0}};
 }
@@ -20,6 +21,7 @@ double radius_of(const RayEnd& end) {
     return std::hypot(end.q[0], end.q[1], end.q[2]);
 }
 
+/// Settings that select a method; empty strings are ignored.
 constexpr const char* methods[][2] = {{"", ""},
                                       {"integrator.symmetry=none", ""},
                                       {"integrator.method=gauss8", ""},
@@ -28,11 +30,11 @@ constexpr const char* methods[][2] = {{"", ""},
 
 class HoleEnds : public testing::TestWithParam<const char*> {
 protected:
-    std::vector<RayEnd> ends_of(const std::string& scene, const char* const (&how)[2],
+    std::vector<RayEnd> ends_of(const std::string& scene, const char* const (&settings)[2],
                                 const std::vector<RayInput>& rays) const {
         Overrides overrides;
-        for (const char* change : how)
-            if (*change) overrides.emplace_back(change);
+        for (const char* setting : settings)
+            if (*setting) overrides.emplace_back(setting);
         const auto plan = plan_of_text(scene, overrides, with_strategy(GetParam()), false);
         std::vector<RayEnd> ends;
         trace(*plan, start_rays(*plan, rays), ends);
@@ -40,10 +42,10 @@ protected:
     }
 };
 
-// All that falls past the photon sphere meets a ball in there, and nothing else does (Bardeen 1973: b < 3√3/2 r_g).
-TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
+// A ball inside the photon sphere is hit by exactly the rays with b < 3√3/2 r_g (Bardeen 1973).
+TEST_P(HoleEnds, RaysBelowTheCriticalImpactParameterHitBallsInsideThePhotonSphere) {
     for (const double radius : {1.49, 1.3, 1.02})
-        for (const auto& how : methods) {
+        for (const auto& settings : methods) {
             const std::string scene =
                 "space.hamiltonian = \"schwarzschild\"\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = "
                 "[0, 0, 1]\n"
@@ -52,10 +54,11 @@ TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
             const double critical = 1.5 * std::numbers::sqrt3;
             std::vector<RayInput> rays;
             for (int i = 0; i < 40; ++i) rays.push_back(inward(10, 0.075 + 0.15 * i));
-            const std::vector<RayEnd> ends = ends_of(scene, how, rays);
+            const std::vector<RayEnd> ends = ends_of(scene, settings, rays);
             for (std::size_t i = 0; i < ends.size(); ++i) {
                 const double b = 0.075 + 0.15 * double(i);
-                SCOPED_TRACE(testing::Message() << how[0] << " " << how[1] << ", radius " << radius << ", b = " << b);
+                SCOPED_TRACE(testing::Message()
+                             << settings[0] << " " << settings[1] << ", radius " << radius << ", b = " << b);
                 ASSERT_EQ(ends[i].status, b < critical ? Status::hit : Status::escaped);
                 if (b < critical) {
                     EXPECT_NEAR(radius_of(ends[i]), radius, 1e-6);
@@ -64,21 +67,22 @@ TEST_P(HoleEnds, SurfacesInsideThePhotonSphereAreMetByAllThatFalls) {
         }
 }
 
-// The perihelion is the greatest root of r³ = b² (r − r_g) (Chandrasekhar 1983, §20).
-TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
-    for (const auto& how : methods) {
+// Rays that never enter the escape sphere escape at their perihelion. It is the greatest root of r³ = b² (r − r_g)
+// (Chandrasekhar 1983, §20).
+TEST_P(HoleEnds, RaysThatMissTheEscapeSphereEndAtTheirPerihelion) {
+    for (const auto& settings : methods) {
         const std::string scene =
             "space.hamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 20\n[camera]\nposition = [0, -40, "
             "0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
             "[film]\nsize = [4, 4]\n";
         std::vector<RayInput> rays;
         for (int i = 0; i < 17; ++i) rays.push_back(inward(40, 21.5 + i));
-        const std::vector<RayEnd> ends = ends_of(scene, how, rays);
+        const std::vector<RayEnd> ends = ends_of(scene, settings, rays);
         for (std::size_t i = 0; i < ends.size(); ++i) {
             const double b = 21.5 + double(i);
             double r = b;
             for (int k = 0; k < 60; ++k) r = b * std::sqrt(1 - 1 / r);
-            SCOPED_TRACE(testing::Message() << how[0] << " " << how[1] << ", b = " << b);
+            SCOPED_TRACE(testing::Message() << settings[0] << " " << settings[1] << ", b = " << b);
             ASSERT_EQ(ends[i].status, Status::escaped);
             EXPECT_NEAR(radius_of(ends[i]), r, 2e-4);
             EXPECT_NEAR(ends[i].q[0] * ends[i].v[0] + ends[i].q[1] * ends[i].v[1] + ends[i].q[2] * ends[i].v[2], 0,
@@ -87,19 +91,19 @@ TEST_P(HoleEnds, RaysThatPassTheEscapeSphereEndWhereTheyAreNearest) {
     }
 }
 
-// A ray by itself is followed to the horizon, but for a thousandth, or to a λ before that: along a radius in
-// Schwarzschild's space λ is the way in r (H = 0 is p·x/r = −p_t there). Kerr's horizon is a spheroid, of r₊ on the
-// axis and √(r₊² + a²) on the equator.
-TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
+// Listed rays are integrated to the horizon, up to a relative distance of 0.001, or to a given λ. For radial rays
+// around a Schwarzschild black hole λ is the change of r, because H = 0 implies p·x/r = −p_t. The horizon of Kerr's
+// black hole is a spheroid with the half axis r₊ along the axis of rotation and √(r₊² + a²) in the equatorial plane.
+TEST_P(HoleEnds, CapturedRaysEndOnTheHorizon) {
     const std::string view =
         "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
     const std::vector<RayInput> rays{{{0, 0, 10}, {0, 0, -1}},
                                      {{0, 0, 1.4}, {0, 0, -1}},
                                      inward(10, 1),
                                      inward(1.3, 0.4)};
-    for (const auto& how : methods) {
-        SCOPED_TRACE(testing::Message() << how[0] << " " << how[1]);
-        const std::vector<RayEnd> ends = ends_of("[space]\nhamiltonian = \"schwarzschild\"\n" + view, how, rays);
+    for (const auto& settings : methods) {
+        SCOPED_TRACE(testing::Message() << settings[0] << " " << settings[1]);
+        const std::vector<RayEnd> ends = ends_of("[space]\nhamiltonian = \"schwarzschild\"\n" + view, settings, rays);
         for (const RayEnd& end : ends) {
             EXPECT_EQ(end.status, Status::captured);
             EXPECT_NEAR(radius_of(end), 1.0005, 0.00051);
@@ -107,7 +111,7 @@ TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
         EXPECT_NEAR(ends[0].parameter, 10 - radius_of(ends[0]), 1e-5);
         EXPECT_NEAR(ends[1].parameter, 1.4 - radius_of(ends[1]), 1e-5);
     }
-    // λ counts before the horizon, however surely a ray will fall; by what `trace --parameter` takes.
+    // The limit of λ, as set by `trace --parameter`, ends a ray although its capture is already certain.
     const auto plan =
         plan_of_text("[space]\nhamiltonian = \"schwarzschild\"\n" + view,
                      {"integrator.symmetry=none", "integrator.rescale=none"}, with_strategy(GetParam()), false);
@@ -129,8 +133,9 @@ TEST_P(HoleEnds, SingleRaysEndOnTheHorizon) {
     }
 }
 
-// Without the space's rescaling a step of one length leads past a hole: by default steps are under control then.
-TEST(HoleEndsByDefault, AreThoseOfFineStepsWithoutRescaling) {
+// A fixed step without time rescaling is too long near a hole. The default is therefore an adaptive method, which is
+// compared with a fixed short step.
+TEST(HoleEndsWithoutRescaling, DefaultMatchesFineSteps) {
     const std::string scene =
         "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nrescale = \"none\"\nescape_radius = 4\n"
         "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";

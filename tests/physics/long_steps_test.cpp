@@ -1,5 +1,4 @@
-// Rays that end within a step, however long that is, end where they should: against parabolas, circles and edges in
-// closed form.
+// Ends of rays inside long steps, compared with parabolas, circles and edges in closed form.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +27,7 @@ protected:
     }
 };
 
-/// A ray of N² = n0² − g z: q0 + p τ − g τ²/4 ẑ.
+/// The path of a ray in the medium N² = n0² − g z: q0 + p τ − ẑ g τ²/4.
 struct Parabola {
     RayStart start;
     double g;
@@ -36,29 +35,30 @@ struct Parabola {
         return {start.q[0] + start.p[0] * t, start.q[1] + start.p[1] * t,
                 start.q[2] + start.p[2] * t - 0.25 * g * t * t};
     }
-    /// The first τ where something that is positive at the start is not, to rounding; so fine a look misses no
-    /// crossing.
-    double first(const std::function<double(const Double3&)>& height, double limit) const {
-        constexpr int looks = 20000;
-        for (int i = 1; i <= looks; ++i) {
-            double before = limit * (i - 1) / looks, behind = limit * i / looks;
-            if (height(at(behind)) > 0) continue;
+    /// Returns the first zero of a function of position that is positive at the start, as a value of τ below `limit`.
+    /// Returns infinity if there is none. The path is sampled at 20000 points, and the zero is found by bisection.
+    double first_zero(const std::function<double(const Double3&)>& function, double limit) const {
+        constexpr int samples = 20000;
+        for (int i = 1; i <= samples; ++i) {
+            double before = limit * (i - 1) / samples, after = limit * i / samples;
+            if (function(at(after)) > 0) continue;
             for (int k = 0; k < 60; ++k) {
-                const double middle = 0.5 * (before + behind);
-                (height(at(middle)) > 0 ? before : behind) = middle;
+                const double middle = 0.5 * (before + after);
+                (function(at(middle)) > 0 ? before : after) = middle;
             }
-            return behind;
+            return after;
         }
         return std::numeric_limits<double>::infinity();
     }
 };
 
-double inside(const Double3& q, double radius) {
+/// Returns the distance of a position from a sphere around the origin; positive inside.
+double depth_in_sphere(const Double3& q, double radius) {
     return radius - std::hypot(q[0], q[1], q[2]);
 }
 
-// The escape sphere, which a thrown ray may leave and enter again within one step.
-TEST_P(LongSteps, ThrownRaysLeaveTheSphereWhereTheyFirstMeetIt) {
+// A parabola can leave the escape sphere and enter it again within one step. The ray must escape at the first crossing.
+TEST_P(LongSteps, ParabolasEscapeAtTheFirstCrossingOfTheEscapeSphere) {
     for (const auto& [g, radius] : {std::pair{100.0, 0.02}, std::pair{0.3, 8.0}})
         for (const char* method : {"srkn6", "gauss8", "rk4", "dp54", "rkf78"}) {
             const std::string scene = scene_of("hamiltonian = \"gradient\"\nn0 = 1.5\ng = " + std::to_string(g),
@@ -73,18 +73,18 @@ TEST_P(LongSteps, ThrownRaysLeaveTheSphereWhereTheyFirstMeetIt) {
                 const double unit = plan->scene->unit;
                 RayStart start = starts[i];
                 for (double& x : start.q) x *= unit;
-                const Parabola way{start, g};
-                const double t =
-                    way.first([&, radius = radius](const Double3& q) { return inside(q, radius); }, 50 * radius);
-                const Double3 end = way.at(t);
+                const Parabola parabola{start, g};
+                const double t = parabola.first_zero(
+                    [&, radius = radius](const Double3& q) { return depth_in_sphere(q, radius); }, 50 * radius);
+                const Double3 end = parabola.at(t);
                 for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], end[k], 1e-6 * radius);
                 EXPECT_NEAR(ends[i].parameter, t, 1e-6 * radius);
             }
         }
 }
 
-// … and a floor, of what is not on the way out first.
-TEST_P(LongSteps, ThrownRaysMeetTheFloorOnlyWhereTheyHaveNotLeft) {
+// The floor extends beyond the escape sphere. Only rays that reach it before they leave the sphere must hit it.
+TEST_P(LongSteps, ParabolasHitTheFloorOnlyInsideTheEscapeSphere) {
     constexpr double g = 0.3, radius = 5, floor = -1, half = 20;
     const std::string objects =
         "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-20, -20, -1]\nedge_u = [40, 0, 0]\nedge_v = "
@@ -96,29 +96,31 @@ TEST_P(LongSteps, ThrownRaysMeetTheFloorOnlyWhereTheyHaveNotLeft) {
         const auto starts = start_rays(*plan, rays_around({0.5, -1, 0.7}, 300));
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
-        std::size_t hits = 0, back = 0;
+        std::size_t hits = 0, escaped_above_floor = 0;
         for (std::size_t i = 0; i < starts.size(); ++i) {
             SCOPED_TRACE(testing::Message() << method << ", ray " << i);
-            const Parabola way{starts[i], g};
-            const double out = way.first([&](const Double3& q) { return inside(q, radius); }, 400);
-            const double down = way.first([&](const Double3& q) { return q[2] - floor; }, 400);
-            const Double3 landing = way.at(down);
-            const double beside = std::max(std::abs(landing[0]), std::abs(landing[1])) - half;
-            if (std::abs(beside) < 1e-6 || std::abs(out - down) < 1e-6) continue;  // at an edge
-            const bool hit = beside < 0 && down < out;
+            const Parabola parabola{starts[i], g};
+            const double t_sphere =
+                parabola.first_zero([&](const Double3& q) { return depth_in_sphere(q, radius); }, 400);
+            const double t_floor = parabola.first_zero([&](const Double3& q) { return q[2] - floor; }, 400);
+            const Double3 landing = parabola.at(t_floor);
+            const double outside = std::max(std::abs(landing[0]), std::abs(landing[1])) - half;
+            if (std::abs(outside) < 1e-6 || std::abs(t_sphere - t_floor) < 1e-6) continue;  // at an edge
+            const bool hit = outside < 0 && t_floor < t_sphere;
             ASSERT_EQ(ends[i].status, hit ? Status::hit : Status::escaped);
-            const Double3 end = hit ? landing : way.at(out);
+            const Double3 end = hit ? landing : parabola.at(t_sphere);
             for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], end[k], 1e-7);
-            hits += hit, back += beside < 0 && !hit;
+            hits += hit;
+            escaped_above_floor += outside < 0 && !hit;
         }
         EXPECT_GT(hits, 20u) << method;
-        EXPECT_GT(back, 20u) << method;  // that would come down on the floor if nothing ended them before
+        EXPECT_GT(escaped_above_floor, 20u) << method;  // without the sphere, these rays would hit the floor
     }
 }
 
-// Where a ray turns back within a step, it is above both ends of the step, and so above the chord: as exactly as pixels
-// of this size ask for.
-TEST_P(LongSteps, ThrownRaysMeetALidBelowTheirTop) {
+// The lid is slightly below the highest points of the parabolas. A step may contain the highest point, so that the ray
+// crosses the lid although both ends of the step and the chord are below it.
+TEST_P(LongSteps, ParabolasHitALidBelowTheirHighestPoint) {
     const double g = 2, lid = 0.499;
     const std::string object =
         "[[object]]\nname = \"lid\"\nshape = \"rectangle\"\norigin = [-3, -3, 0.499]\nedge_u = [6, 0, 0]\nedge_v = [0, "
@@ -137,15 +139,15 @@ TEST_P(LongSteps, ThrownRaysMeetALidBelowTheirTop) {
             for (std::size_t i = 0; i < starts.size(); ++i) {
                 SCOPED_TRACE(testing::Message() << method << ", step " << step << ", ray " << i);
                 ASSERT_EQ(ends[i].status, Status::hit);
-                const Parabola ray{starts[i], g};
-                const Double3 meets = ray.at(ray.first([&](const Double3& q) { return lid - q[2]; }, 2));
-                for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], meets[k], 1e-6);
+                const Parabola parabola{starts[i], g};
+                const Double3 hit = parabola.at(parabola.first_zero([&](const Double3& q) { return lid - q[2]; }, 2));
+                for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], hit[k], 1e-6);
             }
         }
 }
 
-// A step a billion times as long as the scene leads there and back along a parabola that no number of chords follows.
-TEST_P(LongSteps, AreHalvedWhereChordsDoNotFollowThem) {
+// Steps of up to 1e9 are much longer than the scene. They must be halved until chords approximate the parabola.
+TEST_P(LongSteps, ExtremelyLongStepsFindTheFloor) {
     const double g = 0.1, floor = -2;
     const std::string object =
         "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-30, -30, -2]\nedge_u = [60, 0, 0]\nedge_v = "
@@ -161,15 +163,15 @@ TEST_P(LongSteps, AreHalvedWhereChordsDoNotFollowThem) {
         for (std::size_t i = 0; i < starts.size(); ++i) {
             SCOPED_TRACE(testing::Message() << "step " << step << ", ray " << i);
             ASSERT_EQ(ends[i].status, Status::hit);
-            const Parabola ray{starts[i], g};
-            const Double3 meets = ray.at(ray.first([&](const Double3& q) { return q[2] - floor; }, 100));
-            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], meets[k], 1e-6);
+            const Parabola parabola{starts[i], g};
+            const Double3 hit = parabola.at(parabola.first_zero([&](const Double3& q) { return q[2] - floor; }, 100));
+            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], hit[k], 1e-6);
         }
     }
 }
 
-// The origin is a place as any other, where a step may end.
-TEST_P(LongSteps, RaysGoOnThroughTheOrigin) {
+// A step may end exactly at the origin.
+TEST_P(LongSteps, RaysContinueThroughTheOrigin) {
     for (const char* method : {"srkn6", "gauss8", "rk4"}) {
         const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\ng = 1e-300", "step = 0.25\nescape_radius = 10"),
                                   {std::string("integrator.method=") + method});
@@ -180,8 +182,8 @@ TEST_P(LongSteps, RaysGoOnThroughTheOrigin) {
     }
 }
 
-// What lies beyond the escape sphere neither stops a ray nor hides what lies within.
-TEST_P(LongSteps, SurfacesBeyondTheSphereHideNothing) {
+// The ray starts outside the escape sphere. A ball outside the sphere must neither be hit nor hide the ball inside it.
+TEST_P(LongSteps, SurfacesOutsideTheEscapeSphereAreIgnored) {
     const std::string balls = "[[object]]\nname = \"far\"\nshape = \"sphere\"\ncenter = [0, -20, 0]\nradius = 1\n"
                               "[[object]]\nname = \"near\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 3\n";
     for (const char* space : {"hamiltonian = \"flat\"", "hamiltonian = \"gradient\"\ng = 0"})
@@ -196,9 +198,9 @@ TEST_P(LongSteps, SurfacesBeyondTheSphereHideNothing) {
         }
 }
 
-// Light that goes up in the mirage runs ever faster against n = 0, and ends where n = n_min: a long step may leap over
-// both.
-TEST_P(LongSteps, MirageEndsAtItsEdge) {
+// Rays that move up in the mirage are accelerated towards n = 0, and escape at the edge n = n_min. A long step may pass
+// over both.
+TEST_P(LongSteps, RaysInTheMirageEscapeAtItsEdge) {
     constexpr double n_min = 0.05;
     for (const char* method : {"srkn6", "dp5", "gauss8", "rkf78"})
         for (const char* step : {"0.1", "0.02"}) {
@@ -217,7 +219,7 @@ TEST_P(LongSteps, MirageEndsAtItsEdge) {
                 const double n = 0.85 - 0.3 * q[2] * q[2] * q[2] + 0.03 * std::cos(9.42477796076937971539 * q[0]);
                 EXPECT_NEAR(n, n_min, 1e-6);
                 EXPECT_GT(q[2], 1.3);
-                EXPECT_NEAR(ends[i].p[1], starts[i].p[1], 1e-9);  // nothing depends on y
+                EXPECT_NEAR(ends[i].p[1], starts[i].p[1], 1e-9);  // H does not depend on y
                 const double square =
                     ends[i].p[0] * ends[i].p[0] + ends[i].p[1] * ends[i].p[1] + ends[i].p[2] * ends[i].p[2];
                 EXPECT_NEAR(0.5 * n * square, 0.5, 0.04) << "H";
@@ -225,8 +227,8 @@ TEST_P(LongSteps, MirageEndsAtItsEdge) {
         }
 }
 
-// What is told of H is what the ray loses, not what a step beyond the edge would.
-TEST_P(LongSteps, EnergyErrorsStopAtTheEdge) {
+// The reported energy error must not include that of the part of the last step beyond the edge.
+TEST_P(LongSteps, EnergyErrorIsThatOfTheRayUpToTheEdge) {
     Options options = with_strategy(GetParam());
     options.energy_error = true;
     const auto plan = plan_of_text(scene_of("hamiltonian = \"mirage\"", "step = 0.01"), {}, options, false);
@@ -236,8 +238,8 @@ TEST_P(LongSteps, EnergyErrorsStopAtTheEdge) {
     EXPECT_LT(ends[0].energy_error, 1e-3);
 }
 
-// The default step goes with the medium: the same fisheye, of any size, has the same circles.
-TEST_P(LongSteps, FisheyesOfAnySizeHaveTheSameRays) {
+// The default step is proportional to the size of the medium, so that rays in fisheyes of different sizes are similar.
+TEST_P(LongSteps, FisheyesOfDifferentSizesHaveSimilarRays) {
     std::vector<RayEnd> ends[3];
     const double sizes[3] = {1, 0.01, 100};
     for (int i = 0; i < 3; ++i) {
@@ -258,20 +260,22 @@ TEST_P(LongSteps, FisheyesOfAnySizeHaveTheSameRays) {
     EXPECT_GT(escaped, 20u);
 }
 
-// The default, in the plane of the orbit, against the general path by another method.
-TEST_P(LongSteps, WormholesAreCrossedByTheDefaultAsByAFineStep) {
+// The default method uses the orbit plane. The reference is another method on the general path with a fine step.
+TEST_P(LongSteps, DefaultInAWormholeMatchesFineSteps) {
     std::vector<RayInput> rays;
     for (const double distance : {2.0, 4.5, 9.0})
         for (int i = 0; i < 40; ++i)
             rays.push_back({{-distance, 0, 0.6}, {1, 0.01, -0.6 / distance + 0.012 * (i - 20) / distance}});
-    std::vector<RayEnd> by_default, finely;
+    std::vector<RayEnd> ends, expected;
     const std::string scene = scene_of("hamiltonian = \"wormhole\"", "escape_radius = 30");
-    const auto own = plan_of(scene), fine = plan_of(scene, {"integrator.method=gauss16", "integrator.step=0.05"});
-    trace(*own, start_rays(*own, rays), by_default), trace(*fine, start_rays(*fine, rays), finely);
+    const auto by_default = plan_of(scene);
+    const auto fine = plan_of(scene, {"integrator.method=gauss16", "integrator.step=0.05"});
+    trace(*by_default, start_rays(*by_default, rays), ends);
+    trace(*fine, start_rays(*fine, rays), expected);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        ASSERT_EQ(by_default[i].status, finely[i].status) << i;
-        for (int k = 0; k < 3; ++k) EXPECT_NEAR(by_default[i].v[k], finely[i].v[k], 3e-5) << i;
-        EXPECT_NEAR(by_default[i].parameter, finely[i].parameter, 1e-3 * finely[i].parameter) << i;
+        ASSERT_EQ(ends[i].status, expected[i].status) << i;
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].v[k], expected[i].v[k], 3e-5) << i;
+        EXPECT_NEAR(ends[i].parameter, expected[i].parameter, 1e-3 * expected[i].parameter) << i;
     }
 }
 

@@ -1,5 +1,5 @@
-// Rays followed in the plane of their orbit: the same rays as the general path's, and chosen where nothing else is
-// asked for.
+// Methods that integrate rays in their orbit plane. The ends are compared with those of the general path and with
+// closed forms. Such methods must be the default where they apply.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
 
@@ -10,7 +10,7 @@
 namespace kagero::test {
 namespace {
 
-std::unique_ptr<Plan> hole(Overrides overrides, const std::string& strategy = "packet") {
+std::unique_ptr<Plan> hole_plan(Overrides overrides, const std::string& strategy = "packet") {
     overrides.insert(overrides.begin(), {"integrator.escape_radius=20", "space.center=[0.5, -3, 7]"});
     return plan_of_file(scene_file("hole.toml"), overrides, with_strategy(strategy), false);
 }
@@ -21,8 +21,8 @@ std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayInput>& rays,
     return ends;
 }
 
-/// Rays from near and far, past the hole and into it, straight away from it and straight at it.
-std::vector<RayInput> rays() {
+/// Returns rays from three radii in 13 directions each, from radially outward to radially inward.
+std::vector<RayInput> rays_in_all_directions() {
     std::vector<RayInput> all;
     for (const double r : {1.6, 3.0, 12.0})
         for (int k = 0; k <= 12; ++k) {
@@ -33,48 +33,47 @@ std::vector<RayInput> rays() {
     return all;
 }
 
-TEST(OrbitPlane, HasTheRaysOfTheGeneralPath) {
-    const auto general = hole({"integrator.method=gauss16", "integrator.step=0.1"});
-    const auto should = ends_of(*general, rays());
+TEST(OrbitPlane, RaysMatchTheGeneralPath) {
+    const auto general = hole_plan({"integrator.method=gauss16", "integrator.step=0.1"});
+    const auto expected = ends_of(*general, rays_in_all_directions());
     for (const char* strategy : {"packet", "scalar"}) {
-        const auto orbit = hole({"integrator.method=orbit-srkn14", "integrator.step=0.05"}, strategy);
-        const auto ends = ends_of(*orbit, rays());
+        const auto orbit = hole_plan({"integrator.method=orbit-srkn14", "integrator.step=0.05"}, strategy);
+        const auto ends = ends_of(*orbit, rays_in_all_directions());
         std::size_t compared = 0;
         for (std::size_t i = 0; i < ends.size(); ++i) {
             SCOPED_TRACE(i);
-            EXPECT_EQ(ends[i].status, should[i].status);
-            if (should[i].status != Status::escaped) continue;
+            EXPECT_EQ(ends[i].status, expected[i].status);
+            if (expected[i].status != Status::escaped) continue;
             ++compared;
-            // A state of size 20 and some thousand roundings, times what the hole multiplies errors by.
+            // Some thousand roundings of a state of size 20, amplified by the hole.
             for (int k = 0; k < 3; ++k) {
-                EXPECT_NEAR(ends[i].q[k], should[i].q[k], 1e-9);
-                EXPECT_NEAR(ends[i].v[k], should[i].v[k], 1e-10);
-                EXPECT_NEAR(ends[i].p[k], should[i].p[k], 1e-9);
+                EXPECT_NEAR(ends[i].q[k], expected[i].q[k], 1e-9);
+                EXPECT_NEAR(ends[i].v[k], expected[i].v[k], 1e-10);
+                EXPECT_NEAR(ends[i].p[k], expected[i].p[k], 1e-9);
             }
-            EXPECT_NEAR(ends[i].parameter, should[i].parameter, 1e-9);
+            EXPECT_NEAR(ends[i].parameter, expected[i].parameter, 1e-9);
             EXPECT_LT(ends[i].energy_error, 1e-10);
         }
         EXPECT_GE(compared, 10u);
     }
 }
 
-/// λ too: through a wormhole's throat, where the plane changes sides, and about a fisheye, whose closed orbits have E =
-/// 0.
-TEST(OrbitPlane, HasTheRaysOfOtherSphericalSpaces) {
-    const auto plan_of = [](const std::string& space, const Overrides& way) {
+// Rays through the throat of a wormhole change sheets. Rays in a fisheye are closed orbits. λ is compared as well.
+TEST(OrbitPlane, RaysInOtherSphericalSpacesMatchTheGeneralPath) {
+    const auto plan_of = [](const std::string& space, const Overrides& settings) {
         const std::string scene = "space = { hamiltonian = \"" + space +
                                   "\", center = [0.5, -3, 7] }\nintegrator.escape_radius = 3\n"
                                   "camera = { position = [1, -3, 7], look_at = [0, 0, 0] }\nfilm.size = [1, 2]\n";
-        return plan_of_text(scene, way, with_strategy("packet"), false);
+        return plan_of_text(scene, settings, with_strategy("packet"), false);
     };
     std::vector<RayInput> rays;
     for (int k = 0; k < 24; ++k) {
-        const double angle = 2 * std::numbers::pi * (k + 0.5) / 24;  // 7.5° from the radius at least
+        const double angle = 2 * std::numbers::pi * (k + 0.5) / 24;  // at least 7.5° from the radius
         rays.push_back(
             {{0.5 + 0.6 * 1.4, -3 + 0.8 * 1.4, 7}, {0.6 * std::cos(angle), 0.8 * std::cos(angle), std::sin(angle)}});
     }
     for (const std::string space : {"wormhole", "fisheye"}) {
-        const auto should =
+        const auto expected =
             ends_of(*plan_of(space, {"integrator.method=gauss16", "integrator.step=0.05", "integrator.max_steps=1000"}),
                     rays);
         const auto ends = ends_of(*plan_of(space, {"integrator.method=orbit-srkn14", "integrator.step=0.02",
@@ -83,24 +82,24 @@ TEST(OrbitPlane, HasTheRaysOfOtherSphericalSpaces) {
         int escaped = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             SCOPED_TRACE(space + ", ray " + std::to_string(i));
-            EXPECT_EQ(ends[i].status, should[i].status);
-            if (should[i].status != Status::escaped) continue;
+            EXPECT_EQ(ends[i].status, expected[i].status);
+            if (expected[i].status != Status::escaped) continue;
             ++escaped;
-            const double size = std::hypot(should[i].p[0], should[i].p[1], should[i].p[2]);
+            const double size = std::hypot(expected[i].p[0], expected[i].p[1], expected[i].p[2]);
             for (int k = 0; k < 3; ++k) {
-                EXPECT_NEAR(ends[i].q[k], should[i].q[k], 1e-9);
-                EXPECT_NEAR(ends[i].v[k], should[i].v[k], 1e-9);
-                EXPECT_NEAR(ends[i].p[k], should[i].p[k], 1e-9 * size);
+                EXPECT_NEAR(ends[i].q[k], expected[i].q[k], 1e-9);
+                EXPECT_NEAR(ends[i].v[k], expected[i].v[k], 1e-9);
+                EXPECT_NEAR(ends[i].p[k], expected[i].p[k], 1e-9 * size);
             }
-            EXPECT_NEAR(ends[i].parameter, should[i].parameter, 1e-8);
+            EXPECT_NEAR(ends[i].parameter, expected[i].parameter, 1e-8);
         }
         EXPECT_GE(escaped, 6) << space;
     }
 }
 
-// Circles that reach far out and turn close in, where the index changes as much as the radius does: rays meet the ball
-// that lies on their circle, through q and −R² q/|q|², and no other meets it.
-TEST(OrbitPlane, MeetsWhatLiesOnEccentricCirclesInAFisheye) {
+// Rays on eccentric circles, along which the radius and the index of refraction vary by large factors. They must hit
+// the ball at the same pixels as on the general path.
+TEST(OrbitPlane, RaysOnEccentricCirclesInAFisheyeHitTheSameBall) {
     const std::string scene =
         "[space]\nhamiltonian = \"fisheye\"\nradius = 4\n[integrator]\nescape_radius = 60\nmax_steps = 1000\n"
         "[camera]\nposition = [2.8816, 7.4065, 0.7707]\nlook_at = [1.8655, 4.7246, -0.5825]\nup = [0, 0, 1]\nfov = 40\n"
@@ -109,7 +108,7 @@ TEST(OrbitPlane, MeetsWhatLiesOnEccentricCirclesInAFisheye) {
     const auto statuses = [&](const char* method) {
         const auto plan = plan_of_text(scene, {std::string("integrator.method=") + method}, with_strategy("packet"));
         std::vector<RayStart> starts;
-        for (std::uint32_t i = 0; i < 40 * 30; ++i) starts.push_back(pixel_ray(*plan, i % 40, i / 40));
+        for (std::uint32_t i = 0; i < 40 * 30; ++i) starts.push_back(pixel_ray_start(*plan, i % 40, i / 40));
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
         std::vector<Status> found;
@@ -123,8 +122,8 @@ TEST(OrbitPlane, MeetsWhatLiesOnEccentricCirclesInAFisheye) {
         EXPECT_EQ(statuses(method), expected) << method;
 }
 
-TEST(OrbitPlane, SweepsTheEllipticIntegralByDefault) {
-    const auto plan = hole({"space.center=[0, 0, 0]"});
+TEST(OrbitPlane, SweptAngleOfTheDefaultMatchesTheEllipticIntegral) {
+    const auto plan = hole_plan({"space.center=[0, 0, 0]"});
     EXPECT_STREQ(plan->method().name, "orbit-srkn11");
     const OrbitPlane plane{{1, 0, 0}, {0, 1, 0}};
     for (const double b : {2.7, 3.0, 5.0, 10.0}) {
@@ -135,23 +134,23 @@ TEST(OrbitPlane, SweepsTheEllipticIntegralByDefault) {
     }
 }
 
-TEST(OrbitPlane, IsTheSameFromBesideTheHorizonAndInside) {
+TEST(OrbitPlane, RaysFromNearAndInsideTheHorizonMatchTheGeneralPath) {
     const struct {
         const char* observer;
         double r;
-    } places[] = {{"static", 1 + 1e-6}, {"falling", 1.5}, {"falling", 1 + 1e-3}, {"falling", 0.7}};
-    for (const auto& [observer, r] : places) {
+    } observers[] = {{"static", 1 + 1e-6}, {"falling", 1.5}, {"falling", 1 + 1e-3}, {"falling", 0.7}};
+    for (const auto& [observer, r] : observers) {
         std::vector<RayInput> rays;
         for (int k = 0; k <= 24; ++k) {
-            // Of what leaves a static observer so near the horizon, all is within 0.0026 of straight up.
+            // So close to the horizon, only rays within 0.0026 of the outward direction escape from a static observer.
             const double angle = (observer == std::string("static") ? 0.004 : std::numbers::pi) * (k + 0.5) / 25;
             rays.push_back({{0.5 + r, -3, 7}, {std::cos(angle), std::sin(angle), 0}});
         }
-        // So near the horizon the general path has no more: H is what is left of much larger terms, and is lost to
-        // 1e-5.
+        // Very close to the horizon the general path is less accurate: H is a small difference of large terms, with a
+        // relative error of 1e-5.
         const double tolerance = r < 1 + 1e-5 && r > 1 ? 5e-4 : 1e-6;
-        const auto general = ends_of(*hole({"integrator.method=gauss12", "integrator.step=0.02"}), rays, observer);
-        const auto orbit = ends_of(*hole({}), rays, observer);
+        const auto general = ends_of(*hole_plan({"integrator.method=gauss12", "integrator.step=0.02"}), rays, observer);
+        const auto orbit = ends_of(*hole_plan({}), rays, observer);
         std::size_t compared = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             SCOPED_TRACE(std::string(observer) + " at " + std::to_string(r) + ", ray " + std::to_string(i));
@@ -166,14 +165,15 @@ TEST(OrbitPlane, IsTheSameFromBesideTheHorizonAndInside) {
     }
 }
 
-// The way in of light that a falling observer sees: p_t < 0, and the speed along the radius passes every value up to
-// |p_t|.
-TEST(OrbitPlane, FallingObserversKeepHAsStaticOnesDo) {
+// Rays of a falling observer have p_t < 0, and their radial speed varies between 0 and |p_t|. Their energy error must
+// be less than three times that of the rays of a static observer.
+TEST(OrbitPlane, EnergyErrorsOfFallingObserversAreSmall) {
     std::vector<RayInput> rays;
     for (int i = 0; i < 500; ++i) rays.push_back({{0.5 - 20, -3, 7}, {1, 0.15 + 4e-4 * i, 0}});
-    const auto greatest_loss = [&](const char* observer, const char* precision) {
+    const auto greatest_energy_error = [&](const char* observer, const char* precision) {
         Options options = with_strategy("packet");
-        options.precision = precision_named(precision), options.energy_error = true,
+        options.precision = precision_named(precision);
+        options.energy_error = true;
         options.observer = observer_of(observer);
         const auto plan = plan_of_file(scene_file("hole.toml"), {"space.center=[0.5, -3, 7]"}, options, false);
         double greatest = 0;
@@ -184,11 +184,13 @@ TEST(OrbitPlane, FallingObserversKeepHAsStaticOnesDo) {
         return greatest;
     };
     for (const char* precision : {"double", "float"})
-        EXPECT_LT(greatest_loss("falling", precision), 3 * greatest_loss("static", precision)) << precision;
+        EXPECT_LT(greatest_energy_error("falling", precision), 3 * greatest_energy_error("static", precision))
+            << precision;
 }
 
-// By the angle a ray straight away goes faster than its square has room in float.
-TEST(OrbitPlane, RaysAlongTheRadiusHaveADirectionHoweverFar) {
+// The derivative of the radius with respect to the angle is very large for a radial ray. Its square would overflow in
+// float.
+TEST(OrbitPlane, RadialRaysHaveADirectionAtAnyEscapeRadius) {
     for (const char* radius : {"1e3", "1e5", "1e9"}) {
         Options options = with_strategy("packet");
         options.precision = Precision::float32;
@@ -197,14 +199,14 @@ TEST(OrbitPlane, RaysAlongTheRadiusHaveADirectionHoweverFar) {
                                        options, false);
         const RayEnd end = ends_of(*plan, {{{0.5 - 12, -3 + 16, 7}, {-0.6, 0.8, 0}}})[0];
         ASSERT_EQ(end.status, Status::escaped) << radius;
-        const double should[] = {-0.6, 0.8, 0};
-        for (int k = 0; k < 3; ++k) EXPECT_NEAR(end.v[k], should[k], 1e-6) << radius;
+        const double expected[] = {-0.6, 0.8, 0};
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(end.v[k], expected[k], 1e-6) << radius;
     }
 }
 
-/// From 100,000 radii off a direction rounded to float misses its aim by a hundredth of a radius: orbits start in
-/// double.
-TEST(OrbitPlane, AimsInFloatAsWellAsInDouble) {
+// The rays start at a distance of 1e5 r_g. A direction that is rounded to float would change the impact parameter by
+// 0.01 r_g. The start of an orbit is therefore computed in double.
+TEST(OrbitPlane, DistantStartsInFloatMatchDouble) {
     std::vector<RayInput> rays;
     for (int k = 0; k < 16; ++k) {
         const double angle = (4 + 0.25 * k) / 1e5;
@@ -220,17 +222,17 @@ TEST(OrbitPlane, AimsInFloatAsWellAsInDouble) {
                                        options, false);
         return ends_of(*plan, rays);
     };
-    const auto should = ends_in("double"), ends = ends_in("float");
+    const auto expected = ends_in("double"), ends = ends_in("float");
     for (std::size_t i = 0; i < rays.size(); ++i) {
         SCOPED_TRACE(i);
-        ASSERT_EQ(should[i].status, Status::escaped);
+        ASSERT_EQ(expected[i].status, Status::escaped);
         ASSERT_EQ(ends[i].status, Status::escaped);
-        for (int k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].v[k], should[i].v[k], 3e-6);
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].v[k], expected[i].v[k], 3e-6);
     }
 }
 
-TEST(OrbitPlane, MeetsTheSameSurfaces) {
-    const auto traced = [](const Overrides& overrides) {
+TEST(OrbitPlane, HitsMatchTheGeneralPath) {
+    const auto rendered = [](const Overrides& overrides) {
         auto all = overrides;
         all.push_back("film.size=[96, 96]");
         all.push_back("film.layers=[\"status\", \"object\", \"depth\"]");
@@ -239,33 +241,34 @@ TEST(OrbitPlane, MeetsTheSameSurfaces) {
         render(*plan, film, {});
         return film;
     };
-    const Film general = traced({"integrator.method=gauss12", "integrator.step=0.2"});
-    // Pictures are made to a tenth of a pixel, hits are delivered far better than that; but in the corner of two walls
-    // the curve between the ends of a step decides which of them it is.
-    const auto expect_same = [&](const Film& orbit, float close) {
-        int others = 0;
+    const Film general = rendered({"integrator.method=gauss12", "integrator.step=0.2"});
+    // Depths must be equal to `tolerance`, except for at most three pixels. In the corner of two walls, the dense
+    // output of a step determines which of the walls is hit.
+    const auto expect_same = [&](const Film& orbit, float tolerance) {
+        int different = 0;
         for (std::size_t i = 0; i < 96 * 96; ++i) {
             const bool same = orbit.plane("status")[i] == general.plane("status")[i] &&
                               orbit.plane("object")[i] == general.plane("object")[i];
-            const float off = std::abs(orbit.plane("depth")[i] - general.plane("depth")[i]);
-            others += !same || off > close;
-            EXPECT_LT(off, 2e-3f) << "pixel " << i;
+            const float error = std::abs(orbit.plane("depth")[i] - general.plane("depth")[i]);
+            different += !same || error > tolerance;
+            EXPECT_LT(error, 2e-3f) << "pixel " << i;
         }
-        EXPECT_LE(others, 3);
+        EXPECT_LE(different, 3);
     };
-    expect_same(traced({}), 1e-5f);
-    // Long steps are cut where the curve between their ends would be another.
+    expect_same(rendered({}), 1e-5f);
+    // Long steps are divided until their dense output is accurate enough.
     for (const char* step : {"integrator.step=1", "integrator.step=1.5", "integrator.step=1000"})
-        expect_same(traced({"integrator.method=orbit-srkn11", step}), 1e-3f);
+        expect_same(rendered({"integrator.method=orbit-srkn11", step}), 1e-3f);
 }
 
-TEST(OrbitPlane, IsLeftOutWhereTheSceneAsksForTheGeneralPath) {
-    for (const char* asks : {"integrator.symmetry=none", "integrator.step=0.3"})
-        EXPECT_STREQ(hole({asks})->method().name, "dp8") << asks;
-    EXPECT_STREQ(hole({"integrator.rescale=none", "integrator.step=0.01"})->method().name, "dp8");
-    for (const char* asks : {"integrator.tolerance=1e-4", "integrator.rescale=none"})  // which want steps under control
-        EXPECT_STREQ(hole({asks})->method().name, "dp85") << asks;
-    EXPECT_THROW(hole({"integrator.symmetry=none", "integrator.method=orbit-srkn6"}), InputError);
+TEST(OrbitPlane, SettingsForTheGeneralPathSelectAnotherMethod) {
+    for (const char* setting : {"integrator.symmetry=none", "integrator.step=0.3"})
+        EXPECT_STREQ(hole_plan({setting})->method().name, "dp8") << setting;
+    EXPECT_STREQ(hole_plan({"integrator.rescale=none", "integrator.step=0.01"})->method().name, "dp8");
+    // These settings require step control.
+    for (const char* setting : {"integrator.tolerance=1e-4", "integrator.rescale=none"})
+        EXPECT_STREQ(hole_plan({setting})->method().name, "dp85") << setting;
+    EXPECT_THROW(hole_plan({"integrator.symmetry=none", "integrator.method=orbit-srkn6"}), InputError);
     EXPECT_THROW(plan_of_file(scene_file("kerr.toml"), {"integrator.method=orbit-srkn6"}), InputError);
 }
 

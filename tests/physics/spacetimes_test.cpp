@@ -1,4 +1,5 @@
-// Kerr's hole and Ellis's wormhole against closed forms; and what observers of every kind see of them.
+// Rays around Kerr's black hole and through Ellis's wormhole, and rays of all kinds of observers, compared with closed
+// forms.
 #include "tests/support/plan_fixture.h"
 
 #include <boost/math/special_functions/ellint_1.hpp>
@@ -10,9 +11,9 @@
 namespace kagero::test {
 namespace {
 
-std::unique_ptr<Plan> spacetime(const std::string& space, const std::string& integrator,
-                                const char* strategy = "packet", const Overrides& overrides = {},
-                                const std::string& observer = "") {
+std::unique_ptr<Plan> plan_of_space(const std::string& space, const std::string& integrator,
+                                    const char* strategy = "packet", const Overrides& overrides = {},
+                                    const std::string& observer = "") {
     const std::string scene =
         "[space]\n" + space + "\n[integrator]\nmethod = \"gauss12\"\nstep = 0.1\nmax_steps = 1000000\n" + integrator +
         "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
@@ -30,9 +31,10 @@ std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayInput>& rays,
     return ends_of(plan, start_rays(plan, rays, observer_of(observer)));
 }
 
-/// Where captured and escaped rays part, as a parameter in [inside, outside]: 64 rays at a time.
+/// Returns the parameter in [inside, outside] that separates captured from escaped rays. Each round divides the
+/// interval by 64, until it is shorter than `width`.
 template <class RayAt>
-double edge(const Plan& plan, double inside, double outside, const RayAt& ray_at, double width) {
+double capture_boundary(const Plan& plan, double inside, double outside, const RayAt& ray_at, double width) {
     while (std::abs(outside - inside) > width) {
         std::vector<RayStart> starts;
         for (int i = 0; i <= 64; ++i) starts.push_back(ray_at(inside + (outside - inside) * i / 64));
@@ -42,46 +44,48 @@ double edge(const Plan& plan, double inside, double outside, const RayAt& ray_at
         EXPECT_TRUE(first > 0 && first <= 64) << first << " in " << inside << ' ' << outside;
         if (first == 0 || first > 64) break;
         const double share = (outside - inside) / 64;
-        outside = inside + first * share, inside = outside - share;
+        outside = inside + first * share;
+        inside = outside - share;
     }
     return 0.5 * (inside + outside);
 }
 
-// Equatorial light rays part at b = ±6M cos(⅓ arccos(∓a/M)) − a (Chandrasekhar 1983, §61, eq. 82). Followed backward, x
-// p_y − y p_x is −b of the light at p_t = 1.
-TEST(Kerr, CapturesWhatComesInsideThePhotonOrbits) {
+// The critical impact parameters in the equatorial plane are b = ±6M cos(⅓ arccos(∓a/M)) − a (Chandrasekhar 1983, §61,
+// eq. 82). Rays are integrated backward in time, so that x p_y − y p_x is −b of the light at p_t = 1.
+TEST(Kerr, CriticalImpactParametersMatchTheClosedForm) {
     for (const double spin : {0.0, 0.5, 0.9, 0.998, 1.0}) {
-        const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60");
+        const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60");
         for (const double side : {1.0, -1.0}) {
             const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
             const auto ray_at = [&](double angle) {  // from (0, −50, 0) towards the hole, to +x or −x
                 return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}},
                                   ObserverKind::zamo)[0];
             };
-            const double found = edge(*plan, 0, 0.3, ray_at, 1e-11);
-            const RayStart at = ray_at(found);
-            const double b = -(at.q[0] * at.p[1] - at.q[1] * at.p[0]) / at.pt;
+            const double found = capture_boundary(*plan, 0, 0.3, ray_at, 1e-11);
+            const RayStart critical = ray_at(found);
+            const double b = -(critical.q[0] * critical.p[1] - critical.q[1] * critical.p[0]) / critical.pt;
             EXPECT_NEAR(b, expected, 1e-7 * std::abs(expected)) << "spin " << spin << ", side " << side;
         }
     }
 }
 
-// A ray that moves inward is captured where Carter's R(r) = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) has no zero
-// further in, here with Q from p_θ (Chandrasekhar 1983, §62). Neither slowly rotating light near an extreme hole nor
-// that of who falls, which comes to no horizon, takes more than a few steps to be known.
-TEST(Kerr, CapturesWhatNothingTurnsBack) {
+// A ray that moves inward is captured if Carter's R(r) = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) has no zero at a
+// smaller radius outside the horizon (Chandrasekhar 1983, §62). Q is computed from p_θ. Capture must be detected within
+// 200 steps, also near an extreme black hole, and for rays of falling observers, which never reach the horizon.
+TEST(Kerr, RaysWithoutTurningPointAreCaptured) {
     for (const double spin : {0.5, 0.998, 1.0, -1.0})
         for (const char* observer : {"static", "zamo", "falling"})
             for (const char* precision : {"double", "float"}) {
                 Options options = with_strategy("packet");
-                options.observer = observer_of(observer), options.precision = precision_named(precision);
+                options.observer = observer_of(observer);
+                options.precision = precision_named(precision);
                 const auto plan = plan_of_text(
                     "[space]\nhamiltonian = \"kerr\"\nspin = " + std::to_string(spin) +
                         "\n[integrator]\nescape_radius = 40\n[camera]\nposition = [0, -8, 1]\nlook_at = [0, 0, 0]\n"
                         "up = [0, 0, 1]\nfov = 90\n[film]\nsize = [40, 30]\n",
                     {}, options);
                 std::vector<RayStart> starts;
-                for (std::uint32_t i = 0; i < 40 * 30; ++i) starts.push_back(pixel_ray(*plan, i % 40, i / 40));
+                for (std::uint32_t i = 0; i < 40 * 30; ++i) starts.push_back(pixel_ray_start(*plan, i % 40, i / 40));
                 const auto ends = ends_of(*plan, starts);
                 int captured = 0;
                 for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -95,9 +99,9 @@ TEST(Kerr, CapturesWhatNothingTurnsBack) {
                         (q[0] * p[0] + q[1] * p[1]) * cosine / std::sqrt(sine2) - r * std::sqrt(sine2) * p[2];
                     const double Q = p_theta * p_theta + cosine * cosine * (L * L / sine2 - a2 * pt * pt);
                     double least = std::numeric_limits<double>::infinity();
-                    for (double at = 1 + std::sqrt(1 - a2); at < r; at += 1e-3) {
-                        const double sum = (at * at + a2) * pt + a * L, dragged = L + a * pt;
-                        least = std::min(least, sum * sum - (at * at - 2 * at + a2) * (Q + dragged * dragged));
+                    for (double s = 1 + std::sqrt(1 - a2); s < r; s += 1e-3) {  // R(s) from the horizon to the start
+                        const double sum = (s * s + a2) * pt + a * L, dragged = L + a * pt;
+                        least = std::min(least, sum * sum - (s * s - 2 * s + a2) * (Q + dragged * dragged));
                     }
                     if (std::abs(least) < 0.1) continue;
                     EXPECT_EQ(ends[i].status, least > 0 ? Status::captured : Status::escaped)
@@ -109,9 +113,9 @@ TEST(Kerr, CapturesWhatNothingTurnsBack) {
             }
 }
 
-TEST(Kerr, WithoutSpinIsSchwarzschild) {
-    const auto kerr = spacetime("hamiltonian = \"kerr\"\nmass = 0.5\nspin = 0", "escape_radius = 30");
-    const auto schwarzschild = spacetime("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
+TEST(Kerr, RaysWithoutSpinMatchSchwarzschild) {
+    const auto kerr = plan_of_space("hamiltonian = \"kerr\"\nmass = 0.5\nspin = 0", "escape_radius = 30");
+    const auto schwarzschild = plan_of_space("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
     std::vector<RayInput> rays;
     for (int i = 0; i < 24; ++i) rays.push_back({{10, 1, 2}, {-1, 0.04 * (i - 12) - 0.1, -0.03 * i}});
     const auto a = ends_of(*kerr, rays), b = ends_of(*schwarzschild, rays);
@@ -122,10 +126,11 @@ TEST(Kerr, WithoutSpinIsSchwarzschild) {
     }
 }
 
-// Carter's constant, Q = p_θ² + cos²θ (L²/sin²θ − a² p_t²) on null rays, through coordinates that nobody integrated in.
-TEST(Kerr, KeepsAngularMomentumAndCartersConstant) {
+// Carter's constant for null rays is Q = p_θ² + cos²θ (L²/sin²θ − a² p_t²). It is computed in Boyer–Lindquist
+// coordinates, while the rays are integrated in Kerr–Schild coordinates.
+TEST(Kerr, AngularMomentumAndCartersConstantAreConserved) {
     const double a = 0.9;
-    const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 40");
+    const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 40");
     const auto constant = [&](const double (&q)[3], const double (&p)[3], double pt) {
         const double b = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - a * a;
         const double r2 = 0.5 * (b + std::sqrt(b * b + 4 * a * a * q[2] * q[2])), r = std::sqrt(r2);
@@ -138,53 +143,56 @@ TEST(Kerr, KeepsAngularMomentumAndCartersConstant) {
     for (int i = 0; i < 20; ++i) rays.push_back({{20, 3, 5}, {-1, 0.03 * i - 0.5, 0.02 * i - 0.3}});
     const auto starts = start_rays(*plan, rays);
     const auto ends = ends_of(*plan, starts);
-    const auto spin = [](const double (&q)[3], const double (&p)[3]) { return q[0] * p[1] - q[1] * p[0]; };
+    const auto angular_momentum = [](const double (&q)[3], const double (&p)[3]) { return q[0] * p[1] - q[1] * p[0]; };
     std::size_t compared = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (ends[i].status != Status::escaped) continue;
         ++compared;
-        EXPECT_NEAR(spin(ends[i].q, ends[i].p), spin(starts[i].q, starts[i].p), 1e-9) << i;
+        EXPECT_NEAR(angular_momentum(ends[i].q, ends[i].p), angular_momentum(starts[i].q, starts[i].p), 1e-9) << i;
         const double before = constant(starts[i].q, starts[i].p, 1), after = constant(ends[i].q, ends[i].p, 1);
         EXPECT_NEAR(after, before, 1e-9 * (1 + std::abs(before))) << i;
     }
     EXPECT_GE(compared, 10u);
 }
 
-// The angle about the throat: b ∫ dl / √((l² + a²)(l² + a² − b²)) (Byrd & Friedman, 221.00 and 211.00).
-struct Way {
+/// Strategy, method and step with which a test is run. The tolerance is that of the swept angle, in radians.
+struct Variant {
     const char *name, *strategy, *method, *step;
     double tolerance;
-    friend void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
+    friend void PrintTo(const Variant& variant, std::ostream* out) { *out << variant.name; }
 };
-class Wormhole : public testing::TestWithParam<Way> {
+class Wormhole : public testing::TestWithParam<Variant> {
 protected:
     static constexpr double throat = 1, far = 30;
     std::unique_ptr<Plan> plan =
-        spacetime("hamiltonian = \"wormhole\"\nthroat = 1", "escape_radius = 30", GetParam().strategy,
-                  {std::string("integrator.method=") + GetParam().method,
-                   std::string("integrator.step=") + GetParam().step});
-    /// From proper distance 30 on the +x axis, inward with the impact parameter b.
+        plan_of_space("hamiltonian = \"wormhole\"\nthroat = 1", "escape_radius = 30", GetParam().strategy,
+                      {std::string("integrator.method=") + GetParam().method,
+                       std::string("integrator.step=") + GetParam().step});
+    /// Returns a ray that starts at the proper distance l = 30 on the +x axis and moves inward with the impact
+    /// parameter b.
     static RayInput ray(double b) {
         const double rho = 0.5 * (far + std::sqrt(far * far + throat * throat)), sine = b / std::hypot(far, throat);
         return {{rho, 0, 0}, {-std::sqrt(1 - sine * sine), sine, 0}};
     }
 };
 
-TEST_P(Wormhole, LetsThroughWhatAimsInsideTheThroat) {
-    for (const double off : {1e-6, 1e-4, 1e-2, 0.5}) {
-        const auto ends = ends_of(*plan, {ray(throat * (1 - off)), ray(throat * (1 + off))});
+// Rays with b < a end on the second sheet, at l = −30; rays with b > a end at l = 30.
+TEST_P(Wormhole, RaysBelowTheCriticalImpactParameterPassTheThroat) {
+    for (const double distance : {1e-6, 1e-4, 1e-2, 0.5}) {
+        const auto ends = ends_of(*plan, {ray(throat * (1 - distance)), ray(throat * (1 + distance))});
         ASSERT_EQ(ends[0].status, Status::escaped);
         ASSERT_EQ(ends[1].status, Status::escaped);
-        const auto proper = [](const RayEnd& e) {
+        const auto proper_distance = [](const RayEnd& e) {
             const double rho = std::hypot(e.q[0], e.q[1], e.q[2]);
             return rho - throat * throat / (4 * rho);
         };
-        EXPECT_NEAR(proper(ends[0]), -far, 1e-8 * far) << off;
-        EXPECT_NEAR(proper(ends[1]), far, 1e-8 * far) << off;
+        EXPECT_NEAR(proper_distance(ends[0]), -far, 1e-8 * far) << distance;
+        EXPECT_NEAR(proper_distance(ends[1]), far, 1e-8 * far) << distance;
     }
 }
 
-TEST_P(Wormhole, SweepsTheEllipticIntegral) {
+// The swept angle is b ∫ dl / √((l² + a²)(l² + a² − b²)) (Byrd & Friedman, 221.00 and 211.00).
+TEST_P(Wormhole, SweptAngleMatchesTheEllipticIntegral) {
     using boost::math::ellint_1;
     for (const double b : {0.1, 0.5, 0.9, 0.999, 1.001, 1.1, 2.0, 5.0}) {
         const RayEnd end = ends_of(*plan, {ray(b)})[0];
@@ -201,15 +209,15 @@ TEST_P(Wormhole, SweepsTheEllipticIntegral) {
     }
 }
 INSTANTIATE_TEST_SUITE_P(Strategies, Wormhole,
-                         testing::Values(Way{"scalar", "scalar", "gauss12", "0.1", 1e-9},
-                                         Way{"packet", "packet", "gauss12", "0.1", 1e-9},
-                                         Way{"orbit", "packet", "orbit-srkn14", "0.05", 1e-8}),
+                         testing::Values(Variant{"scalar", "scalar", "gauss12", "0.1", 1e-9},
+                                         Variant{"packet", "packet", "gauss12", "0.1", 1e-9},
+                                         Variant{"orbit", "packet", "orbit-srkn14", "0.05", 1e-8}),
                          [](const auto& chosen) { return std::string(chosen.param.name); });
 
-// Rain falls with s = √(r_g/r): p_t = −(1 + s d_r), p_r = d_r + (1 + s d_r) s/(1 + s), p_⊥ = d_⊥; on the horizon and
-// inside as well.
-TEST(FallingObserver, HasTheMomentaOfRainInSchwarzschild) {
-    const auto plan = spacetime("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
+// An observer who falls from rest at infinity has the speed s = √(r_g/r). For the direction d, the momentum is p_t =
+// −(1 + s d_r), p_r = d_r + (1 + s d_r) s/(1 + s), p_⊥ = d_⊥, also on and inside the horizon.
+TEST(FallingObserver, MomentaInSchwarzschildMatchTheClosedForm) {
+    const auto plan = plan_of_space("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
     for (const double r : {10.0, 3.0, 1.0, 0.5}) {
         for (const double angle : {0.0, 0.7, 2.0, 3.1}) {
             const double d_r = std::cos(angle), s = std::sqrt(1 / r);
@@ -223,71 +231,70 @@ TEST(FallingObserver, HasTheMomentaOfRainInSchwarzschild) {
     }
 }
 
-// With the light aberrated by the speed √(r_g/r) the static observer's 45° at 3 r_g shrink to 24.20°.
-TEST(FallingObserver, SeesASmallerShadow) {
-    const auto plan = spacetime("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
+// The static observer at 3 r_g sees a shadow of 45°. Aberration with the speed √(r_g/r) reduces it to 24.20°.
+TEST(FallingObserver, ShadowMatchesAberration) {
+    const auto plan = plan_of_space("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
     const auto shadow = [&](double r) {
-        return edge(*plan, 0.01, 3.0, [&](double angle) {
+        return capture_boundary(*plan, 0.01, 3.0, [&](double angle) {
             return start_rays(*plan, {{{0, -r, 0}, {std::sin(angle), std::cos(angle), 0}}}, ObserverKind::falling)[0];
         }, 1e-10);
     };
     const double beta = std::sqrt(1 / 3.0), cosine = std::cos(std::numbers::pi / 4);
     EXPECT_NEAR(shadow(3), std::acos((cosine + beta) / (1 + beta * cosine)), 1e-7);
     EXPECT_NEAR(shadow(3) * 180 / std::numbers::pi, 24.20, 0.005);
-    EXPECT_GT(shadow(1.0), shadow(3));  // works on the horizon …
-    EXPECT_GT(shadow(0.7), shadow(1.0));  // … and inside
+    EXPECT_GT(shadow(1.0), shadow(3));    // on the horizon
+    EXPECT_GT(shadow(0.7), shadow(1.0));  // inside the horizon
 }
 
-// The edges of the shadow are where the light has the impact parameters that part it, whoever looks; on the left it is
-// that of prograde light. In the metric with t → −t they are (x p_y − y p_x)/p_t.
-TEST(FallingObserver, SeesAHoleTurnAsItDoes) {
+// The critical impact parameters do not depend on the observer. The left edge of the shadow has that of prograde light.
+// In the metric with t → −t, which falling observers use, the impact parameter is (x p_y − y p_x)/p_t.
+TEST(FallingObserver, CriticalImpactParametersInKerrMatchTheClosedForm) {
     for (const double spin : {0.9, 1.0}) {
-        const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60",
+        const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60",
                                     "packet", {}, "falling");
         for (const double side : {1.0, -1.0}) {
             const auto ray_at = [&](double angle) {  // from (0, −50, 0) towards the hole, to −x or +x
                 return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}},
                                   ObserverKind::falling)[0];
             };
-            const RayStart at = ray_at(edge(*plan, 0, 0.3, ray_at, 1e-11));
+            const RayStart critical = ray_at(capture_boundary(*plan, 0, 0.3, ray_at, 1e-11));
             const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
-            EXPECT_NEAR((at.q[0] * at.p[1] - at.q[1] * at.p[0]) / at.pt, expected, 1e-7 * std::abs(expected))
-                << spin << ' ' << side;
+            const double b = (critical.q[0] * critical.p[1] - critical.q[1] * critical.p[0]) / critical.pt;
+            EXPECT_NEAR(b, expected, 1e-7 * std::abs(expected)) << spin << ' ' << side;
         }
     }
-    const auto other = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 60");
-    EXPECT_THROW(start_rays(*other, {{{0, -50, 0}, {0, 1, 0}}}, ObserverKind::falling), RunError);
+    const auto without_observer = plan_of_space("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 60");
+    EXPECT_THROW(start_rays(*without_observer, {{{0, -50, 0}, {0, 1, 0}}}, ObserverKind::falling), RunError);
 }
 
-// Zero angular momentum: light sent along the radius of the frame has p_φ = 0, and light to either side the same size
-// of it. ω is that of Bardeen, Press & Teukolsky (1972): the static observer, who does not turn, sees a difference.
-TEST(ZamoObserver, TurnsWithTheHole) {
+// The zamo has zero angular momentum. Its energy is compared with the lapse of Bardeen, Press & Teukolsky (1972).
+TEST(ZamoObserver, HasZeroAngularMomentumAndTheEnergyOfTheLapse) {
     const double a = 0.9, x = 4, r = std::sqrt(x * x - a * a);
-    const auto plan = spacetime("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 30");
+    const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 30");
     StartMap map;
     const double q[3] = {x, 0, 0};
     ASSERT_EQ(plan->scene->space.observe(ObserverKind::zamo, q, map), Failure::none);
-    // −offset is the observer's lowered 4-velocity; its angular momentum x u_y − y u_x is zero and its energy is the
-    // lapse.
+    // −offset is the covariant 4-velocity u of the observer. Its angular momentum is x u_y − y u_x.
     EXPECT_NEAR(q[0] * map.offset[1] - q[1] * map.offset[0], 0, 1e-13);
     const double delta = r * r - 2 * r + a * a, big = (r * r + a * a) * (r * r + a * a) - a * a * delta;
     EXPECT_NEAR(map.offset[3], std::sqrt(r * r * delta / big), 1e-12);
-    // Inside the ergosphere (r < 2 on the equator) nobody stands still, but a zamo can be.
+    // Inside the ergosphere (r < 2 in the equatorial plane) no static observer exists, but a zamo does.
     const double inside[3] = {std::sqrt(1.7 * 1.7 + a * a), 0, 0};
     EXPECT_EQ(plan->scene->space.observe(ObserverKind::static_, inside, map), Failure::no_observer);
     EXPECT_EQ(plan->scene->space.observe(ObserverKind::zamo, inside, map), Failure::none);
-    // Within the inner horizon (r₋ = 0.56) directions of time and of the radius are as outside.
+    // Observers inside the inner horizon (r₋ = 0.56) are refused, although time and radius have the same directions
+    // there as outside the hole.
     const double innermost[3] = {0.3, 0, 0.1};
     for (const auto kind : {ObserverKind::static_, ObserverKind::zamo})
         EXPECT_EQ(plan->scene->space.observe(kind, innermost, map), Failure::no_observer);
 }
 
-// Every observer's light is light, and its frame orthonormal: directions d and −d add to twice the 4-velocity.
-TEST(Observers, SeeNullRays) {
+// The momenta of rays of all observers satisfy H = 0.
+TEST(Observers, StartNullRays) {
     for (const char* space :
          {"hamiltonian = \"kerr\"\nspin = 0.7", "hamiltonian = \"schwarzschild\"", "hamiltonian = \"wormhole\""}) {
         for (const char* observer : {"static", "zamo", "falling", "coordinate"}) {
-            const auto plan = spacetime(space, "escape_radius = 40", "packet", {}, observer);
+            const auto plan = plan_of_space(space, "escape_radius = 40", "packet", {}, observer);
             if (std::string(space).find("wormhole") != std::string::npos && std::string(observer) == "falling")
                 continue;
             std::vector<RayInput> rays;
@@ -302,7 +309,7 @@ TEST(Observers, SeeNullRays) {
             for (const RayStart& start : starts) EXPECT_EQ(start.failure, Failure::none);
         }
     }
-    const auto plan = spacetime("hamiltonian = \"wormhole\"", "escape_radius = 40");
+    const auto plan = plan_of_space("hamiltonian = \"wormhole\"", "escape_radius = 40");
     EXPECT_EQ(start_rays(*plan, {{{3, 4, 2}, {1, 0, 0}}}, ObserverKind::falling)[0].failure, Failure::no_observer);
 }
 

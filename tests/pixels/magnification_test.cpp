@@ -1,5 +1,5 @@
-// How much larger a pixel's piece of sky looks than it is: one where rays are straight, and around a hole what elliptic
-// integrals say.
+// Tests of the layer `magnification`: the solid angle of a pixel divided by that of its footprint on the sky. It is 1
+// for straight rays, and is compared with elliptic integrals around a black hole.
 #include "film/film.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
@@ -24,7 +24,7 @@ Film rendered(const Plan& plan) {
     return film;
 }
 
-TEST(Magnification, IsOneWhereRaysAreStraight) {
+TEST(Magnification, IsOneForStraightRays) {
     for (const char* camera : {"fov = 20\n", "type = \"equirectangular\"\n"}) {
         const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {});
         Film film = rendered(*plan);
@@ -34,7 +34,7 @@ TEST(Magnification, IsOneWhereRaysAreStraight) {
     }
 }
 
-// … where pixels are wide too, out to the corners of the picture.
+// The fields of view are wide and the pixels are large, so that perspective distorts the pixels in the corners.
 TEST(Magnification, IsOneForWidePixels) {
     for (const char* camera : {"fov = 60\n", "fov = 120\n", "type = \"equirectangular\"\n"}) {
         const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {"film.size=[64,48]"});
@@ -45,7 +45,7 @@ TEST(Magnification, IsOneForWidePixels) {
     }
 }
 
-// … to the last row and column of an odd film, where a quad of pixels reaches beyond it.
+// The film has an odd number of rows and columns. The last blocks of 2 × 2 pixels extend beyond it.
 TEST(Magnification, IsOneInTheLastRowAndColumn) {
     for (const char* camera : {"fov = 20\n", "type = \"equirectangular\"\n"}) {
         const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", camera), {"film.size=[61,41]"});
@@ -57,33 +57,34 @@ TEST(Magnification, IsOneInTheLastRowAndColumn) {
     }
 }
 
-// Beside the edge of an object a quad of pixels has but two or three that see the sky.
-TEST(Magnification, IsOneBesideObjectsAndEdgesToo) {
+// At the edge of an object, only two or three pixels of a block of 2 × 2 show the sky.
+TEST(Magnification, IsOneAtEdgesOfObjects) {
     const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", "fov = 20\n") +
                                        "[[object]]\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1.1\n",
                                    {"film.size=[31,21]"});
     Film film = rendered(*plan);
-    int seen = 0, beside = 0;
+    int compared = 0, at_edges = 0;
     for (std::uint32_t y = 0; y < 21; ++y)
         for (std::uint32_t x = 0; x < 31; ++x) {
             const double m = *film.pixel("magnification", x, y);
             if (*film.pixel("status", x, y) != float(static_cast<int>(Status::escaped)) || m == 0)
-                continue;  // 0: a pixel without neighbours
-            const bool whole = [&] {
+                continue;  // 0: no other pixel of the block shows the sky
+            const bool complete_block = [&] {
                 for (const std::uint32_t k : {0u, 1u, 2u, 3u}) {
                     const std::uint32_t i = (x & ~1u) + k % 2, j = (y & ~1u) + k / 2;
                     if (i > 30 || j > 20 || *film.pixel("status", i, j) != *film.pixel("status", x, y)) return false;
                 }
                 return true;
             }();
-            ++seen, beside += !whole;
+            ++compared;
+            at_edges += !complete_block;
             EXPECT_NEAR(m, 1, 0.05) << x << ',' << y;
         }
-    EXPECT_GT(seen, 500);
-    EXPECT_GT(beside, 50);
+    EXPECT_GT(compared, 500);
+    EXPECT_GT(at_edges, 50);
 }
 
-TEST(Magnification, ParallelRaysHaveNone) {
+TEST(Magnification, IsZeroForAnOrthographicCamera) {
     const auto plan = plan_of_text(scene("hamiltonian = \"flat\"\n", "type = \"orthographic\"\nheight = 4\n"), {});
     Film film = rendered(*plan);
     EXPECT_EQ(*film.pixel("magnification", 100, 50), 0);
@@ -92,8 +93,8 @@ TEST(Magnification, ParallelRaysHaveNone) {
 
 constexpr double observer_radius = 10, far_radius = 1000;
 
-/// Angle on the sky from the point behind the hole, of light seen at an angle psi from the hole's centre by a static
-/// observer.
+/// Returns the angle on the sky between the source of light and the point behind the hole. A static observer sees the
+/// light at the angle psi from the centre of the hole.
 double sky_angle(double psi) {
     const double b = observer_radius * std::sin(psi) / std::sqrt(1 - 1 / observer_radius), u = 1 / far_radius;
     const Orbit orbit(b);
@@ -101,7 +102,8 @@ double sky_angle(double psi) {
     return swept + std::atan2(u, std::sqrt(1 / (b * b) - u * u * (1 - u))) - std::numbers::pi;
 }
 
-TEST(Magnification, AroundAHoleIsThatOfItsLens) {
+// The magnification of the lens is sin ψ / |sin β dβ/dψ| with the source angle β(ψ).
+TEST(Magnification, MatchesEllipticIntegralsAroundABlackHole) {
     const auto plan = plan_of_text(scene("hamiltonian = \"schwarzschild\"\nrg = 1\n", "fov = 30\n"), {});
     Film film = rendered(*plan);
     const double pixel = 2 * std::tan(std::numbers::pi / 12) / 128;
@@ -114,21 +116,23 @@ TEST(Magnification, AroundAHoleIsThatOfItsLens) {
             if (psi < 0.38 || *film.pixel("status", x, y) != 1) continue;
             const double h = 1e-4, slope = (sky_angle(psi + h) - sky_angle(psi - h)) / (2 * h);
             const double lens = std::sin(psi) / std::abs(std::sin(sky_angle(psi)) * slope);
-            if (lens > 8) continue;  // near the ring a block of pixels is no small piece of the sky
-            const double here = std::cos(std::atan(std::hypot((x + 0.5 - 128) * pixel, (y + 0.5 - 64) * pixel))),
-                         there = std::cos(psi);
-            const double seen =
-                *film.pixel("magnification", x, y) * std::pow(there / here, 3);  // solid angle of the pixel itself
-            EXPECT_NEAR(seen / lens, 1, 0.02) << x << "," << y << " " << psi << " " << lens;
+            if (lens > 8) continue;  // near the Einstein ring, a block covers a large part of the sky
+            const double pixel_cosine =
+                             std::cos(std::atan(std::hypot((x + 0.5 - 128) * pixel, (y + 0.5 - 64) * pixel))),
+                         block_cosine = std::cos(psi);
+            // The solid angle of a pixel is proportional to the cube of the cosine.
+            const double measured =
+                *film.pixel("magnification", x, y) * std::pow(block_cosine / pixel_cosine, 3);
+            EXPECT_NEAR(measured / lens, 1, 0.02) << x << "," << y << " " << psi << " " << lens;
             ++compared;
         }
     EXPECT_GT(compared, 200);
 }
 
-// On Einstein's ring two sides of the sky fall on one block of pixels: however many rays tell so, it is seen as large
-// as it is.
-TEST(Magnification, DoesNotDependOnSamples) {
-    const auto seen = [](const char* spp) {
+// On the Einstein ring, a block of pixels shows two sides of the sky. The magnification must nevertheless be the same,
+// within a factor of 1.6, for any number of rays per pixel.
+TEST(Magnification, DoesNotDependOnTheNumberOfRaysPerPixel) {
+    const auto magnifications = [](const char* spp) {
         const auto plan =
             plan_of_text(scene("hamiltonian = \"schwarzschild\"\nrg = 1\n", "fov = 30\n"), {"film.size=[96,48]", spp});
         Film film = rendered(*plan);
@@ -140,12 +144,13 @@ TEST(Magnification, DoesNotDependOnSamples) {
                     all.push_back(*film.pixel("magnification", x, y));
         return all;
     };
-    const auto once = seen("film.spp=1");
-    EXPECT_GT(*std::max_element(once.begin(), once.end()), 5);
+    const auto one_ray = magnifications("film.spp=1");
+    EXPECT_GT(*std::max_element(one_ray.begin(), one_ray.end()), 5);
     for (const char* spp : {"film.spp=2", "film.spp=4", "film.spp=16"}) {
-        const auto often = seen(spp);
-        for (std::size_t i = 0; i < once.size(); ++i)
-            ASSERT_LT(std::abs(std::log(often[i] / once[i])), std::log(1.6)) << spp << " " << i << " " << once[i];
+        const auto many_rays = magnifications(spp);
+        for (std::size_t i = 0; i < one_ray.size(); ++i)
+            ASSERT_LT(std::abs(std::log(many_rays[i] / one_ray[i])), std::log(1.6))
+                << spp << " " << i << " " << one_ray[i];
     }
 }
 

@@ -1,5 +1,4 @@
-// Remarks on what the user may not have meant: each is made where it belongs, and not where the scene means what it
-// says.
+// Tests of remarks on keys without effect and on objects that are not visible.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -34,18 +33,20 @@ inner = 1
 outer = 2
 )";
 
-bool remarks_on(const Plan& plan, const std::string& part) {
+/// Returns true if a remark of the plan contains `part`.
+bool has_remark(const Plan& plan, const std::string& part) {
     return std::any_of(plan.remarks.begin(), plan.remarks.end(),
                        [&](const std::string& remark) { return remark.find(part) != std::string::npos; });
 }
 
-TEST(Remarks, AreMadeWhereTheyBelong) {
+// Each remark must be made for a scene with the overrides `with_remark`, and not for one with `without_remark`.
+TEST(Remarks, AreMadeOnInvisibleObjectsAndUnusedKeys) {
     struct {
         const char* part;
-        Overrides said, meant;
+        Overrides with_remark, without_remark;
     } const cases[] = {
-        {"object.ball lies beyond", {"object.ball.center=[0,60,0]"}, {"object.ball.center=[0,50,0]"}},
-        {"object.ball lies beyond",
+        {"object.ball is not visible", {"object.ball.center=[0,60,0]"}, {"object.ball.center=[0,50,0]"}},
+        {"object.ball is not visible",
          {"object.ball.center=[0,0,0]", "object.ball.radius=60"},
          {"object.ball.center=[0,40,0]", "object.ball.radius=60"}},
         {"camera.fov has no effect", {"camera.fov=50", "camera.type=orthographic"}, {"camera.fov=50"}},
@@ -54,40 +55,41 @@ TEST(Remarks, AreMadeWhereTheyBelong) {
          {"integrator.tolerance=1e-6", "integrator.method=rk4"},
          {"integrator.tolerance=1e-6"}},
     };
-    for (const auto& [part, said, meant] : cases) {
-        EXPECT_TRUE(remarks_on(*plan_of_text(ball, said), part)) << part;
-        EXPECT_FALSE(remarks_on(*plan_of_text(ball, meant), part)) << part;
+    for (const auto& [part, with_remark, without_remark] : cases) {
+        EXPECT_TRUE(has_remark(*plan_of_text(ball, with_remark), part)) << part;
+        EXPECT_FALSE(has_remark(*plan_of_text(ball, without_remark), part)) << part;
     }
 }
 
-TEST(Remarks, SayThatTheMatterOfADiskStandsStillInAFormula) {
-    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, {}), "object.ring: its matter stands still"));
+TEST(Remarks, AreMadeOnDisksInAFormulaWhoseMatterIsAtRest) {
+    EXPECT_TRUE(has_remark(*plan_of_text(disk_in_a_formula, {}), "object.ring: the matter of the disk is at rest"));
     EXPECT_TRUE(plan_of_text(disk_in_a_formula, {"space={hamiltonian=\"schwarzschild\"}"})->remarks.empty());
 }
 
-TEST(Remarks, SayThatNothingOfADiskIsWithinTheEscapeSphere) {
-    const char* lies_beyond = "object.ring lies beyond";
+TEST(Remarks, AreMadeOnDisksOutsideTheEscapeSphere) {
+    const char* remark = "object.ring is not visible";
     const Override space = "space={hamiltonian=\"schwarzschild\"}";
-    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=60", "object.ring.outer=70"}),
-                           lies_beyond));
-    EXPECT_FALSE(remarks_on(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=40", "object.ring.outer=70"}),
-                            lies_beyond));
+    EXPECT_TRUE(has_remark(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=60", "object.ring.outer=70"}),
+                           remark));
+    EXPECT_FALSE(has_remark(*plan_of_text(disk_in_a_formula, {space, "object.ring.inner=40", "object.ring.outer=70"}),
+                            remark));
 }
 
-TEST(Remarks, NameConstantsAndHelpersThatNoFormulaHas) {
+TEST(Remarks, AreMadeOnConstantsAndHelpersThatNoFormulaUses) {
     const Overrides used{"space.constants.strength=1", "space.H=0.5*(px^2 + py^2 + pz^2 - strength)"};
     Overrides misspelt = used;
-    misspelt.push_back("space.constants.strenght=2"), misspelt.push_back("space.let.M=x");
-    EXPECT_FALSE(remarks_on(*plan_of_text(disk_in_a_formula, used), "has no effect"));
-    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, misspelt),
+    misspelt.push_back("space.constants.strenght=2");
+    misspelt.push_back("space.let.M=x");
+    EXPECT_FALSE(has_remark(*plan_of_text(disk_in_a_formula, used), "has no effect"));
+    EXPECT_TRUE(has_remark(*plan_of_text(disk_in_a_formula, misspelt),
                            "space.constants.strenght has no effect: no formula uses it; did you mean strength?"));
-    EXPECT_TRUE(remarks_on(*plan_of_text(disk_in_a_formula, misspelt), "space.let.M has no effect"));
+    EXPECT_TRUE(has_remark(*plan_of_text(disk_in_a_formula, misspelt), "space.let.M has no effect"));
 }
 
-TEST(Remarks, SayThatSingleRaysFitNoPixels) {
-    const Overrides fitted{"integrator.max_pixel_error=0.5"};
-    EXPECT_TRUE(remarks_on(*plan_of_text(ball, fitted, {}, false), "integrator.max_pixel_error has no effect"));
-    EXPECT_FALSE(remarks_on(*plan_of_text(ball, fitted), "integrator.max_pixel_error has no effect"));
+TEST(Remarks, AreMadeOnAPixelErrorForListedRays) {
+    const Overrides overrides{"integrator.max_pixel_error=0.5"};
+    EXPECT_TRUE(has_remark(*plan_of_text(ball, overrides, {}, false), "integrator.max_pixel_error has no effect"));
+    EXPECT_FALSE(has_remark(*plan_of_text(ball, overrides), "integrator.max_pixel_error has no effect"));
 }
 
 }  // namespace

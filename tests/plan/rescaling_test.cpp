@@ -1,4 +1,4 @@
-// Expressions of a scene that rescale a Hamiltonian which is built in: the same rays, at another pace.
+// Tests of time rescaling by an expression of the scene, which must not change rays or pictures of a built-in space.
 #include "tests/support/plan_fixture.h"
 
 #include "error.h"
@@ -37,7 +37,8 @@ std::string refusal(const std::string& space, const Overrides& overrides) {
     return "";
 }
 
-/// Places, directions and λ, in units of one and themselves.
+/// Compares position, direction and λ of two ray ends. Errors of position and λ are relative to 1 plus the absolute
+/// value.
 void expect_close(const RayEnd& a, const RayEnd& b, double tolerance) {
     for (int k = 0; k < 3; ++k) {
         EXPECT_NEAR(a.q[k], b.q[k], tolerance * (1 + std::abs(a.q[k])));
@@ -51,9 +52,9 @@ Overrides with(Overrides overrides, const std::string& more) {
     return overrides;
 }
 
-// The space's own rescaling, written: compiled and interpreted take the same steps, and differ by the order of
-// roundings.
-TEST(Rescaling, AnExpressionDoesWhatTheSpaceDoesItself) {
+// The expression is the default rescaling of the space. With the compiled rescaling and with the expression, rays must
+// take the same steps. They differ by the order of roundings.
+TEST(Rescaling, HasTheRaysOfTheDefaultRescalingForTheSameExpression) {
     struct Case {
         const char *space, *rescale, *method;
         Double3 origin;
@@ -61,14 +62,14 @@ TEST(Rescaling, AnExpressionDoesWhatTheSpaceDoesItself) {
     for (const Case& c : {Case{"\"schwarzschild\"\nrg = 0.5\n", "r", "gauss8", {-7, 0.5, 0.25}},
                           Case{"\"schwarzschild\"\nrg = 0.5\n", "sqrt(x^2 + y^2 + z^2)", "dp5", {-7, 0.5, 0.25}},
                           Case{"\"mirage\"\n", "1/(0.85 - 0.3*z^3 + 0.03*cos(3*pi*x))", "srkn6", {0, 0, 0}}}) {
-        const Overrides own{std::string("integrator.method=") + c.method, "integrator.step=0.1",
-                            "integrator.escape_radius=9"};
+        const Overrides overrides{std::string("integrator.method=") + c.method, "integrator.step=0.1",
+                                  "integrator.escape_radius=9"};
         for (const char* strategy : {"packet", "scalar"}) {
             SCOPED_TRACE(std::string(c.space) + c.rescale + ", " + strategy);
             const auto rays = fan(c.origin);
-            const auto a = traced(c.space, own, strategy, rays);
-            const auto b =
-                traced(c.space, with(own, std::string("integrator.rescale=\"") + c.rescale + '"'), strategy, rays);
+            const auto a = traced(c.space, overrides, strategy, rays);
+            const auto b = traced(c.space, with(overrides, std::string("integrator.rescale=\"") + c.rescale + '"'),
+                                  strategy, rays);
             std::size_t compared = 0;
             for (std::size_t i = 0; i < a.size(); ++i) {
                 ASSERT_EQ(a[i].status, b[i].status) << i;
@@ -82,9 +83,9 @@ TEST(Rescaling, AnExpressionDoesWhatTheSpaceDoesItself) {
     }
 }
 
-// Whatever the pace, a ray ends where it ends, at the same parameter of H; its captures, edges and far sides are those
-// of the space.
-TEST(Rescaling, LeavesRaysWhereTheyAre) {
+// Rays are compared with those without rescaling: status, position, direction and λ. The tolerance covers the errors of
+// the step control along rays that magnify them.
+TEST(Rescaling, DoesNotChangeRayEnds) {
     const char* spaces[] = {"\"kerr\"\nmass = 0.25\nspin = 0.6\n",
                             "\"schwarzschild\"\nrg = 0.5\n",
                             "\"wormhole\"\n",
@@ -108,8 +109,8 @@ TEST(Rescaling, LeavesRaysWhereTheyAre) {
         }
 }
 
-// Observers, redshift and what orbits the hole stay those of the space.
-TEST(Rescaling, LeavesThePictureAsItIs) {
+// The redshift depends on the observer and on the orbits of the matter of the disk, which are those of the space.
+TEST(Rescaling, DoesNotChangeStatusOrRedshift) {
     const std::string scene =
         "[space]\nhamiltonian = \"kerr\"\nmass = 0.25\nspin = 0.6\n"
         "[camera]\nposition = [0, -6, 1]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 50\nobserver = \"zamo\"\n"
@@ -124,18 +125,17 @@ TEST(Rescaling, LeavesThePictureAsItIs) {
     };
     const Overrides fine{"integrator.method=dp54", "integrator.tolerance=1e-10"};
     const Film a = picture(fine), b = picture(with(fine, "integrator.rescale=\"r\""));
-    std::size_t shifted = 0;
+    std::size_t disk_pixels = 0;
     for (std::size_t i = 0; i < 24 * 16; ++i) {
         ASSERT_EQ(a.plane("status")[i], b.plane("status")[i]) << i;
         EXPECT_NEAR(a.plane("redshift")[i], b.plane("redshift")[i], 1e-5) << i;
-        shifted += a.plane("status")[i] == 0 && a.plane("redshift")[i] > 0;
+        disk_pixels += a.plane("status")[i] == 0 && a.plane("redshift")[i] > 0;
     }
-    EXPECT_GE(shifted, 50u);
+    EXPECT_GE(disk_pixels, 50u);
 }
 
-// What is rescaled by a number below 0 runs backward: such rays fail, at the start or where they come there, and end
-// nowhere.
-TEST(Rescaling, IsOfPositivePaceAlone) {
+// A negative factor would trace a ray backward. Rays must fail if they start where Ω ≤ 0.
+TEST(Rescaling, MustBePositive) {
     const std::string built_in = "\"kerr\"\nmass = 0.25\nspin = 0.6\n",
                       formula = "\"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
     for (const std::string& space : {built_in, formula})
@@ -143,8 +143,8 @@ TEST(Rescaling, IsOfPositivePaceAlone) {
             const std::vector<RayInput> inward{{{5, -3, 0.1}, {-1, 0, 0}}, {{5, -2, 0.1}, {-1, 0.1, 0}}},
                 outward{{{5, -3, 0.1}, {1, 0, 0}}};
             for (const RayEnd& end : traced(space, {"integrator.rescale=-r"}, strategy, inward))
-                EXPECT_EQ(end.failure, Failure::no_pace);
-            // Towards Ω = 0 a ray goes on for ever.
+                EXPECT_EQ(end.failure, Failure::bad_time_rescaling);
+            // A ray approaches Ω = 0 in infinitely many steps.
             for (const RayEnd& end :
                  traced(space, {"integrator.rescale=x", "integrator.max_steps=500"}, strategy, inward))
                 EXPECT_TRUE(end.status == Status::failed || end.status == Status::step_limit);
@@ -157,16 +157,17 @@ TEST(Rescaling, IsOfPositivePaceAlone) {
                   std::string::npos);
 }
 
-TEST(Rescaling, SaysWhatItCannotDo) {
-    EXPECT_NE(refusal("\"luneburg\"\n", {"integrator.rescale=r"}).find("integrator.rescale: the slope of its H jumps"),
+TEST(Rescaling, RefusesWrongExpressionsAndUnsupportedMethods) {
+    EXPECT_NE(refusal("\"luneburg\"\n", {"integrator.rescale=r"})
+                  .find("integrator.rescale: the gradient of its H is discontinuous"),
               std::string::npos);
-    EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=px"}).find("it may depend on x y z and r alone"),
+    EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=px"}).find("it may depend only on x y z and r"),
               std::string::npos);
     EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=spin"}).find("unknown name spin"), std::string::npos);
     EXPECT_NE(refusal("\"kerr\"\n", {"integrator.rescale=1-3"}).find("greater than 0"), std::string::npos);
     EXPECT_NE(refusal("\"mirage\"\n", {"integrator.rescale=1+z^2", "integrator.method=srkn6"}).find("not of the form"),
               std::string::npos);
-    // Where the scene states no method, the space's own gives way to one that can.
+    // If the scene states no method, a supported method replaces the default method of the space.
     EXPECT_EQ(refusal("\"mirage\"\n", {"integrator.rescale=1+z^2"}), "");
     EXPECT_EQ(refusal("\"flat\"\n", {"integrator.rescale=r"}), "");
 }

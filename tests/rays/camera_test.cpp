@@ -1,4 +1,4 @@
-// Cameras against what can be worked out without a ray: where each pixel looks, and from where.
+// Tests of cameras: directions, starts and frequencies of rays are compared with closed forms.
 #include "rays/camera.h"
 #include "tests/support/plan_fixture.h"
 
@@ -50,31 +50,31 @@ radius = 0.75
 )";
 
 Film picture(const Plan& plan) {
-    Film made = film_of(plan);
-    render(plan, made);
-    return made;
+    Film film = film_of(plan);
+    render(plan, film);
+    return film;
 }
 
 double distance(const double (&p)[3], const Double3& d) {
     return std::hypot(p[0] - d[0], p[1] - d[1], p[2] - d[2]);
 }
 
-// In flat space |p| = 1 and p is the direction. Longitude grows to the right of the picture, which is the observer's
-// right.
-TEST(Equirectangular, PixelsLookWhereLongitudeAndLatitudeSay) {
+// In flat space |p| = 1, and p is the direction of the ray. Longitude increases to the right of the picture, which is
+// the right side of the observer.
+TEST(Equirectangular, HasRaysInTheDirectionsOfLongitudeAndLatitude) {
     const auto plan = plan_of_text(ball, {"camera.type=equirectangular", "camera.position=[0,4,0]"});
     const double width = 48, height = 36;
     for (std::uint32_t y = 0; y < 36; ++y)
         for (std::uint32_t x = 0; x < 48; ++x) {
             const double east = ((x + 0.5) / width - 0.5) * 2 * std::numbers::pi;
             const double north = (0.5 - (y + 0.5) / height) * std::numbers::pi;
-            // Looking along −y with z up, the right is −x.
+            // The camera looks along −y and z is up, so that −x is on the right.
             const Double3 d{-std::sin(east) * std::cos(north), -std::cos(east) * std::cos(north), std::sin(north)};
-            EXPECT_LE(distance(pixel_ray(*plan, x, y).p, d), 8 * epsilon) << x << "," << y;
+            EXPECT_LE(distance(pixel_ray_start(*plan, x, y).p, d), 8 * epsilon) << x << "," << y;
         }
 }
 
-TEST(Equirectangular, TiltedUpIsMadeOrthogonal) {
+TEST(Equirectangular, MakesUpOrthogonalToTheViewingDirection) {
     const auto plan =
         plan_of_text(ball, {"camera.type=equirectangular", "camera.up=[-0.7,0,1]", "camera.look_at=[0,0,-3]"});
     EXPECT_LE(distance(camera_ray(*plan, 24, 18).start.p, {-0.8, 0, -0.6}), 8 * epsilon);  // the middle
@@ -82,13 +82,14 @@ TEST(Equirectangular, TiltedUpIsMadeOrthogonal) {
     EXPECT_LE(distance(camera_ray(*plan, 36, 18).start.p, {0, 1, 0}), 8 * epsilon);  // a quarter turn to the right
 }
 
-// Camera and sky speak of the same sphere: an image put on the sky comes out of the camera texel by texel.
-TEST(Equirectangular, GivesTheSkyBack) {
+// Camera and sky use the same longitude and latitude. A picture of the sky must be equal to the image of the sky, texel
+// by texel.
+TEST(Equirectangular, RendersTheImageOfTheSky) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-sky-" + std::to_string(::getpid()) + ".exr");
     Film sky(32, 16, {"color"});
     std::mt19937 random(1);
     for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i)
-        sky.plane("color")[i] = float(random() % 256) / 256;  // exact in half
+        sky.plane("color")[i] = float(random() % 256) / 256;  // exact as a half float
     write_film(sky, path.string(), {});
     const auto plan = plan_of_text(
         "space.hamiltonian = \"flat\"\ncamera = { type = \"equirectangular\", position = [1, 2, 3], look_at = "
@@ -96,24 +97,25 @@ TEST(Equirectangular, GivesTheSkyBack) {
             path.string() + "\"\n",
         {});
     std::filesystem::remove(path);
-    const Film seen = picture(*plan);
-    // Directions carry a few roundings, of the coordinate of a texel up to 32, over the sine of 5.6° at the poles'
-    // rows.
+    const Film film = picture(*plan);
+    // The error of a texel coordinate, at most 32, is a few roundings divided by the sine of 5.6°, the polar distance
+    // of the first row.
     for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i)
-        EXPECT_NEAR(seen.plane("color")[i], sky.plane("color")[i], 2e-7) << i;
+        EXPECT_NEAR(film.plane("color")[i], sky.plane("color")[i], 2e-7) << i;
 }
 
-TEST(Orthographic, RaysAreParallelAndAPixelApart) {
+TEST(Orthographic, HasParallelRaysAtADistanceOfOnePixel) {
     const auto plan = plan_of_text(ball, {"camera.type=orthographic", "camera.height=1.8"});
     for (std::uint32_t y = 0; y < 36; ++y)
         for (std::uint32_t x = 0; x < 48; ++x) {
-            const RayStart ray = pixel_ray(*plan, x, y);
+            const RayStart ray = pixel_ray_start(*plan, x, y);
             EXPECT_LE(distance(ray.p, {-1, 0, 0}), 8 * epsilon);
             EXPECT_LE(distance(ray.q, {4, (x + 0.5 - 24) * 0.05, (17.5 - y) * 0.05}), 16 * epsilon) << x << "," << y;
         }
 }
 
-TEST(Orthographic, TheBallIsARoundDisk) {
+// The ball appears as a circle, and its depth is that of a sphere. The tolerance is four roundings of float.
+TEST(Orthographic, RendersABallAsACircle) {
     const auto plan = plan_of_text(ball, {"camera.type=orthographic"});
     Film film = picture(*plan);
     for (std::uint32_t y = 0; y < 36; ++y)
@@ -126,8 +128,9 @@ TEST(Orthographic, TheBallIsARoundDisk) {
         }
 }
 
-// 64 samples of a (0,2)-sequence miss the share of a pixel that an edge cuts by some 1/64; some 130 pixels are cut.
-TEST(Samples, MeanIsTheShareOfThePixelCovered) {
+// The area of the ball's picture is compared with that of a circle. The edge of the circle crosses about 130 pixels.
+// With 64 samples of a (0,2)-sequence, the covered share of each of them has an error of about 1/64.
+TEST(Samples, HaveTheMeanOfTheCoveredShareOfAPixel) {
     const auto plan = plan_of_text(ball, {"camera.type=orthographic", "film.spp=64"});
     Film film = picture(*plan);
     double area = 0;
@@ -139,13 +142,13 @@ TEST(Samples, MeanIsTheShareOfThePixelCovered) {
     EXPECT_EQ(*film.pixel("steps", 24, 18), 1.0f);
 }
 
-// Near the hole the observer's frame is another one at every place: each ray is that of the static observer where it
-// starts.
-TEST(Orthographic, EachRayHasItsOwnObserver) {
+// Near the hole, the rest frame of the static observer depends on the position. Each ray is compared with the ray of
+// the static observer at its start.
+TEST(Orthographic, HasAnObserverAtTheStartOfEachRay) {
     const auto plan = plan_of_text(hole, {"camera.type=orthographic", "camera.height=4"});
     for (std::uint32_t y = 0; y < 18; y += 5)
         for (std::uint32_t x = 0; x < 24; x += 5) {
-            const RayStart ray = pixel_ray(*plan, x, y);
+            const RayStart ray = pixel_ray_start(*plan, x, y);
             const RayInput given{{ray.q[0] + 0.25, ray.q[1], ray.q[2]}, plan->view.forward};
             const RayStart expected = start_rays(*plan, {given}, ObserverKind::static_)[0];
             EXPECT_LE(distance(ray.p, {expected.p[0], expected.p[1], expected.p[2]}), 64 * epsilon);
@@ -153,8 +156,8 @@ TEST(Orthographic, EachRayHasItsOwnObserver) {
         }
 }
 
-// A static observer at r sees light from infinity at 1/√(1 − r_g/r) of its frequency.
-TEST(CameraRay, KnowsItsFrequency) {
+// A static observer at r measures 1/√(1 − r_g/r) times the frequency at infinity.
+TEST(CameraRay, HasTheBlueshiftOfAStaticObserver) {
     for (const char* type : {"perspective", "equirectangular", "orthographic"}) {
         const auto plan = plan_of_text(hole, {std::string("camera.type=") + type});
         const CameraRay ray = camera_ray(*plan, 3, 5);
@@ -163,22 +166,22 @@ TEST(CameraRay, KnowsItsFrequency) {
     }
 }
 
-// The kernels' own camera and the program's make the same rays to the last bit.
-TEST(CameraRay, IsTheKernelsRay) {
+// The camera rays that the kernel generates must be equal, bit for bit, to those that the program generates.
+TEST(CameraRay, IsTheRayThatTheKernelGenerates) {
     const auto plan = plan_of_text(hole, {});
     ASSERT_NE(plan->job().camera, nullptr);
     const Tile tile{0, 0, 24, 18};
-    std::vector<RayEnd> own(24 * 18), listed;
+    std::vector<RayEnd> generated(24 * 18), listed;
     Counters counters{};
     const Job job = plan->job();
-    plan->run.kernel->trace(&job, &tile, own.data(), &counters);
+    plan->run.kernel->trace(&job, &tile, generated.data(), &counters);
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < 18; ++y)
-        for (std::uint32_t x = 0; x < 24; ++x) starts.push_back(pixel_ray(*plan, x, y));
+        for (std::uint32_t x = 0; x < 24; ++x) starts.push_back(pixel_ray_start(*plan, x, y));
     trace(*plan, starts, listed);
-    for (std::size_t i = 0; i < own.size(); ++i) {
-        ASSERT_EQ(own[i].status, listed[i].status) << i;
-        for (int k = 0; k < 3; ++k) ASSERT_EQ(own[i].p[k], listed[i].p[k]) << i;
+    for (std::size_t i = 0; i < generated.size(); ++i) {
+        ASSERT_EQ(generated[i].status, listed[i].status) << i;
+        for (int k = 0; k < 3; ++k) ASSERT_EQ(generated[i].p[k], listed[i].p[k]) << i;
     }
 }
 
@@ -190,7 +193,7 @@ void expect_same(const Film& a, const Film& b, const std::string& what) {
     }
 }
 
-TEST(Pictures, DependOnNeitherThreadsTilesNorStrategy) {
+TEST(Pictures, DependOnNeitherThreadsCropNorStrategy) {
     for (const char* type : {"perspective", "equirectangular", "orthographic"})
         for (const char* spp : {"1", "5"}) {
             const Overrides overrides{std::string("camera.type=") + type, std::string("film.spp=") + spp,
@@ -210,11 +213,11 @@ TEST(Pictures, DependOnNeitherThreadsTilesNorStrategy) {
 }
 
 TEST(Pictures, DependOnTheSeedOnlyWithManySamples) {
-    const auto seen = [](const char* spp, const char* seed) {
+    const auto rendered = [](const char* spp, const char* seed) {
         return picture(*plan_of_text(hole, {std::string("film.spp=") + spp, std::string("film.seed=") + seed}));
     };
-    expect_same(seen("1", "0"), seen("1", "1"), "seed");
-    const Film a = seen("4", "0"), b = seen("4", "1");
+    expect_same(rendered("1", "0"), rendered("1", "1"), "seed");
+    const Film a = rendered("4", "0"), b = rendered("4", "1");
     int different = 0;
     for (std::size_t i = 0; i < std::size_t{24} * 18 * 3; ++i) different += a.plane("color")[i] != b.plane("color")[i];
     EXPECT_GT(different, 10);

@@ -1,4 +1,4 @@
-// Where a pixel's samples lie: what makes the sequence good, checked on its points.
+// Tests of the positions of the rays in a pixel: the properties of a (0,2)-sequence, and their independence.
 #include "rays/sampler.h"
 
 #include <gtest/gtest.h>
@@ -10,21 +10,21 @@
 namespace kagero {
 namespace {
 
-TEST(PlaceInPixel, OneSampleIsTheMiddle) {
+TEST(SamplePosition, IsTheCentreForOneSample) {
     for (std::uint32_t seed = 0; seed < 5; ++seed) {
-        EXPECT_EQ(place_in_pixel(3, 7, 0, 1, seed), (std::array<double, 2>{0.5, 0.5}));
+        EXPECT_EQ(sample_position(3, 7, 0, 1, seed), (std::array<double, 2>{0.5, 0.5}));
     }
 }
 
-// A (0,2)-sequence: a run of 2^k points has one in each of the 2^k cells of every grid of 2^i × 2^(k−i) cells.
-TEST(PlaceInPixel, EveryBinaryGridHasOneSamplePerCell) {
+// In a (0,2)-sequence, a run of 2^k points has one point in each cell of every grid of 2^i × 2^(k−i) cells.
+TEST(SamplePosition, FillsEachCellOfABinaryGridOnce) {
     for (const std::uint32_t pixel : {0u, 1u, 77u, 65535u})
         for (std::uint32_t k = 0; k <= 10; ++k)
             for (std::uint32_t run = 0; run < 2; ++run)
                 for (std::uint32_t i = 0; i <= k; ++i) {
                     std::set<std::uint32_t> cells;
                     for (std::uint32_t n = run << k; n < (run + 1) << k; ++n) {
-                        const auto [u, v] = place_in_pixel(pixel, 2 * pixel, n, 4096, 12);
+                        const auto [u, v] = sample_position(pixel, 2 * pixel, n, 4096, 12);
                         ASSERT_TRUE(u >= 0 && u < 1 && v >= 0 && v < 1);
                         const auto column = static_cast<std::uint32_t>(u * (1u << i));
                         const auto row = static_cast<std::uint32_t>(v * (1u << (k - i)));
@@ -34,27 +34,27 @@ TEST(PlaceInPixel, EveryBinaryGridHasOneSamplePerCell) {
                 }
 }
 
-TEST(PlaceInPixel, PixelsAndSeedsHaveTheirOwn) {
+TEST(SamplePosition, DiffersForEveryPixelAndSeed) {
     std::set<std::array<double, 2>> all;
     for (std::uint32_t y = 0; y < 16; ++y)
         for (std::uint32_t x = 0; x < 16; ++x)
-            for (std::uint32_t seed = 0; seed < 4; ++seed) all.insert(place_in_pixel(x, y, 0, 4, seed));
+            for (std::uint32_t seed = 0; seed < 4; ++seed) all.insert(sample_position(x, y, 0, 4, seed));
     EXPECT_EQ(all.size(), 16u * 16 * 4);
 }
 
-// The first sample decides some layers, so over pixels it must be uniform: χ² of 64 cells has mean 63 and deviation
-// √126.
-TEST(PlaceInPixel, TheFirstSampleIsUniformOverPixels) {
-    std::vector<double> count(64);
+// Some layers use only the first sample of a pixel. Over all pixels, its position must be uniform. For 64 cells, χ² has
+// the mean 63 and the standard deviation √126; the tolerance is 5 standard deviations.
+TEST(SamplePosition, IsUniformOverPixelsForTheFirstSample) {
+    std::vector<double> counts(64);
     constexpr std::uint32_t edge = 128;
     for (std::uint32_t y = 0; y < edge; ++y)
         for (std::uint32_t x = 0; x < edge; ++x) {
-            const auto [u, v] = place_in_pixel(x, y, 0, 16, 0);
-            ++count[static_cast<std::size_t>(v * 8) * 8 + static_cast<std::size_t>(u * 8)];
+            const auto [u, v] = sample_position(x, y, 0, 16, 0);
+            ++counts[static_cast<std::size_t>(v * 8) * 8 + static_cast<std::size_t>(u * 8)];
         }
     const double expected = edge * edge / 64.0;
     double chi2 = 0;
-    for (const double n : count) chi2 += (n - expected) * (n - expected) / expected;
+    for (const double n : counts) chi2 += (n - expected) * (n - expected) / expected;
     EXPECT_NEAR(chi2, 63, 5 * std::sqrt(126.0));
 }
 

@@ -1,4 +1,4 @@
-// The same scene, options and instruction set give the same pixels, however the work is cut up.
+// Tests that a picture depends only on scene, options and instruction set, and not on the distribution of the work.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"
 
@@ -15,25 +15,26 @@ const Overrides overrides{"film.size=[100,80]",
 constexpr const char* layers[] = {"color", "status", "steps",          "energy_error",  "object",
                                   "depth", "newton", "position_error", "rounding_error"};
 
-/// Equal, or both not a number.
+/// Returns true if a and b are equal or both NaN.
 bool same(float a, float b) {
     return a == b || (std::isnan(a) && std::isnan(b));
 }
 
-/// Integrated by the default, which is explicit, or by another method.
+/// Returns the plan of the scene room, with the default method, which is explicit, or another method.
 std::unique_ptr<Plan> room(const Options& options, const Overrides& method = {}) {
     Overrides all = overrides;
     all.insert(all.end(), method.begin(), method.end());
     return plan_of_file(KAGERO_SCENES "/room.toml", all, options);
 }
-/// Implicit methods as well: by fixed points, and where those are not found by Newton's method.
+/// An explicit method and two implicit methods. Their equations are solved by fixed-point iteration, and by Newton's
+/// method if that fails.
 const Overrides methods[] = {{},
                              {"integrator.method=verlet", "integrator.step=0.8"},
                              {"integrator.method=gauss8", "integrator.step=0.5"}};
 
 class Determinism : public ProgramTest {
 protected:
-    /// The file of a rendered film.
+    /// Returns the bytes of the OpenEXR file of a film.
     std::string exr(const std::string& name, const Film& film) const {
         const std::string path = (directory_ / name).string();
         write_film(film, path, {});
@@ -41,7 +42,7 @@ protected:
     }
 };
 
-TEST_F(Determinism, ThreadsChangeNoByte) {
+TEST_F(Determinism, HoldsForAnyNumberOfThreads) {
     std::string first;
     for (const unsigned threads : {1u, 2u, 5u}) {
         Options options;
@@ -55,7 +56,7 @@ TEST_F(Determinism, ThreadsChangeNoByte) {
     }
 }
 
-TEST_F(Determinism, FilesOfTheProgramAreTheSame) {
+TEST_F(Determinism, HoldsForTheFilesOfTheProgram) {
     std::string first;
     for (const char* threads : {"1", "2", "5"}) {
         const Outcome outcome =
@@ -69,12 +70,13 @@ TEST_F(Determinism, FilesOfTheProgramAreTheSame) {
     EXPECT_EQ(files(), (std::set<std::string>{"a.exr"}));
 }
 
-TEST_F(Determinism, SchedulesChangeNoByte) {
+TEST_F(Determinism, HoldsForEverySchedule) {
     std::string first;
     for (const std::string& schedule : schedule_names())
         for (const unsigned threads : {1u, 3u}) {
             Options options;
-            options.threads = threads, options.schedule = schedule_named(schedule);
+            options.threads = threads;
+            options.schedule = schedule_named(schedule);
             const auto plan = room(options);
             Film film(100, 80, plan->description().film.layers);
             const RunReport report = render_with_errors(*plan, film);
@@ -87,7 +89,7 @@ TEST_F(Determinism, SchedulesChangeNoByte) {
         }
 }
 
-TEST_F(Determinism, ACropIsAPartOfThePicture) {
+TEST_F(Determinism, HoldsForCrops) {
     for (const Overrides& method : methods) {
         const auto plan = room(with_strategy("packet"), method);
         Film whole(100, 80, plan->description().film.layers);
@@ -109,10 +111,11 @@ TEST_F(Determinism, ACropIsAPartOfThePicture) {
     }
 }
 
-/// Rays in packets as they are listed: `trace` would bring neighbours together first.
+/// Traces rays in packets of consecutive rays of the list. The function `trace` would sort the list first.
 std::vector<RayEnd> traced_in_order(const Plan& plan, const std::vector<RayStart>& starts) {
     Job job = plan.job();
-    job.camera = nullptr, job.rays = starts.data();
+    job.camera = nullptr;
+    job.rays = starts.data();
     std::vector<RayEnd> ends(starts.size());
     Counters counters{};
     const Tile all{0, 0, static_cast<std::uint32_t>(starts.size()), 1};
@@ -120,41 +123,42 @@ std::vector<RayEnd> traced_in_order(const Plan& plan, const std::vector<RayStart
     return ends;
 }
 
-// What a lane's neighbours do is nothing to it.
-TEST_F(Determinism, TheOrderOfRaysChangesNoBit) {
+// A ray must not depend on the other rays of its packet.
+TEST_F(Determinism, HoldsForAnyOrderOfRays) {
     for (const Overrides& method : methods) {
         const auto plan = room(with_strategy("packet"), method);
         std::vector<RayStart> starts;
-        for (std::uint32_t i = 0; i < 700; ++i) starts.push_back(pixel_ray(*plan, i * 37 % 100, i * 11 % 80));
+        for (std::uint32_t i = 0; i < 700; ++i) starts.push_back(pixel_ray_start(*plan, i * 37 % 100, i * 11 % 80));
         const std::vector<RayEnd> ends = traced_in_order(*plan, starts);
         std::rotate(starts.begin(), starts.begin() + 3, starts.end());
         std::reverse(starts.begin() + 100, starts.end());
-        std::vector<RayEnd> turned = traced_in_order(*plan, starts);
-        std::reverse(turned.begin() + 100, turned.end());
-        std::rotate(turned.begin(), turned.end() - 3, turned.end());
+        std::vector<RayEnd> reordered = traced_in_order(*plan, starts);
+        std::reverse(reordered.begin() + 100, reordered.end());
+        std::rotate(reordered.begin(), reordered.end() - 3, reordered.end());
         for (std::size_t i = 0; i < ends.size(); ++i) {
-            ASSERT_EQ(ends[i].status, turned[i].status) << i;
-            ASSERT_EQ(ends[i].steps, turned[i].steps) << i;
-            ASSERT_EQ(ends[i].gradients, turned[i].gradients) << i;
-            ASSERT_EQ(ends[i].iterations, turned[i].iterations) << i;
-            ASSERT_EQ(ends[i].queries, turned[i].queries) << i;
-            for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].q[k], turned[i].q[k]) << i;
-            for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].p[k], turned[i].p[k]) << i;
+            ASSERT_EQ(ends[i].status, reordered[i].status) << i;
+            ASSERT_EQ(ends[i].steps, reordered[i].steps) << i;
+            ASSERT_EQ(ends[i].gradients, reordered[i].gradients) << i;
+            ASSERT_EQ(ends[i].iterations, reordered[i].iterations) << i;
+            ASSERT_EQ(ends[i].queries, reordered[i].queries) << i;
+            for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].q[k], reordered[i].q[k]) << i;
+            for (int k = 0; k < 3; ++k) ASSERT_EQ(ends[i].p[k], reordered[i].p[k]) << i;
         }
     }
 }
 
-// Sums, products, quotients and roots round alike in scalar and packet code, and both fuse where the source says so;
-// iterations of an implicit step end alike. So the paths agree to the last bit, and only Embree's scalar and packet
-// queries could tell them apart.
-TEST_F(Determinism, ScalarAndPacketAgree) {
+// Scalar and packet code have the same roundings and the same fused multiply-adds, and stop the iterations of an
+// implicit step at the same time. The ray ends must therefore be equal bit for bit. Only the queries of Embree for
+// single rays and for packets could differ.
+TEST_F(Determinism, HoldsForScalarAndPacketCode) {
     for (const Overrides& method : methods) {
         const auto packet = room(with_strategy("packet"), method), scalar = room(with_strategy("scalar"), method);
         std::vector<RayStart> starts;
         for (std::uint32_t y = 0; y < 80; ++y)
-            for (std::uint32_t x = 0; x < 100; ++x) starts.push_back(pixel_ray(*packet, x, y));
+            for (std::uint32_t x = 0; x < 100; ++x) starts.push_back(pixel_ray_start(*packet, x, y));
         std::vector<RayEnd> a, b;
-        trace(*packet, starts, a), trace(*scalar, starts, b);
+        trace(*packet, starts, a);
+        trace(*scalar, starts, b);
         for (std::size_t i = 0; i < a.size(); ++i) {
             ASSERT_EQ(a[i].status, b[i].status) << i;
             ASSERT_EQ(a[i].surface, b[i].surface) << i;

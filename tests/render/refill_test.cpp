@@ -1,4 +1,4 @@
-// Which rays share a packet, and when a finished lane gets a new ray, changes run time and no result.
+// Tests of the assignment of rays to packets and of the refill of lanes, which must not change any result.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ std::unique_ptr<Plan> room(const std::string& refill, Overrides overrides, const
     return plan_of_file(std::string(KAGERO_SCENES) + "/room.toml", overrides, with_strategy(strategy), with_camera);
 }
 
-/// Rays in random order whose numbers of steps differ widely; two of them cannot start.
+/// Returns random rays whose numbers of steps differ widely. Two of them cannot start.
 std::vector<RayInput> rays(std::size_t count = 501) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> inside(-0.9, 0.9), any(-1, 1);
@@ -67,19 +67,21 @@ TEST(Refill, ChangesNoRay) {
         }
 }
 
-/// The share of lane steps that advance a ray.
+/// Returns the occupancy: active lane-steps divided by issued lane-steps.
 double occupancy_of(const RunReport& report) {
     return double(report.counters.active_lane_steps) / double(report.counters.issued_lane_steps);
 }
 
-TEST(Refill, KeepsLanesBusy) {
+TEST(Refill, IncreasesTheOccupancy) {
     const Traced on = traced("on", "gauss8", "packet"), off = traced("off", "gauss8", "packet");
     EXPECT_GT(occupancy_of(on.report), occupancy_of(off.report));
     EXPECT_EQ(on.report.counters.active_lane_steps, off.report.counters.active_lane_steps);
 }
 
-// The number of rays follows the number of lanes, because a short list is not refilled unless the scene asks for it.
-TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
+// The default `auto` must refill lanes for random rays with short steps, whose lanes are inactive for long. It must not
+// refill them for coherent rays or for long steps. The number of rays is proportional to the number of lanes, because
+// `auto` does not refill lanes for short lists.
+TEST(Refill, IsUsedByDefaultForIncoherentRaysWithManySteps) {
     for (const std::string& isa : supported_isas()) {
         SCOPED_TRACE(isa);
         Options options = with_strategy("packet");
@@ -95,7 +97,7 @@ TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
             std::vector<RayEnd> ends;
             return occupancy_of(trace(*plan, start_rays(*plan, list), ends));
         };
-        // The list's sixteenths do not begin with a packet.
+        // `auto` tests packets at the sixteenths of the list. Here the sixteenths are not boundaries of packets.
         const std::size_t count = 595 * std::size_t{plan_with("on", "1")->run.kernel->lanes} - 1;
         std::vector<RayInput> mixed = rays(count), coherent;
         for (std::size_t k = 0; k < count; ++k)
@@ -108,7 +110,7 @@ TEST(Refill, IsTakenUnaskedWhereLanesStandEmptyForLong) {
     }
 }
 
-/// Directions of a square window, row by row.
+/// Returns rays from one point through 64 × 64 points of a square, row by row.
 std::vector<RayInput> window() {
     std::vector<RayInput> list;
     for (int y = 0; y < 64; ++y)
@@ -117,7 +119,7 @@ std::vector<RayInput> window() {
     return list;
 }
 
-/// A random permutation of 0 … n − 1.
+/// Returns a random permutation of 0, …, n − 1.
 std::vector<std::size_t> random_order(std::size_t n) {
     std::vector<std::size_t> order(n);
     std::iota(order.begin(), order.end(), std::size_t(0));
@@ -138,10 +140,10 @@ TEST(OrderOfRays, DoesNotChangeResults) {
     const std::vector<std::size_t> order = random_order(ordered.size());
     const std::vector<RayInput> shuffled = permuted(ordered, order);
     const auto plan = room("off", collocation, "packet", false);
-    std::vector<RayEnd> ends, should;
+    std::vector<RayEnd> ends, expected;
     trace(*plan, start_rays(*plan, shuffled), ends);
-    trace(*plan, start_rays(*plan, ordered), should);
-    for (std::size_t i = 0; i < order.size(); ++i) expect_same(ends[i], should[order[i]]);
+    trace(*plan, start_rays(*plan, ordered), expected);
+    for (std::size_t i = 0; i < order.size(); ++i) expect_same(ends[i], expected[order[i]]);
     const auto points = trace_paths(*plan, start_rays(*plan, shuffled), ends);
     ASSERT_FALSE(points.empty());
     for (const PathPoint& point : points) {
@@ -151,15 +153,18 @@ TEST(OrderOfRays, DoesNotChangeResults) {
     }
 }
 
-/// Lane steps issued for lanes whose ray had ended.
+/// Returns the lane-steps that were issued for lanes without an active ray.
 double idle_lane_steps(const Counters& counters) {
     return double(counters.issued_lane_steps - counters.active_lane_steps);
 }
 
-/// The same for packets of consecutive rays of the list: the kernel is called directly, because `trace` sorts the list.
+/// Returns the idle lane-steps for packets of consecutive rays of the list. The kernel is called directly, because
+/// `trace` sorts the list.
 double idle_lane_steps_as_listed(const Plan& plan, const std::vector<RayStart>& starts) {
     Job job = plan.job();
-    job.camera = nullptr, job.rays = starts.data(), job.refill = false;
+    job.camera = nullptr;
+    job.rays = starts.data();
+    job.refill = false;
     std::vector<RayEnd> ends(starts.size());
     Counters counters{};
     const Tile all{0, 0, static_cast<std::uint32_t>(starts.size()), 1};
@@ -167,14 +172,15 @@ double idle_lane_steps_as_listed(const Plan& plan, const std::vector<RayStart>& 
     return idle_lane_steps(counters);
 }
 
-// `trace` sorts a shuffled list, so that neighbouring rays share a packet. The share of idle lanes grows with the
-// number of lanes: it is compared with that of the same kernel for packets of random rays and for packets of rows.
+// `trace` sorts a shuffled list, so that neighbouring rays share a packet. The idle lane-steps are compared with those
+// of the same kernel for packets of random rays and for packets of consecutive rays of a row.
 TEST(OrderOfRays, HardlyChangesOccupancy) {
     for (const std::string& isa : supported_isas())
         for (const char* precision : {"double", "float"})
             for (const char* lanes : {"\"auto\"", "128"}) {
                 Options options = with_strategy("packet");
-                options.isa = isa, options.precision = precision_named(precision);
+                options.isa = isa;
+                options.precision = precision_named(precision);
                 Overrides overrides = collocation;
                 overrides.insert(overrides.end(), {"integrator.refill=off", std::string("integrator.lanes=") + lanes});
                 const auto plan = plan_of_file(scene_file("room.toml"), overrides, options, false);
@@ -184,8 +190,8 @@ TEST(OrderOfRays, HardlyChangesOccupancy) {
                 std::vector<RayEnd> ends;
                 const double sorted = idle_lane_steps(trace(*plan, shuffled, ends).counters);
                 EXPECT_LT(sorted, 0.5 * idle_lane_steps_as_listed(*plan, shuffled));
-                // The longest runs of rows are the rows themselves; of the curve that the list is sorted along
-                // (Morton), squares.
+                // Packets of a row are long and narrow. Sorting along a Morton curve makes packets that are nearly
+                // square.
                 EXPECT_LT(sorted, 1.25 * idle_lane_steps_as_listed(*plan, rows));
             }
 }

@@ -1,4 +1,4 @@
-// Teams of threads: one thread per task, on the processors that the program may use.
+// Tests of run_on_threads, which runs each task in a thread of its own.
 #include "render/threads.h"
 
 #include <gtest/gtest.h>
@@ -15,25 +15,24 @@ namespace {
 
 const unsigned more_than_processors = std::thread::hardware_concurrency() + 1;
 
-TEST(Threads, EveryTaskHasAThreadOfItsOwn) {
+TEST(Threads, RunEachTaskInItsOwnThread) {
     std::vector<std::thread::id> ids(more_than_processors);
-    on_threads(more_than_processors, [&](unsigned i) { ids[i] = std::this_thread::get_id(); });
+    run_on_threads(more_than_processors, [&](unsigned i) { ids[i] = std::this_thread::get_id(); });
     EXPECT_EQ(ids[0], std::this_thread::get_id());
     EXPECT_EQ(std::set(ids.begin(), ids.end()).size(), more_than_processors);
 }
 
-// Each thread is moved to a processor before the tasks begin, and tasks may run on every processor of the program.
-TEST(Threads, AreTiedToNoProcessor) {
+// The threads begin on different processors. Afterwards, each thread may run on every processor of the program.
+TEST(Threads, HaveTheAffinityOfTheProgram) {
     cpu_set_t before;
     std::vector<cpu_set_t> within(more_than_processors);
     if (sched_getaffinity(0, sizeof before, &before) != 0)
         GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
-    on_threads(more_than_processors, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
+    run_on_threads(more_than_processors, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
     for (const cpu_set_t& set : within) EXPECT_TRUE(CPU_EQUAL(&set, &before));
 }
 
-// A program that may use one processor alone is left there.
-TEST(Threads, StayWithinTheProgramsProcessors) {
+TEST(Threads, KeepTheAffinityToASingleProcessor) {
     cpu_set_t before, one;
     if (sched_getaffinity(0, sizeof before, &before) != 0)
         GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
@@ -41,16 +40,16 @@ TEST(Threads, StayWithinTheProgramsProcessors) {
     CPU_SET(sched_getcpu(), &one);
     ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
     cpu_set_t within[2];
-    on_threads(2, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
+    run_on_threads(2, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
     sched_setaffinity(0, sizeof before, &before);
     for (const cpu_set_t& set : within) EXPECT_TRUE(CPU_EQUAL(&set, &one));
 }
 
-TEST(Threads, ThrowWhatATaskThrows) {
+TEST(Threads, RethrowTheExceptionOfATask) {
     const auto task = [](unsigned i) {
         if (i == 2) throw std::runtime_error("task 2");
     };
-    EXPECT_THROW(on_threads(3, task), std::runtime_error);
+    EXPECT_THROW(run_on_threads(3, task), std::runtime_error);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What `explain` says is used is what runs: every part is on exactly one of its lists, and changes sides with the
-// scene.
+// Tests of `kagero explain`. Each part of the program must be in exactly one of the lists `used` and `left_out`,
+// depending on the scene.
 #include "tests/support/hole_scene.h"
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* air = R"([space]
+constexpr const char* mirage = R"([space]
 hamiltonian = "mirage"
 [camera]
 position = [0, 0, 0]
@@ -28,10 +28,12 @@ protected:
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         return json::parse(outcome.out);
     }
+    /// Returns true if an entry of the list `used` begins with `part`.
     static bool uses(const json& plan, const std::string& part) {
         return std::any_of(plan["used"].begin(), plan["used"].end(),
-                           [&](const json& what) { return what.get<std::string>().starts_with(part); });
+                           [&](const json& item) { return item.get<std::string>().starts_with(part); });
     }
+    /// Returns true if an entry of the list `left_out` begins with `part` and has a reason.
     static bool leaves_out(const json& plan, const std::string& part) {
         return std::any_of(plan["left_out"].begin(), plan["left_out"].end(), [&](const json& item) {
             return item["what"].get<std::string>().starts_with(part) && item["why"] != "";
@@ -39,7 +41,7 @@ protected:
     }
 };
 
-TEST_F(Explain, HasTheKeysOfTheContract) {
+TEST_F(Explain, ReportsAllKeys) {
     const json plan = explained();
     for (const char* key : {"kernel", "isa", "strategy", "precision", "lanes", "used", "left_out"})
         EXPECT_TRUE(plan.contains(key)) << key;
@@ -51,21 +53,21 @@ TEST_F(Explain, HasTheKeysOfTheContract) {
         EXPECT_NE(text.out.find(item["what"].get<std::string>()), std::string::npos);
 }
 
-TEST_F(Explain, PartsChangeSidesWithTheScene) {
+TEST_F(Explain, ListsEachPartAsUsedOrLeftOut) {
     struct {
         const char *part, *with, *without;
     } const parts[] = {
         {"integration by", "", "-D space.rg=0"},
-        {"the plane of the orbit", "", "-D integrator.symmetry=none"},
-        {"time transformation", "--integrator gauss8", "-D integrator.rescale=none"},
+        {"integration in the orbit plane", "", "-D integrator.symmetry=none"},
+        {"time rescaling", "--integrator gauss8", "-D integrator.rescale=none"},
         {"step control", "--integrator dp54", ""},
         {"implicit equations", "--integrator gauss8", "--integrator rk4"},
         {"layer steps", "--layers color,steps", ""},
         {"scrambled Sobol", "--spp 4", ""},
-        {"camera rays made in the kernel", "", "--spp 4"},
-        {"ends delivered by partial steps", "", "-D integrator.hit=chord"},
-        {"new rays into lanes", "-D integrator.refill=on", ""},
-        {"a pilot", "-D integrator.max_pixel_error=0.25", ""},
+        {"generation of camera rays in the kernel", "", "--spp 4"},
+        {"refinement of events by correction steps", "", "-D integrator.hit=chord"},
+        {"refill of lanes", "-D integrator.refill=on", ""},
+        {"trial of ", "-D integrator.max_pixel_error=0.25", ""},
     };
     for (const auto& [part, with, without] : parts) {
         SCOPED_TRACE(part);
@@ -80,20 +82,21 @@ TEST_F(Explain, PartsChangeSidesWithTheScene) {
     EXPECT_TRUE(uses(ball, "Embree scene of 1 surface") && uses(ball, "clearance grid"));
 }
 
-TEST_F(Explain, SaysWhichCoordinatesDoNotOccur) {
-    write("air.toml", air);
-    const auto explained_air = [&](const std::string& more) {
-        return json::parse(run("explain air.toml --json " + more).out);
+TEST_F(Explain, ListsTheStratifiedSpace) {
+    write("mirage.toml", mirage);
+    const auto explained_mirage = [&](const std::string& more) {
+        return json::parse(run("explain mirage.toml --json " + more).out);
     };
-    EXPECT_TRUE(uses(explained_air(""), "stratified space: along y straight"));
-    EXPECT_TRUE(leaves_out(explained_air("-D integrator.symmetry=none"), "stratified space"));
-    EXPECT_TRUE(leaves_out(explained_air("--integrator gauss8"), "stratified space"));
+    EXPECT_TRUE(uses(explained_mirage(""), "stratified space: one update per step of y"));
+    EXPECT_TRUE(leaves_out(explained_mirage("-D integrator.symmetry=none"), "stratified space"));
+    EXPECT_TRUE(leaves_out(explained_mirage("--integrator gauss8"), "stratified space"));
 }
 
-TEST_F(Explain, KnowsWhichStepsAreExplicitForSeparableSystems) {
-    write("air.toml", air);
+// The rescaled H of the mirage is separable, so that verlet is explicit.
+TEST_F(Explain, ListsImplicitEquationsOnlyIfTheMethodHasThem) {
+    write("mirage.toml", mirage);
     const auto implicit = [&](const std::string& more) {
-        return uses(json::parse(run("explain air.toml --json --integrator " + more).out), "implicit equations");
+        return uses(json::parse(run("explain mirage.toml --json --integrator " + more).out), "implicit equations");
     };
     EXPECT_TRUE(implicit("gauss8"));
     EXPECT_FALSE(implicit("verlet"));

@@ -1,4 +1,5 @@
-// Steps that no scene states go with the lengths of the medium, as the space's own formula says.
+// Tests of the default step, which is proportional to a length of the space. A formula of each Hamiltonian declares the
+// length.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -17,13 +18,14 @@ double default_step(const std::string& hamiltonian, const std::vector<Override>&
     return load_scene_text(text, KAGERO_SCENES "/steps.toml", overrides, known).integrator.step;
 }
 
-std::string written(double number) {
+std::string to_toml(double number) {
     char text[40];
     std::snprintf(text, sizeof text, "%.17g", number);
     return text;
 }
 
-TEST(DefaultStep, GrowsWithTheScene) {
+// All lengths of each medium are multiplied by 7.
+TEST(DefaultStep, IsProportionalToTheLengthsOfAMedium) {
     const Catalogue known = catalogue("auto");
     int media = 0;
     for (std::uint32_t i = 0; i < known.hamiltonian_count; ++i) {
@@ -34,7 +36,7 @@ TEST(DefaultStep, GrowsWithTheScene) {
         for (std::uint32_t k = 0; k < info.parameter_count; ++k) {
             const ParameterInfo& one = info.parameters[k];
             overrides.push_back(std::string("space.") + one.name + '=' +
-                                written(one.fallback * std::pow(7, power_of_length(one.unit))));
+                                to_toml(one.default_value * std::pow(7, power_of_length(one.unit))));
         }
         EXPECT_NEAR(default_step(info.name, overrides), 7 * info.step, 1e-12 * info.step) << info.name;
         ++media;
@@ -42,8 +44,8 @@ TEST(DefaultStep, GrowsWithTheScene) {
     EXPECT_GE(media, 8);
 }
 
-// About holes and throats the default is that of the rescaled H, which has no length; without the rescaling it has.
-TEST(DefaultStep, OfSpacetimesIsALengthWhereHIsNotRescaled) {
+// The default step of a spacetime is a pure number if H is rescaled, and a length if it is not.
+TEST(DefaultStep, IsALengthInSpacetimesWithoutRescaling) {
     const struct {
         const char *space, *size, *method;
     } spacetimes[] = {{"schwarzschild", "space.rg=7", "satoh4-nine"},
@@ -51,30 +53,31 @@ TEST(DefaultStep, OfSpacetimesIsALengthWhereHIsNotRescaled) {
                       {"kerr", "space.mass=7", "gauss8"},
                       {"wormhole", "space.throat=7", "gauss8"}};
     for (const auto& [space, size, method] : spacetimes) {
-        const Override by = std::string("integrator.method=") + method, none = "integrator.rescale=none";
+        const Override with_method = std::string("integrator.method=") + method, none = "integrator.rescale=none";
         const double standard = default_step(space, {"integrator.symmetry=none"});
-        EXPECT_EQ(default_step(space, {by, none}), standard) << space;
-        EXPECT_EQ(default_step(space, {size, by, none}), 7 * standard) << space;
-        const bool takes_rescaling = method == std::string("gauss8");
-        EXPECT_EQ(default_step(space, {size, by}), takes_rescaling ? standard : 7 * standard) << space << ' ' << method;
-        EXPECT_EQ(default_step(space, {size, by, none, "integrator.step=0.125"}), 0.125) << space;
+        EXPECT_EQ(default_step(space, {with_method, none}), standard) << space;
+        EXPECT_EQ(default_step(space, {size, with_method, none}), 7 * standard) << space;
+        const bool is_rescaled = method == std::string("gauss8");
+        EXPECT_EQ(default_step(space, {size, with_method}), is_rescaled ? standard : 7 * standard)
+            << space << ' ' << method;
+        EXPECT_EQ(default_step(space, {size, with_method, none, "integrator.step=0.125"}), 0.125) << space;
     }
     EXPECT_EQ(default_step("fisheye", {"space.radius=7", "integrator.method=orbit-srkn11"}), 0.2);
 }
 
-// What changes over the shortest length counts: without a ripple, or with a wide one, how the index changes with
-// height.
-TEST(DefaultStep, IsThatOfTheShortestLength) {
+// The index of refraction has a ripple, and it changes with height. The shorter of the two lengths determines the step.
+TEST(DefaultStep, IsProportionalToTheShortestLength) {
     for (const char* space : {"duct", "mirage"}) {
         const double standard = default_step(space);
         for (const char* wavenumber : {"space.wavenumber=0", "space.wavenumber=0.1", "space.wavenumber=1"}) {
-            const double wide = default_step(space, {wavenumber});
-            EXPECT_GE(wide, standard) << space << wavenumber;
-            EXPECT_LE(wide, 1.01 * standard) << space << wavenumber;
-            EXPECT_NEAR(default_step(space, {wavenumber, "space.n3=2.4"}), 0.5 * wide, 1e-12) << space << wavenumber;
+            const double wide_ripple = default_step(space, {wavenumber});
+            EXPECT_GE(wide_ripple, standard) << space << wavenumber;
+            EXPECT_LE(wide_ripple, 1.01 * standard) << space << wavenumber;
+            EXPECT_NEAR(default_step(space, {wavenumber, "space.n3=2.4"}), 0.5 * wide_ripple, 1e-12)
+                << space << wavenumber;
         }
         EXPECT_NEAR(default_step(space, {"space.wavenumber=18.849555921538759"}), 0.5 * standard, 1e-12) << space;
-        // Nothing bends light: one step to the escape sphere.
+        // Rays are straight: the step is the radius of the escape sphere.
         EXPECT_EQ(default_step(space, {"space.wavenumber=0", "space.n3=0"}), 50) << space;
     }
     EXPECT_EQ(default_step("mirage", {"space.n3=-0.3"}), default_step("mirage"));

@@ -1,5 +1,5 @@
-// docs/scene.md is the reference of scene files: it tells every key that the loader knows and no other, with the
-// loader's own ranges, words and defaults.
+// Tests of docs/reference/scene.md, the reference of scene files. It must document exactly the keys that the loader
+// accepts, with their ranges, names and defaults.
 #include "scene/load.h"
 #include "scene/print.h"
 #include "scene/toml.h"
@@ -21,8 +21,9 @@ namespace {
 
 using Names = std::set<std::string>;
 
-/// Of every shape an object that is named like it; nothing that has a default.
-constexpr const char* every_shape = R"([space]
+/// A scene with one object of each shape. The name of an object is its shape. Keys with a default are left out.
+constexpr const char* every_shape =
+    R"([space]
 hamiltonian = "wormhole"
 [camera]
 position = [0, 0, 9]
@@ -40,7 +41,8 @@ name = "box"
 shape = "box"
 min = [3, 3, 3]
 max = [4, 4, 4]
-[[object]]
+)"
+    R"([[object]]
 name = "room"
 shape = "room"
 min = [-20, -20, -20]
@@ -62,13 +64,13 @@ inner = 4
 outer = 5
 )";
 
-/// A table of scene files as one kind of scene has it.
+/// A table of scene files, for one kind of scene.
 struct Table {
-    std::string path;                    ///< as in -D
-    std::vector<Override> kind;          ///< what makes every_shape that kind
-    std::vector<std::string> headings;   ///< in headings of the reference, above its keys
-    Names absent;                        ///< keys there that this kind does not have
-    Names declared;                      ///< keys that the space declares: `kagero list` tells them
+    std::string path;                   ///< Path of the table, as in -D.
+    std::vector<Override> kind;         ///< Overrides that change `every_shape` to that kind of scene.
+    std::vector<std::string> headings;  ///< Texts in headings of the reference above the keys of the table.
+    Names absent;                       ///< Documented keys that this kind of scene does not have.
+    Names declared;                     ///< Keys that the space declares; `kagero list` documents them.
 };
 
 std::vector<Table> tables() {
@@ -88,7 +90,7 @@ std::vector<Table> tables() {
     return all;
 }
 
-/// A row of the reference that tells of a key.
+/// A row of the reference, which documents one key.
 struct Row {
     std::string heading, key, legal, standard;
 };
@@ -102,12 +104,13 @@ std::vector<std::string> cells_of(std::string line) {
     return cells;
 }
 
+/// The headings and rows of the reference.
 struct Reference {
     std::vector<std::string> headings;
     std::vector<Row> rows;
 
     Reference() {
-        std::ifstream file(KAGERO_SOURCE "/docs/scene.md");
+        std::ifstream file(KAGERO_SOURCE "/docs/reference/scene.md");
         bool code = false, keys = false;
         for (std::string line; std::getline(file, line);) {
             if (line.starts_with("```")) code = !code;
@@ -121,6 +124,7 @@ struct Reference {
     }
 };
 
+/// Returns true if the row documents a key of the table.
 bool has(const Table& table, const Row& row) {
     const auto above = [&](const std::string& heading) { return row.heading.find(heading) != std::string::npos; };
     return !table.absent.contains(row.key) && std::any_of(table.headings.begin(), table.headings.end(), above);
@@ -131,7 +135,7 @@ SceneDescription load(const std::vector<Override>& overrides) {
     return load_scene_text(every_shape, KAGERO_SCENES "/every-shape.toml", overrides, known);
 }
 
-/// What the loader says of a value; "" where it takes it.
+/// Returns the message of the loader for a value of a key, or "" if the value is accepted.
 std::string refusal(const Table& table, const std::string& key, const std::string& value) {
     std::vector<Override> overrides = table.kind;
     overrides.emplace_back((table.path.empty() ? "" : table.path + '.') + key + '=' + value);
@@ -143,51 +147,52 @@ std::string refusal(const Table& table, const std::string& key, const std::strin
     return "";
 }
 
-/// What stands behind the last `word` of a message; "" without it.
-std::string behind(const std::string& word, const std::string& message) {
+/// Returns the text after the last `word` of a message, or "" if the message does not contain it.
+std::string text_after(const std::string& word, const std::string& message) {
     const std::size_t at = message.rfind(word);
     return at == std::string::npos ? "" : message.substr(at + word.size());
 }
 
-/// The names that the loader knows, as it tells whoever writes another.
-Names known_names(const std::string& message) {
+/// Returns the legal names in the message that the loader prints for an illegal name.
+Names actual_names(const std::string& message) {
     Names names;
-    std::istringstream text(behind("known: ", message));
+    std::istringstream text(text_after("legal names: ", message));
     for (std::string name; std::getline(text >> std::ws, name, ',');) names.insert(name);
     return names;
 }
 
-/// Every number as this program writes it.
-std::string in_one_form(const std::string& range) {
+/// Returns a range with its numbers in the format of the program.
+std::string normalized(const std::string& range) {
     std::istringstream text(range);
     std::string form;
     for (std::string word; text >> word;) {
         char* end = nullptr;
         const double number = std::strtod(word.c_str(), &end);
-        form += (form.empty() ? "" : " ") + (*end ? word : written(number));
+        form += (form.empty() ? "" : " ") + (*end ? word : to_toml(number));
     }
     return form;
 }
 
-/// The range of a number, or of the numbers in an array or table, as the loader tells who leaves it; "" where there is
-/// none.
-std::string known_range(const Table& table, const std::string& key) {
+/// Returns the legal range of a number, or of the numbers of an array or table, from the message of the loader for a
+/// number that is out of range. Returns "" if all finite numbers are legal.
+std::string actual_range(const Table& table, const std::string& key) {
     for (const std::string number : {"9000000000000000000", "1e305"})
         for (const std::string& value :
              {number, '[' + number + ", 1]", '[' + number + ", 1, 1]", "{ a = " + number + " }"}) {
-            const std::string range = behind("legal is ", refusal(table, key, value));
-            if (!range.empty()) return in_one_form(range);
+            const std::string range = text_after("legal range is ", refusal(table, key, value));
+            if (!range.empty()) return normalized(range);
         }
     return "";
 }
 
-std::string told_range(const Row& row) {
+/// Returns the legal range in a row of the reference, or "" if the row has none.
+std::string documented_range(const Row& row) {
     std::smatch found;
-    const bool told = std::regex_search(row.legal, found, std::regex("`([^`]*\\bvalue\\b[^`]*)`"));
-    return told ? in_one_form(found[1]) : "";
+    const bool has_range = std::regex_search(row.legal, found, std::regex("`([^`]*\\bvalue\\b[^`]*)`"));
+    return has_range ? normalized(found[1]) : "";
 }
 
-/// A key of a scene that was written back.
+/// Returns the value of a key of a printed scene, or null if the scene does not contain it.
 const Value* printed(const Value& scene, const std::string& path, const std::string& key) {
     const Value* table = &scene;
     std::istringstream names(path + '.' + key);
@@ -200,57 +205,57 @@ const Value* printed(const Value& scene, const std::string& path, const std::str
     return table;
 }
 
-TEST(SceneReference, TellsEveryTable) {
+TEST(SceneReference, DocumentsEveryTable) {
     const Reference reference;
-    Names told;
+    Names documented;
     for (const std::string& heading : reference.headings) {
         std::smatch found;
-        if (std::regex_match(heading, found, std::regex(R"(## `\[+(\w+)\]+`)"))) told.insert(found[1]);
+        if (std::regex_match(heading, found, std::regex(R"(## `\[+(\w+)\]+`)"))) documented.insert(found[1]);
     }
-    EXPECT_EQ(told, known_names(refusal({}, "zzzzzz", "1")));
+    EXPECT_EQ(documented, actual_names(refusal({}, "zzzzzz", "1")));
 }
 
-TEST(SceneReference, TellsEveryKeyAndNoOther) {
+TEST(SceneReference, DocumentsEveryKeyAndNoOther) {
     const Reference reference;
     const std::vector<Table> all = tables();
     for (const Table& table : all) {
-        Names told = table.declared;
+        Names documented = table.declared;
         for (const Row& row : reference.rows)
-            if (has(table, row)) told.insert(row.key);
-        EXPECT_EQ(told, known_names(refusal(table, "zzzzzz", "1"))) << table.path;
+            if (has(table, row)) documented.insert(row.key);
+        EXPECT_EQ(documented, actual_names(refusal(table, "zzzzzz", "1"))) << table.path;
     }
     for (const Row& row : reference.rows)
         EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Table& table) { return has(table, row); }))
             << row.heading << ": " << row.key;
 }
 
-TEST(SceneReference, TellsRangesAsTheyAre) {
+TEST(SceneReference, DocumentsTheLegalRanges) {
     const Reference reference;
     for (const Table& table : tables())
         for (const Row& row : reference.rows) {
             if (!has(table, row)) continue;
-            EXPECT_EQ(told_range(row), known_range(table, row.key)) << table.path << '.' << row.key;
+            EXPECT_EQ(documented_range(row), actual_range(table, row.key)) << table.path << '.' << row.key;
         }
 }
 
-TEST(SceneReference, TellsWordsAsTheyAre) {
+TEST(SceneReference, DocumentsTheLegalNames) {
     const Reference reference;
     const std::regex word("`\"([^`\"]+)\"`");
     for (const Table& table : tables())
         for (const Row& row : reference.rows) {
             if (!has(table, row) || !row.legal.starts_with("`\"")) continue;
-            Names told;
+            Names documented;
             for (std::sregex_iterator at(row.legal.begin(), row.legal.end(), word), end; at != end; ++at)
-                told.insert((*at)[1]);
-            EXPECT_EQ(told, known_names(refusal(table, row.key, "zzzzzz"))) << table.path << '.' << row.key;
+                documented.insert((*at)[1]);
+            EXPECT_EQ(documented, actual_names(refusal(table, row.key, "zzzzzz"))) << table.path << '.' << row.key;
         }
 }
 
-TEST(SceneReference, TellsDefaultsAsTheyAre) {
+TEST(SceneReference, DocumentsTheDefaults) {
     const Reference reference;
-    Names told, seen;
+    Names documented, compared;
     for (const Table& table : tables()) {
-        // What a method has no use for is written as a comment.
+        // Keys that the method does not use are printed as comments.
         const std::string text = std::regex_replace(print_scene(load(table.kind)), std::regex("\n# "), "\n");
         const Value scene = parse_toml(text, "printed");
         for (const Row& row : reference.rows) {
@@ -259,15 +264,15 @@ TEST(SceneReference, TellsDefaultsAsTheyAre) {
             const auto sets = [&](const Override& one) { return one.text.starts_with(name + '='); };
             if (!has(table, row) || std::any_of(table.kind.begin(), table.kind.end(), sets)) continue;
             if (!std::regex_match(row.standard, found, std::regex("`([^`]+)`"))) continue;
-            told.insert(row.heading + ": " + row.key);
+            documented.insert(row.heading + ": " + row.key);
             const Value* value = printed(scene, table.path, row.key);
             if (!value) continue;
-            seen.insert(row.heading + ": " + row.key);
-            EXPECT_EQ(written(parse_toml_value(found[1], {})), written(*value)) << name;
+            compared.insert(row.heading + ": " + row.key);
+            EXPECT_EQ(to_toml(parse_toml_value(found[1], {})), to_toml(*value)) << name;
         }
     }
-    EXPECT_GT(told.size(), 20u);
-    EXPECT_EQ(told, seen);
+    EXPECT_GT(documented.size(), 20u);
+    EXPECT_EQ(documented, compared);
 }
 
 }  // namespace

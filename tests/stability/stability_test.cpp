@@ -1,4 +1,4 @@
-// kagero stability: the table of cases, its verdicts, and what the program makes of them.
+// Tests of `kagero stability`: the list of cases, their results, and the reports.
 #include "stability/stability.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"
@@ -17,7 +17,7 @@ using nlohmann::json;
 
 class Stability : public ProgramTest {};
 
-TEST(StabilityCases, HaveNamesOfTheirOwnAndNoneOfTheseIsLost) {
+TEST(StabilityCases, HaveUniqueNamesAndAreComplete) {
     const auto names = stability_case_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
     for (const char* name : {"layer-refraction", "layer-momentum", "lens-surface",
@@ -44,7 +44,7 @@ TEST_F(Stability, ReportsEachCaseInJson) {
     EXPECT_EQ(report["cases"][1]["name"], "throat");
 }
 
-// The exit status says whether all of them hold.
+// The exit status must be 0 if all cases pass, otherwise 4.
 TEST_F(Stability, RunsEveryCase) {
     const Outcome outcome = run("stability --json report.json -o page --quiet");
     const json report = json::parse(read("report.json"));
@@ -58,7 +58,7 @@ TEST_F(Stability, RunsEveryCase) {
         EXPECT_NE(page.find(">" + name + "</td>"), std::string::npos) << name;
         EXPECT_NE(outcome.out.find(name), std::string::npos) << name;
     }
-    EXPECT_EQ(page.find("http"), std::string::npos) << "the page needs nothing from elsewhere";
+    EXPECT_EQ(page.find("http"), std::string::npos) << "the page must not refer to other files";
     for (const json& row : report["cases"]) EXPECT_TRUE(row["pass"].get<bool>()) << row;
 }
 
@@ -68,7 +68,7 @@ TEST_F(Stability, RunsInOnePrecisionAndStrategy) {
     EXPECT_NE(outcome.out.find("pass  trapped"), std::string::npos);
 }
 
-// A column for each that was built and that this machine has.
+// The report must have a column for each instruction set that was built and that this machine supports.
 TEST_F(Stability, RunsOnSeveralInstructionSets) {
     const auto isas = supported_isas();
     const Outcome outcome = run("stability trapped --isa all --json out.json -o page");
@@ -87,7 +87,7 @@ TEST_F(Stability, RunsOnSeveralInstructionSets) {
     EXPECT_EQ(run("stability trapped --isa mmx").status, 2);
 }
 
-TEST(StabilityCases, NoneBeginsAfterAnInterruption) {
+TEST(StabilityCases, AreNotRunAfterAnInterruption) {
     std::atomic<bool> stop = false;
     const auto rows = run_stability(
         {"inside", "trapped"}, {.precisions = {Precision::float64}}, [&](const StabilityRow&) { stop = true; }, &stop);
@@ -96,13 +96,13 @@ TEST(StabilityCases, NoneBeginsAfterAnInterruption) {
     EXPECT_FALSE(rows[0].outcomes.empty());
 }
 
-TEST_F(Stability, RefusesWhatNoCaseIsMadeFor) {
+TEST_F(Stability, RefusesAStrategyWithoutCases) {
     const Outcome outcome = run("stability trapped --strategy per-ray");
     EXPECT_EQ(outcome.status, 2);
     EXPECT_NE(outcome.err.find("--strategy"), std::string::npos) << outcome.err;
 }
 
-TEST_F(Stability, KnowsAMisspeltCase) {
+TEST_F(Stability, SuggestsTheNameOfAMisspeltCase) {
     const Outcome outcome = run("stability photon-spere");
     EXPECT_EQ(outcome.status, 2);
     EXPECT_NE(outcome.err.find("photon-sphere"), std::string::npos) << outcome.err;

@@ -1,4 +1,4 @@
-// Every strategy, form and width makes the same picture; and `kagero compare` says so in the words of its contract.
+// Tests of `kagero compare`: the pictures of all strategies, forms and packet widths, and the report.
 #include "tests/support/hole_scene.h"
 #include "tests/support/plan_fixture.h"
 
@@ -23,7 +23,8 @@ SceneDescription small_room(const Overrides& more = {}) {
     return load_scene(KAGERO_SCENES "/room.toml", all, catalogue("auto"));
 }
 
-CompareOptions once(const std::vector<std::string>& methods) {
+/// Returns options for one round on all instruction sets.
+CompareOptions one_round(const std::vector<std::string>& methods) {
     CompareOptions options;
     options.isas = supported_isas();
     options.methods = methods;
@@ -31,10 +32,11 @@ CompareOptions once(const std::vector<std::string>& methods) {
     return options;
 }
 
-// Scalar and packet code round alike; per-ray sums its gradient in another order, and float is float. The pixel where
-// an edge of the checkers lies within the error of its ray has the other colour: there are few of them.
-TEST(Compare, EveryWayMakesTheSamePicture) {
-    const Comparison result = compare(small_room(), once({"gauss8", "verlet"}));
+// Pictures are compared with that of the scalar kernel in double. Scalar and packet code have the same roundings, so
+// that their pictures must be equal. Per-ray code sums the gradient in a different order, and float has larger errors.
+// Status or object may then differ for at most 1 % of the pixels, at edges of objects.
+TEST(Compare, RendersTheSamePictureWithEveryKernel) {
+    const Comparison result = compare(small_room(), one_round({"gauss8", "verlet"}));
     const std::uint64_t pixels = 48 * 40;
     bool forms[5] = {};
     for (const CompareRow& row : result.rows) {
@@ -50,46 +52,50 @@ TEST(Compare, EveryWayMakesTheSamePicture) {
             EXPECT_EQ(row.max_difference, 0);
         }
     }
-    for (const bool seen : forms) EXPECT_TRUE(seen);
+    for (const bool tested : forms) EXPECT_TRUE(tested);
     EXPECT_EQ(result.rays, pixels);
 }
 
-void expect_statuses(const char* way, const std::set<Form>& forms) {
-    SCOPED_TRACE(way);
-    const auto plan = plan_of_file(KAGERO_SCENES "/room.toml", {"film.size=[48,40]", way}, with_strategy("scalar"));
-    std::set<Form> seen;
+/// Traces the rays of the room with every kernel in double. Expects the ray ends of the scalar kernel, and that the
+/// kernels have the given forms.
+void expect_same_ends(const char* override_text, const std::set<Form>& forms) {
+    SCOPED_TRACE(override_text);
+    const auto plan =
+        plan_of_file(KAGERO_SCENES "/room.toml", {"film.size=[48,40]", override_text}, with_strategy("scalar"));
+    std::set<Form> tested;
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < 40; ++y)
-        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));
-    std::vector<RayEnd> should;
-    trace(*plan, starts, should);
+        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray_start(*plan, x, y));
+    std::vector<RayEnd> expected;
+    trace(*plan, starts, expected);
     for (std::uint32_t k = 0; k < plan->module().kernel_count; ++k) {
         const KernelInfo& kernel = plan->module().kernels[k];
         if (kernel.precision != Precision::float64 || refusal_of(*plan->scene, kernel, plan->run.method))
             continue;
         plan->run.kernel = &kernel;
-        seen.insert(kernel.form);
+        tested.insert(kernel.form);
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
-        // As far as an error of rounding grows on the way: all but the rays that circle the hole, by less than this.
-        // Sums over stages that lie in lanes are of another order as well.
-        const double close = kernel.form == Form::gradient || kernel.form == Form::stages ? 1e-7 : 0;
+        // These forms sum the gradient or the stages in a different order. The tolerance covers the growth of rounding
+        // errors along the rays.
+        const double tolerance = kernel.form == Form::gradient || kernel.form == Form::stages ? 1e-7 : 0;
         for (std::size_t i = 0; i < ends.size(); ++i) {
-            ASSERT_EQ(ends[i].status, should[i].status) << k << " " << i;
-            for (int c = 0; c < 3; ++c) ASSERT_NEAR(ends[i].q[c], should[i].q[c], close) << k << " " << i;
+            ASSERT_EQ(ends[i].status, expected[i].status) << k << " " << i;
+            for (int c = 0; c < 3; ++c) ASSERT_NEAR(ends[i].q[c], expected[i].q[c], tolerance) << k << " " << i;
         }
     }
-    EXPECT_EQ(seen, forms);
+    EXPECT_EQ(tested, forms);
 }
 
-TEST(Compare, StatusesAgreeRayByRay) {
-    expect_statuses("integrator.symmetry=auto", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
-    expect_statuses("integrator.symmetry=none", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
-    expect_statuses("integrator.method=gauss8",
-                    {Form::none, Form::gradient, Form::stages, Form::auto_vectorized, Form::gang});
+TEST(Compare, TracesTheSameRayEndsWithEveryKernel) {
+    expect_same_ends("integrator.symmetry=auto", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
+    expect_same_ends("integrator.symmetry=none", {Form::none, Form::gradient, Form::auto_vectorized, Form::gang});
+    expect_same_ends("integrator.method=gauss8",
+                     {Form::none, Form::gradient, Form::stages, Form::auto_vectorized, Form::gang});
 }
 
-TEST(Compare, APerRayPlanTakesStagesWhereThereAreAny) {
+// The form `stages` computes the stages of a collocation method in the lanes.
+TEST(Compare, HasAFormWithStagesInLanesForCollocation) {
     const auto form = [](const char* method) {
         return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method},
                             with_strategy("per-ray"))
@@ -100,27 +106,27 @@ TEST(Compare, APerRayPlanTakesStagesWhereThereAreAny) {
     EXPECT_EQ(form("verlet"), Form::gradient);
 }
 
-// A picture that was not drawn is not told to be the same.
-TEST(Compare, AnInterruptionLeavesWhatWasNotMeasuredOpen) {
+// After an interruption, rows without a picture must have null instead of differences.
+TEST(Compare, ReportsNoDifferencesOfPicturesThatWereNotRendered) {
     std::atomic<bool> stop = false;
-    CompareOptions options = once({"verlet"});
+    CompareOptions options = one_round({"verlet"});
     options.isas.resize(1);
-    int told = 0;
+    int reports = 0;
     const SceneDescription scene = small_room();
-    const Comparison result = compare(scene, options, [&](double, double) { stop = ++told == 2; }, &stop);
+    const Comparison result = compare(scene, options, [&](double, double) { stop = ++reports == 2; }, &stop);
     EXPECT_TRUE(result.interrupted);
     ASSERT_GT(result.rows.size(), 3u);
     const json rows = json::parse(compare_json(scene, options, result))["rows"];
-    EXPECT_TRUE(result.rows[1].drawn);
+    EXPECT_TRUE(result.rows[1].rendered);
     EXPECT_TRUE(rows[1]["flips"].is_number());
-    EXPECT_FALSE(result.rows.back().drawn);
+    EXPECT_FALSE(result.rows.back().rendered);
     EXPECT_TRUE(rows.back()["flips"].is_null());
     EXPECT_TRUE(rows.back()["max_difference"].is_null());
 }
 
 class CompareVerb : public HoleTest {};
 
-TEST_F(CompareVerb, ReportsInTheWordsOfTheContract) {
+TEST_F(CompareVerb, ReportsAllKeys) {
     const Outcome outcome = run("compare hole.toml --rounds 1 --json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json report = json::parse(outcome.out);
@@ -132,25 +138,27 @@ TEST_F(CompareVerb, ReportsInTheWordsOfTheContract) {
             EXPECT_TRUE(row.contains(key)) << key;
         for (const char* key : {"median", "min", "max"}) EXPECT_TRUE(row["seconds"][key].is_number()) << key;
         EXPECT_EQ(row["threads"], 1);
-        const bool yardstick = row["strategy"] == "scalar" && row["precision"] == "double" && row["form"].is_null();
-        if (yardstick) {
+        const bool is_baseline = row["strategy"] == "scalar" && row["precision"] == "double" && row["form"].is_null();
+        if (is_baseline) {
             EXPECT_EQ(row["speedup"], 1);
         }
     }
 }
 
-TEST_F(CompareVerb, NarrowsAndRefuses) {
-    const Outcome narrow = run("compare hole.toml --rounds 1 --strategy per-ray --json --quiet");
-    ASSERT_EQ(narrow.status, 0) << narrow.err;
-    const json narrow_report = json::parse(narrow.out);
-    for (const json& row : narrow_report["rows"])
+TEST_F(CompareVerb, ComparesOnlyTheRequestedKernels) {
+    const Outcome per_ray = run("compare hole.toml --rounds 1 --strategy per-ray --json --quiet");
+    ASSERT_EQ(per_ray.status, 0) << per_ray.err;
+    const json report = json::parse(per_ray.out);
+    for (const json& row : report["rows"])
         EXPECT_TRUE(row["strategy"] == "per-ray" || row["speedup"] == 1) << row;
-    const Outcome seven = run("compare hole.toml --lanes 7");
-    EXPECT_EQ(seven.status, 2);
-    EXPECT_NE(seven.err.find("no kernel has 7; lanes there are: 1, "), std::string::npos) << seven.err;
+    const Outcome seven_lanes = run("compare hole.toml --lanes 7");
+    EXPECT_EQ(seven_lanes.status, 2);
+    EXPECT_NE(seven_lanes.err.find("no kernel has 7 lanes; kernels exist with these numbers of lanes: 1, "),
+              std::string::npos)
+        << seven_lanes.err;
     const Outcome none = run("compare hole.toml --strategy per-ray --precision float");
     EXPECT_EQ(none.status, 2);
-    EXPECT_NE(none.err.find("strategy per-ray, float: there is no such kernel"), std::string::npos) << none.err;
+    EXPECT_NE(none.err.find("strategy per-ray, float: no kernel has these properties"), std::string::npos) << none.err;
     EXPECT_EQ(run("compare hole.toml --methods gauss7").status, 2);
     EXPECT_EQ(run("compare hole.toml --equal-error 0").status, 2);
     const Outcome table = run("compare hole.toml --rounds 1 --lanes 1");
@@ -158,16 +166,17 @@ TEST_F(CompareVerb, NarrowsAndRefuses) {
     EXPECT_NE(table.out.find("speedup"), std::string::npos) << table.out;
 }
 
-TEST_F(CompareVerb, TakesMethodsThatServeARescaledSpaceAlone) {
-    write("air.toml",
+// The default method of the mirage supports only the rescaled H.
+TEST_F(CompareVerb, UsesADefaultMethodThatNeedsTheRescaling) {
+    write("mirage.toml",
           "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, "
           "1]\n[film]\nsize = [8, 8]\n");
-    const Outcome outcome = run("compare air.toml --rounds 1 --strategy scalar --quiet");
+    const Outcome outcome = run("compare mirage.toml --rounds 1 --strategy scalar --quiet");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("srkn6"), std::string::npos) << outcome.out;
 }
 
-TEST_F(CompareVerb, SaysWhatTheSceneDoesInVain) {
+TEST_F(CompareVerb, ReportsKeysWithoutEffect) {
     for (const std::string key : {"integrator.max_pixel_error", "integrator.tolerance"}) {
         const Outcome outcome =
             run("compare hole.toml --rounds 1 --lanes 1 --strategy scalar --integrator rk4 -D " + key + "=0.1");
@@ -176,7 +185,7 @@ TEST_F(CompareVerb, SaysWhatTheSceneDoesInVain) {
     }
 }
 
-TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
+TEST_F(CompareVerb, ComparesAtEqualErrors) {
     const Outcome outcome = run("compare hole.toml --rounds 1 --equal-error 0.25 --precision double --json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json report = json::parse(outcome.out);
@@ -184,24 +193,24 @@ TEST_F(CompareVerb, EqualErrorLetsEachChoose) {
     EXPECT_GT(report["rows"].size(), 2u);
 }
 
-// By packets of that width, or by several in lockstep.
-TEST_F(CompareVerb, SixteenLanesAndMoreThereAreInEverySpace) {
+// The lanes belong to one packet, or to the packets of a gang. Pictures with different numbers of lanes must be equal.
+TEST_F(CompareVerb, HasKernelsWith16To256Lanes) {
     write(
-        "air.toml",
+        "mirage.toml",
         "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, 1]\n"
         "[film]\nsize = [24, 20]\n[sky]\nchecker = true\n");
-    ASSERT_EQ(run("render air.toml -o usual.pfm --quiet --precision double").status, 0);
-    const std::string usual = read("usual.pfm");
+    ASSERT_EQ(run("render mirage.toml -o default.pfm --quiet --precision double").status, 0);
+    const std::string expected = read("default.pfm");
     for (const char* lanes : {"16", "32", "64", "128", "256"}) {
         const Outcome outcome =
-            run(std::string("render air.toml -o lanes.pfm --quiet --precision double --json --lanes ") + lanes);
+            run(std::string("render mirage.toml -o lanes.pfm --quiet --precision double --json --lanes ") + lanes);
         ASSERT_EQ(outcome.status, 0) << lanes << ": " << outcome.err;
         EXPECT_EQ(json::parse(outcome.out)["lanes"], std::stoi(lanes));
-        EXPECT_EQ(read("lanes.pfm"), usual) << lanes;
+        EXPECT_EQ(read("lanes.pfm"), expected) << lanes;
     }
 }
 
-TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
+TEST_F(CompareVerb, RefusesNumbersOfLanesWithoutAKernel) {
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 1").status, 0);
     EXPECT_EQ(run("render hole.toml -o a.png --quiet --lanes 128").status, 0);
     const auto lanes = [&](const char* options) {
@@ -211,10 +220,10 @@ TEST_F(CompareVerb, LanesOfARenderAreThoseThereAre) {
     EXPECT_EQ(lanes("-D integrator.lanes=1"), 1);
     const Outcome none = run("render hole.toml -o a.png --quiet --lanes 7");
     EXPECT_EQ(none.status, 2);
-    EXPECT_NE(none.err.find("lanes there are: 1, "), std::string::npos) << none.err;
-    const Outcome elsewhere =
+    EXPECT_NE(none.err.find("available numbers of lanes: 1, "), std::string::npos) << none.err;
+    const Outcome per_ray_formula =
         run("render hole.toml -o a.png --quiet --strategy per-ray -D space.hamiltonian=formula -D 'space.H=\"px\"'");
-    EXPECT_EQ(elsewhere.status, 2) << elsewhere.err;
+    EXPECT_EQ(per_ray_formula.status, 2) << per_ray_formula.err;
 }
 
 }  // namespace

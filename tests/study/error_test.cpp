@@ -1,4 +1,4 @@
-// Error against run time: what the report says, and that it is right where mathematics tells what it must say.
+// Tests of `kagero error`: completeness of the report, and measured orders and errors against the theory.
 #include "tests/support/hole_scene.h"
 #include "modules/modules.h"
 #include "accuracy/ray_errors.h"
@@ -35,13 +35,17 @@ protected:
     }
 };
 
-/// Everything that a second run must repeat.
+/// Returns a study without its run times, which differ between two runs.
 json without_times(json study) {
-    study.erase("seconds"), study.erase("cheapest");
+    study.erase("seconds");
+    study.erase("cheapest");
     for (json& picture : study["pictures"]) picture.erase("seconds");
     for (json& strategy : study["strategies"]) strategy.erase("ns_per_ray");
     for (json& curve : study["curves"])
-        for (json& point : curve["points"]) point.erase("ns_per_ray"), point.erase("ns_per_ray_without_surfaces");
+        for (json& point : curve["points"]) {
+            point.erase("ns_per_ray");
+            point.erase("ns_per_ray_without_surfaces");
+        }
     return study;
 }
 
@@ -80,18 +84,18 @@ TEST_F(Error, WritesACompleteReport) {
     EXPECT_TRUE(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
     EXPECT_EQ(page.find("<script"), std::string::npos);
     EXPECT_EQ(page.find(" src="), std::string::npos);
-    // The picture and its two error maps lie in the page itself.
-    EXPECT_NE(page.find("Where the picture is wrong"), std::string::npos);
+    // The page contains the picture and its two error maps.
+    EXPECT_NE(page.find("Error map of the picture"), std::string::npos);
     std::size_t pictures = 0;
     for (std::size_t at = page.find("data:image/png;base64,iVBOR"); at != std::string::npos;
          at = page.find("data:image/png;base64,iVBOR", at + 1))
         ++pictures;
-    EXPECT_EQ(pictures, 4u);  // with the scale
+    EXPECT_EQ(pictures, 4u);  // including the colour scale
     EXPECT_NE(read("report/plot.gp").find("results.csv"), std::string::npos);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_ / "report"), {}), 4);
 }
 
-// Every instruction set that this machine runs, one ray at a time and in packets, in both precisions.
+// The report must contain both strategies in both precisions for each instruction set that this machine supports.
 TEST_F(Error, TimesStrategiesOnEveryInstructionSet) {
     const json report = study();
     std::size_t isas = 0;
@@ -114,7 +118,7 @@ TEST_F(Error, TimesStrategiesOnEveryInstructionSet) {
     EXPECT_GE(report["strategies"].size(), 4 * isas);
 }
 
-TEST_F(Error, OrdersAreThoseOfTheMethods) {
+TEST_F(Error, MeasuresTheOrdersOfTheMethods) {
     const json report = study();
     EXPECT_LT(report["reference"]["uncertainty"]["p99"], 1e-11);
     EXPECT_NEAR(curve_of(report, "verlet")["order"].get<double>(), 2, 0.3);
@@ -122,16 +126,15 @@ TEST_F(Error, OrdersAreThoseOfTheMethods) {
     EXPECT_NEAR(curve_of(report, "rk4")["order"].get<double>(), 4, 0.6);
     const json gauss = curve_of(report, "gauss8")["points"];
     ASSERT_GE(gauss.size(), 5u);
-    // Beyond what the space allows near its hole a longer step is no other step.
+    // The coarsest steps exceed the step bound of the space near the hole, so that the error can be the same.
     for (std::size_t i = 1; i < 4; ++i) EXPECT_LE(gauss[i]["position"]["p90"], gauss[i - 1]["position"]["p90"]);
     EXPECT_LT(gauss[3]["position"]["p90"], gauss[0]["position"]["p90"]);
     EXPECT_TRUE(curve_of(report, "dp54")["order"].is_null());
     EXPECT_TRUE(exists("hole-error/report.html"));
 }
 
-// The same scene, two thousand million times as large: errors are lengths of the scene, and so are the bounds that they
-// are set against.
-TEST_F(Error, IsTheSameInUnitsOfAnySize) {
+// All lengths of the scene are multiplied by 2e9. The measured orders must not change.
+TEST_F(Error, DoesNotDependOnTheUnitOfLength) {
     const json small = study(),
                large = study("-D space.rg=2e8 -D camera.position=[0,-4e9,0] -D integrator.escape_radius=8e9");
     EXPECT_EQ(small["reference"]["method"], large["reference"]["method"]);
@@ -141,24 +144,25 @@ TEST_F(Error, IsTheSameInUnitsOfAnySize) {
             << method;
 }
 
-// A ray that ends otherwise than it should has no error in scene units: it is counted, and leaves the percentiles.
-TEST_F(Error, FlipsAreCountedApart) {
+// A ray with another status or object than in the reference has no position error. It is counted as a flip, and not
+// used for the percentiles.
+TEST_F(Error, CountsFlipsSeparately) {
     const json report = study("--integrator gauss8 --step 0.5");
     const std::uint64_t decided = report["reference"]["decided"], captured = report["reference"]["status"]["captured"];
     std::uint64_t flips = 0;
     for (const json& curve : report["curves"])
         for (const json& point : curve["points"]) {
-            const std::uint64_t mistaken = point["flips"], compared = point["compared"],
+            const std::uint64_t point_flips = point["flips"], compared = point["compared"],
                                 ill = point["ill_conditioned"]["rays"];
-            EXPECT_LE(compared + ill + mistaken, decided);
-            EXPECT_GE(compared + ill + mistaken + captured, decided);
-            flips += mistaken;
+            EXPECT_LE(compared + ill + point_flips, decided);
+            EXPECT_GE(compared + ill + point_flips + captured, decided);
+            flips += point_flips;
         }
-    EXPECT_GT(flips, 0u) << "the recipe at its coarsest step should lose some ray of a black hole";
+    EXPECT_GT(flips, 0u) << "the coarsest steps should change the status of some rays";
 }
 
-// A lens whose surface only collocation can cross has a reference, too.
-TEST_F(Error, OfALensIsConfirmedByAnotherCollocation) {
+// Only collocation methods support the discontinuity of the lens. The reference is confirmed by a second such method.
+TEST_F(Error, ConfirmsTheReferenceOfALensByAnotherCollocation) {
     const Outcome outcome =
         run("error " KAGERO_SCENES "/luneburg.toml --quick --sample 12x12 -o lens --json lens.json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -168,32 +172,33 @@ TEST_F(Error, OfALensIsConfirmedByAnotherCollocation) {
     EXPECT_GT(report["reference"]["decided"], 100);
 }
 
-// However much more work a method does than the others; those that cannot have the rescaled H begin with longer steps.
-TEST_F(Error, ShowsEveryMethodAtFiveSteps) {
+// Every ladder has at least five steps, also that of an expensive method. Methods that do not support the rescaled H
+// begin with longer steps.
+TEST_F(Error, MeasuresEveryMethodWithFiveSteps) {
     const Outcome outcome =
         run("error " KAGERO_SCENES "/kerr.toml --quick --sample 4x4 -o spin --json spin.json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const json report = json::parse(read("spin.json"));
     for (const json& curve : report["curves"]) {
-        const bool apart = curve["loose"] || curve["strategy"] == "scalar";
-        EXPECT_GE(curve["points"].size(), apart ? 3u : 5u) << curve["method"] << curve["strategy"];
+        const bool additional = curve["loose"] || curve["strategy"] == "scalar";
+        EXPECT_GE(curve["points"].size(), additional ? 3u : 5u) << curve["method"] << curve["strategy"];
     }
     EXPECT_EQ(curve_of(report, "satoh4")["points"][0]["step"],
               2 * curve_of(report, "verlet")["points"][0]["step"].get<double>());
 }
 
-TEST_F(Error, TwoRunsDifferInTimesAlone) {
+TEST_F(Error, IsDeterministicExceptForRunTimes) {
     EXPECT_EQ(without_times(study()), without_times(study()));
 }
 
-TEST_F(Error, StraightRaysHaveNoError) {
+TEST_F(Error, IsZeroForStraightRays) {
     const json report = study("-D space.rg=0");
     EXPECT_TRUE(report["straight"].get<bool>());
     ASSERT_FALSE(report["curves"].empty());
     EXPECT_LT(report["curves"][0]["points"][0]["position"]["max"], 1e-12);
 }
 
-TEST(Slope, IsThatOfTheErrorsThatAreKnown) {
+TEST(Slope, IgnoresUnknownErrors) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     const Slope second = slope_of({8, 4, 2, 1}, {unknown, 0.16, 0.04, 0.01}, 2, 10);
     ASSERT_TRUE(second.order && second.floor);
@@ -201,49 +206,51 @@ TEST(Slope, IsThatOfTheErrorsThatAreKnown) {
     EXPECT_EQ(*second.floor, 0.01);
     const Slope none = slope_of({2, 1}, {unknown, unknown}, 2, 10);
     EXPECT_FALSE(none.order || none.floor);
-    EXPECT_TRUE(std::isnan(spread_of({}).p50));
+    EXPECT_TRUE(std::isnan(percentiles_of({}).p50));
 }
 
-TEST(Spread, HoldsForAsManyAsItSays) {
+TEST(Percentiles, AreBoundsForTheStatedShareOfTheValues) {
     std::vector<double> values;
     for (int i = 1; i <= 100; ++i) values.push_back(i);
-    const Spread hundred = spread_of(values);
+    const Percentiles hundred = percentiles_of(values);
     EXPECT_EQ(hundred.p50, 50);
     EXPECT_EQ(hundred.p90, 90);
     EXPECT_EQ(hundred.p99, 99);
     values.resize(64);
-    EXPECT_EQ(spread_of(values).p99, 64) << "63 of 64 are less than 99 %";
-    EXPECT_EQ(spread_of({7}).p50, 7);
+    EXPECT_EQ(percentiles_of(values).p99, 64) << "63 of 64 are less than 99 %";
+    EXPECT_EQ(percentiles_of({7}).p50, 7);
 }
 
-TEST(Spread, ATallyKnowsItToA256thWithoutKeepingTheValues) {
-    Tally all, half;
-    EXPECT_TRUE(std::isnan(all.spread().p50)) << "of no values";
+// A bin of the histogram has a relative width of 1/256. The percentiles of the histogram are compared with those of the
+// sorted values.
+TEST(PercentileHistogram, CountsWithARelativeErrorOfAtMostOne256th) {
+    PercentileHistogram all, half;
+    EXPECT_TRUE(std::isnan(all.percentiles().p50)) << "without values";
     std::vector<double> values;
     for (int i = 0; i < 3001; ++i) values.push_back(std::exp(0.05 * (i % 1000) - 37 + 1e-4 * i));
     values.insert(values.end(), {0, 1e-300, 1e40});
     for (std::size_t i = 0; i < values.size(); ++i) (i % 2 ? all : half).add(values[i]);
     all.add(half);
-    const Spread found = all.spread(), wanted = spread_of(values);
-    for (const auto share : {&Spread::p50, &Spread::p90, &Spread::p99}) {
-        EXPECT_GE(found.*share, wanted.*share);
-        EXPECT_LE(found.*share, wanted.*share * (1 + 1 / 256.0));
+    const Percentiles found = all.percentiles(), expected = percentiles_of(values);
+    for (const auto share : {&Percentiles::p50, &Percentiles::p90, &Percentiles::p99}) {
+        EXPECT_GE(found.*share, expected.*share);
+        EXPECT_LE(found.*share, expected.*share * (1 + 1 / 256.0));
     }
     EXPECT_EQ(found.max, 1e40);
-    Tally small;
-    for (int i = 0; i < 3; ++i) small.add(7);
-    EXPECT_EQ(small.spread().p50, 7) << "no more than the greatest";
+    PercentileHistogram equal;
+    for (int i = 0; i < 3; ++i) equal.add(7);
+    EXPECT_EQ(equal.percentiles().p50, 7) << "at most the greatest value";
 }
 
-TEST(Numbers, AreRoundedBeforeTheirUnitIsChosen) {
+TEST(Numbers, AreRoundedBeforeTheirUnitPrefixIsChosen) {
     EXPECT_EQ(rounded(999.4), "999");
     EXPECT_EQ(rounded(999.6), "1 k");
     EXPECT_EQ(rounded(999600), "1 M");
     EXPECT_EQ(rounded(-1234), "-1.23 k");
 }
 
-// What is not studied by packets, or in double precision, has charts and pictures all the same.
-TEST_F(Error, ShowsTheStrategyThatWasStudied) {
+// The report must contain charts and pictures also without the strategy `packet` or without double precision.
+TEST_F(Error, ShowsTheRequestedStrategyAndPrecision) {
     for (const std::string options : {"--strategy scalar", "--precision float"}) {
         const json report = study(options + " -o " + options.substr(2, 5));
         EXPECT_GE(report["pictures"].size(), 1u) << options;
@@ -253,18 +260,18 @@ TEST_F(Error, ShowsTheStrategyThatWasStudied) {
         EXPECT_NE(script.find(options == "--strategy scalar" ? "eq 'scalar'" : "eq 'packet'"), std::string::npos)
             << script;
         const std::size_t chart = page.find("Error against run time"), next = page.find("Error against work");
-        EXPECT_LT(page.find("<path", chart), next) << options << ": a chart without curves";
+        EXPECT_LT(page.find("<path", chart), next) << options << ": the chart has no curves";
         EXPECT_EQ(page.find("nan"), std::string::npos) << options;
     }
 }
 
-TEST_F(Error, WrongInputIsRefused) {
+TEST_F(Error, RefusesWrongInput) {
     EXPECT_EQ(run("error").status, 2);
     EXPECT_EQ(run("error hole.toml --sample 8").status, 2);
     EXPECT_EQ(run("error hole.toml --sample 0x8").status, 2);
     EXPECT_EQ(run("error hole.toml --quick --full").status, 2);
-    write("taken", "");
-    EXPECT_EQ(run("error hole.toml --quick -o taken").status, 2);
+    write("file", "");
+    EXPECT_EQ(run("error hole.toml --quick -o file").status, 2);
     EXPECT_EQ(run("error hole.toml -o missing --sample huge").status, 2);
     EXPECT_FALSE(exists("missing"));
 }

@@ -1,5 +1,4 @@
-// `kagero profile`: its numbers fit together, its files can be read by those they are for. How fast anything is, is not
-// asked here.
+// Tests of `kagero profile`: its numbers must be consistent and its files readable. Run times are not tested.
 #include "tests/support/hole_scene.h"
 #include "tests/support/plan_fixture.h"
 
@@ -34,23 +33,23 @@ TEST_F(ProfileVerb, ProfilesAPartOfThePicture) {
     EXPECT_EQ(all_["rays"], 30 * 30);
 }
 
-TEST_F(ProfileVerb, WritesItsReport) {
+TEST_F(ProfileVerb, WritesAReport) {
     profile();
     EXPECT_EQ(read("all.json"), read("report/profile.json"));
     for (const char* name : {"trace.json", "report.html", "hole.exr"})
         EXPECT_TRUE(exists(std::string("report/") + name)) << name;
-    EXPECT_EQ(read("report/hole.exr").find("kagero/energy_error"), std::string::npos);  // nobody watched it
+    EXPECT_EQ(read("report/hole.exr").find("kagero/energy_error"), std::string::npos);  // not computed
     const std::string page = read("report/report.html");
     EXPECT_EQ(page.find("<script src"), std::string::npos);
-    EXPECT_EQ(page.find("<link"), std::string::npos) << "the page needs nothing else";
+    EXPECT_EQ(page.find("<link"), std::string::npos) << "the page must not refer to other files";
     EXPECT_NE(page.find("</html>"), std::string::npos);
     EXPECT_EQ(page.find("nan"), std::string::npos);
 }
 
-/// Of 75 columns: walls have a pattern, for which the last quads of pixels reach beyond the film.
+/// Number of traced columns of the picture, which has 75 columns. Averages over pixels need blocks of 2 × 2 pixels.
 constexpr int traced_width = 76;
 
-TEST_F(ProfileVerb, TellsEveryNumber) {
+TEST_F(ProfileVerb, ReportsAllNumbers) {
     profile();
     for (const char* key : {"scene",
                             "isa",
@@ -90,20 +89,20 @@ TEST_F(ProfileVerb, TellsEveryNumber) {
     EXPECT_GT(roof["share_of_peak"], 0);
 }
 
-TEST_F(ProfileVerb, TilesCoverTheFilmOnce) {
+TEST_F(ProfileVerb, CoversTheFilmOnceWithTiles) {
     for (const char* schedule : {"scanline", "tiles", "predicted"}) {
         profile(std::string("--schedule ") + schedule);
         EXPECT_EQ(all_["schedule"], schedule);
-        std::vector<int> seen(traced_width * 70);
+        std::vector<int> tile_counts(traced_width * 70);
         std::uint64_t gradients = 0;
         for (const json& tile : all_["tiles"]["rows"]) {
             for (int y = tile["y0"]; y < tile["y1"]; ++y)
-                for (int x = tile["x0"]; x < tile["x1"]; ++x) ++seen.at(std::size_t(traced_width * y + x));
+                for (int x = tile["x0"]; x < tile["x1"]; ++x) ++tile_counts.at(std::size_t(traced_width * y + x));
             EXPECT_LE(tile["begin"], tile["end"]);
             EXPECT_LT(tile["thread"], 2);
             gradients += tile["gradients"].get<std::uint64_t>();
         }
-        EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), traced_width * 70) << schedule;
+        EXPECT_EQ(std::count(tile_counts.begin(), tile_counts.end(), 1), traced_width * 70) << schedule;
         EXPECT_EQ(gradients, all_["gradients"]) << schedule;
     }
     const double correlation = all_["tiles"]["correlation"];
@@ -111,9 +110,8 @@ TEST_F(ProfileVerb, TilesCoverTheFilmOnce) {
     EXPECT_LE(correlation, 1);
 }
 
-// What viewers ask of a trace: complete events with numbers, of which those on one thread lie inside or beside each
-// other.
-TEST_F(ProfileVerb, TheTraceIsOne) {
+// The format is Chrome's trace event format. Two events of one thread must be disjoint, or one must contain the other.
+TEST_F(ProfileVerb, WritesATraceOfNestedEvents) {
     profile();
     const json trace = json::parse(read("report/trace.json"));
     std::map<int, std::vector<std::pair<long long, long long>>> open;
@@ -134,38 +132,39 @@ TEST_F(ProfileVerb, TheTraceIsOne) {
     EXPECT_EQ(tiles, all_["tiles"]["count"]);
 }
 
-TEST_F(ProfileVerb, StraightRaysHaveNoOperationsToCount) {
+TEST_F(ProfileVerb, CountsNoOperationsOfStraightRays) {
     profile("-D space.rg=0");
     EXPECT_EQ(all_["schedule"], "tiles");
     EXPECT_TRUE(all_["tiles"]["correlation"].is_null());
     EXPECT_EQ(all_["roofline"]["operations"], 0);
 }
 
-TEST_F(ProfileVerb, RefusesWhatItCannotDo) {
+TEST_F(ProfileVerb, RefusesWrongInput) {
     EXPECT_EQ(run("profile").status, 2);
     EXPECT_EQ(run("profile hole.toml --repeat 0").status, 2);
     EXPECT_EQ(run("profile hole.toml -o hole.toml").status, 2);
 }
 
-Options predicting() {
+Options with_prediction() {
     Options options;
     options.schedule = Schedule::predicted;
     return options;
 }
 
-/// The tiles of a picture by their places, as they were predicted and as they were traced.
+/// Renders a picture and returns the record of each tile, with its predicted cost and its counters. The keys are the
+/// corners x0, y0.
 std::map<std::array<std::uint32_t, 2>, TileRecord> tiles_of(const Plan& plan) {
     Film film(plan.description().film.width, plan.description().film.height, {"color"});
     Recording recording;
-    Watch watch;
-    watch.recording = &recording;
-    render(plan, film, watch);
+    RunControl control;
+    control.recording = &recording;
+    render(plan, film, control);
     std::map<std::array<std::uint32_t, 2>, TileRecord> tiles;
     for (const TileRecord& record : recording.tiles) tiles[{record.tile.x0, record.tile.y0}] = record;
     return tiles;
 }
 
-TEST(Profile, AnInterruptionKeepsTheRoundsThatAreWhole) {
+TEST(Profile, KeepsTheCompleteRoundsIfInterrupted) {
     const auto plan = plan_of_file(scene_file("room.toml"), {"film.size=[64,40]"});
     plan->run.threads = 1;
     Film film(64, 40, {"color"});
@@ -182,20 +181,22 @@ TEST(Profile, AnInterruptionKeepsTheRoundsThatAreWhole) {
     EXPECT_EQ(none.repeats, 0u);
 }
 
-// Nothing is predicted by the clock: not even where most of a tile's time is that of its colours.
-TEST(Prediction, IsTheSameEveryTime) {
+// The prediction must not depend on measured times. In the scene galaxy, most of the time is spent on colours.
+TEST(Prediction, IsDeterministic) {
     for (const char* scene : {"room.toml", "galaxy.toml"}) {
-        const auto plan = plan_of_file(scene_file(scene), {"film.size=[320,200]"}, predicting());
-        auto once = tiles_of(*plan);
-        for (const auto& [place, again] : tiles_of(*plan)) EXPECT_EQ(once[place].predicted, again.predicted) << scene;
+        const auto plan = plan_of_file(scene_file(scene), {"film.size=[320,200]"}, with_prediction());
+        auto first = tiles_of(*plan);
+        for (const auto& [corner, second] : tiles_of(*plan))
+            EXPECT_EQ(first[corner].predicted, second.predicted) << scene;
     }
 }
 
-TEST(Prediction, FollowsWhatTilesDo) {
-    const auto plan = plan_of_file(scene_file("room.toml"), {}, predicting());
+// The predicted costs are compared with the counted operations; a query counts as 400 operations.
+TEST(Prediction, CorrelatesWithTheOperationsOfTiles) {
+    const auto plan = plan_of_file(scene_file("room.toml"), {}, with_prediction());
     const Operations operations = operations_of(*plan);
     std::vector<double> predicted, done;
-    for (const auto& [place, record] : tiles_of(*plan)) {
+    for (const auto& [corner, record] : tiles_of(*plan)) {
         const Counters& c = record.counters;
         predicted.push_back(record.predicted);
         done.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) +
@@ -204,20 +205,22 @@ TEST(Prediction, FollowsWhatTilesDo) {
     EXPECT_GT(*correlation(predicted, done), 0.9);
 }
 
-TEST(Prediction, IsMadeWhereItPays) {
+// Prediction is worthwhile with few tiles per thread, where the last tiles leave threads idle. It is also worthwhile
+// with many rays per pixel, where the remaining time is displayed.
+TEST(Prediction, IsChosenForFewTilesPerThreadOrManyRaysPerPixel) {
     const auto chosen = [](unsigned threads, const std::string& size, const std::string& spp) {
         Options options;
         options.threads = threads;
         return schedule_of(*plan_of_file(scene_file("room.toml"), {"film.size=" + size, "film.spp=" + spp}, options));
     };
-    EXPECT_EQ(chosen(1, "[320,200]", "1"), Schedule::tiles);       // no other thread waits for the last tile
-    EXPECT_EQ(chosen(2, "[1280,720]", "1"), Schedule::tiles);      // … nor long
+    EXPECT_EQ(chosen(1, "[320,200]", "1"), Schedule::tiles);  // one thread
+    EXPECT_EQ(chosen(2, "[1280,720]", "1"), Schedule::tiles);  // many tiles per thread
     EXPECT_EQ(chosen(2, "[320,200]", "1"), Schedule::predicted);
     EXPECT_EQ(chosen(16, "[1280,720]", "1"), Schedule::predicted);
-    EXPECT_EQ(chosen(1, "[1280,720]", "16"), Schedule::predicted);  // the time left is asked for
+    EXPECT_EQ(chosen(1, "[1280,720]", "16"), Schedule::predicted);  // many rays per pixel
 }
 
-TEST(Correlation, IsPearsons) {
+TEST(Correlation, IsThatOfPearson) {
     EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {2, 4, 6}), 1);
     EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {3, 2, 1}), -1);
     EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {1, 5, 1}), 0);

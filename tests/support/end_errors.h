@@ -1,5 +1,5 @@
-/// Layers that say how wrong a picture's rays are, beside closed forms: the orbits around a Schwarzschild hole, the
-/// circles of a fisheye.
+/// Comparison of the error layers of a picture with true errors. The true ray ends are known in closed form for two
+/// scenes: orbits around a Schwarzschild black hole, and circles in a fisheye.
 #pragma once
 
 #include "tests/support/plan_fixture.h"
@@ -28,7 +28,8 @@ size = [48, 48]
 layers = ["position_error", "rounding_error"]
 )";
 
-// From the eye all rays go in circles through the opposite point (1, 0, 0); before it stands a screen.
+/// All rays from the camera are arcs of circles through the opposite point (1, 0, 0). A screen at x = 0.5 stops them
+/// before that point.
 inline constexpr const char* fisheye_scene = R"([space]
 hamiltonian = "fisheye"
 n0 = 2
@@ -50,16 +51,19 @@ edge_u = [0, 10, 0]
 edge_v = [0, 0, 10]
 )";
 
-inline Double3 of(const double (&x)[3]) {
+inline Double3 to_double3(const double (&x)[3]) {
     return {x[0], x[1], x[2]};
 }
 
-/// Where the ray of a RayStart should end; a status of `failed` where the closed form says nothing.
-using Exact = std::function<RayEnd(const RayStart&, const RayEnd&)>;
+/// A function that returns the exact end of the ray with a given RayStart. Its second argument is the computed end. The
+/// returned status is `failed` if the closed form does not apply to the ray.
+using ExactEnd = std::function<RayEnd(const RayStart&, const RayEnd&)>;
 
+/// Returns the end with the exact direction of a ray that escapes from a Schwarzschild black hole, at r = 20 r_g.
+/// Applies to b > b_c (1 + 1e-4).
 inline RayEnd exact_escape(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
-    const Double3 q = of(ray.q), p = of(ray.p);
+    const Double3 q = to_double3(ray.q), p = to_double3(ray.p);
     const double b = length(cross(q, p)) / ray.pt;
     exact.status = Status::failed;
     if (end.status != Status::escaped || !(b > critical_impact * (1 + 1e-4))) return exact;
@@ -68,44 +72,52 @@ inline RayEnd exact_escape(const RayStart& ray, const RayEnd& end) {
     const double r0 = length(q), angle = orbit.swept_around(r0) + orbit.phase(1 / r0) - orbit.phase(1 / 20.0);
     const Velocity v = orbit.velocity_after(r0, angle);
     const Double3 outward = unit(q), across = unit(subtract(p, scaled(outward, dot(p, outward))));
-    const double size = std::hypot(v.along, v.aside), c = std::cos(angle), s = std::sin(angle);
-    for (std::size_t k = 0; k < 3; ++k)
-        exact.v[k] = (v.along * (c * outward[k] + s * across[k]) + v.aside * (c * across[k] - s * outward[k])) / size;
+    const double speed = std::hypot(v.radial, v.transverse), c = std::cos(angle), s = std::sin(angle);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double outward_at_end = c * outward[k] + s * across[k], across_at_end = c * across[k] - s * outward[k];
+        exact.v[k] = (v.radial * outward_at_end + v.transverse * across_at_end) / speed;
+    }
     return exact;
 }
 
-/// The circle through (−1, 0, 0) along d has its centre at c = −d_x/d_u from the middle, d_u the part of d across x.
+/// Returns the end with the exact position of a ray in the fisheye, at x = 0.5. Let u be the coordinate along the part
+/// of the direction d that is normal to the x axis. The circle through (±1, 0) in the (x, u) plane with tangent d at
+/// (−1, 0) has its centre at u = −d_x/d_u.
 inline RayEnd exact_hit(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
     const long double y = ray.p[1], z = ray.p[2], across = std::hypot(y, z), c = ray.p[0] / across;
     const long double u = 0.75L / (c + std::sqrt(c * c + 0.75L));
-    exact.q[0] = 0.5, exact.q[1] = double(u * y / across), exact.q[2] = double(u * z / across);
+    exact.q[0] = 0.5;
+    exact.q[1] = double(u * y / across);
+    exact.q[2] = double(u * z / across);
     return exact;
 }
 
-/// What a layer says beside what is true, of the pixels where both mean something.
-struct Pair {
+/// The error of one pixel as the layer estimates it, and the true error; both in pixels.
+struct ErrorPair {
     double estimate, truth;
 };
 
-struct Compared {
-    std::vector<Pair> pairs;
-    std::size_t unknown = 0;
+/// The estimated and true errors of the pixels of a picture.
+struct Comparison {
+    std::vector<ErrorPair> pairs;
+    std::size_t unknown = 0;  ///< Number of pixels without an estimate (NaN in the layer).
 
-    /// Share of the pixels whose estimate is the truth within a factor.
+    /// Returns the fraction of the pixels whose estimate differs from the true error by at most the given factor.
     double share_within(double factor) const {
         std::size_t within = 0;
-        for (const Pair& pair : pairs)
+        for (const ErrorPair& pair : pairs)
             within += pair.estimate <= factor * pair.truth && pair.truth <= factor * pair.estimate;
         return double(within) / double(pairs.size());
     }
 };
 
-/// Pixels of which the truth is less than `clear` roundings of the end itself are left out: there luck rules, and the
-/// closed form has roundings of its own.
-inline Compared compare(const char* scene, const std::string& method, double step, const Exact& exact,
-                        const std::string& layer, const std::string& precision, double clear,
-                        Overrides overrides = {}) {
+/// Renders a scene with one method and precision, and returns the errors of its pixels according to `layer` beside the
+/// true errors. Pixels whose true error is less than `min_roundings` roundings of the end are left out: their error is
+/// random, and the rounding errors of the closed form are as large.
+inline Comparison compare(const char* scene, const std::string& method, double step, const ExactEnd& exact,
+                          const std::string& layer, const std::string& precision, double min_roundings,
+                          Overrides overrides = {}) {
     Options options;
     options.precision = precision_named(precision);
     const char* key = method == "dp54" || method == "dp85" || method == "rkf78" ? "tolerance" : "step";
@@ -116,20 +128,20 @@ inline Compared compare(const char* scene, const std::string& method, double ste
     render_with_errors(*plan, film);
     std::vector<RayStart> starts;
     for (std::uint32_t y = 0; y < 48; ++y)
-        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray(*plan, x, y));
+        for (std::uint32_t x = 0; x < 48; ++x) starts.push_back(pixel_ray_start(*plan, x, y));
     std::vector<RayEnd> ends;
     trace(*plan, starts, ends);
-    Compared compared;
+    Comparison compared;
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        const RayEnd should = exact(starts[i], ends[i]);
+        const RayEnd expected = exact(starts[i], ends[i]);
         const double estimate = film.plane(layer)[i];
-        if (should.status == Status::failed) continue;
+        if (expected.status == Status::failed) continue;
         if (std::isnan(estimate)) {
             ++compared.unknown;
             continue;
         }
-        const double truth = pixels_apart(*plan, should, ends[i]);
-        if (truth >= clear * (precision == "float" ? 0x1p-24 : 0x1p-53) / pixel_size(plan->description(), 1))
+        const double truth = distance_in_pixels(*plan, expected, ends[i]);
+        if (truth >= min_roundings * (precision == "float" ? 0x1p-24 : 0x1p-53) / pixel_size(plan->description(), 1))
             compared.pairs.push_back({estimate, truth});
     }
     return compared;

@@ -1,4 +1,4 @@
-/// Greatest errors in tests.
+/// Maximum of errors, in which NaN counts as an infinite error.
 #pragma once
 
 #include <cmath>
@@ -6,7 +6,7 @@
 
 namespace kagero::test {
 
-/// The greater of two errors; what is not a number is greater than any.
+/// Returns the greater of two errors, or infinity if one of them is NaN.
 inline double greatest(double a, double b) {
     if (std::isnan(a) || std::isnan(b)) return std::numeric_limits<double>::infinity();
     return a < b ? b : a;

@@ -1,4 +1,4 @@
-/// A small scene for tests of the command line.
+/// A small scene with a black hole, for tests of the command line.
 #pragma once
 
 #include "tests/support/program.h"
@@ -19,7 +19,7 @@ size = [16, 8]
 checker = true
 )";
 
-/// Commands in a directory that holds the scene hole.toml.
+/// Fixture that runs commands in a folder that contains the scene as hole.toml.
 class HoleTest : public ProgramTest {
 protected:
     void SetUp() override {

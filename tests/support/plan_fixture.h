@@ -1,4 +1,4 @@
-/// From the text of a scene to a plan, as the program makes it.
+/// Plans for tests, made from the text or the file of a scene in the same way as the program makes them.
 #pragma once
 
 #include "film/write_film.h"
@@ -27,20 +27,21 @@ namespace kagero::test {
 
 using Overrides = std::vector<Override>;
 
+/// Returns the plan of a scene file; without a camera, the plan of a list of rays.
 inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides,
                                           const Options& options = {}, bool with_camera = true) {
     const Purpose purpose = with_camera ? Purpose::picture : Purpose::ray_list;
     return std::make_unique<Plan>(make_plan(load_scene(path, overrides, catalogue(options.isa)), options, purpose));
 }
 
-/// A scene of the repository.
+/// Returns the path of a scene in the folder scenes/.
 inline std::string scene_file(const std::string& name) { return std::string(KAGERO_SCENES "/") + name; }
 inline std::string scene_text(const std::string& name) {
     std::ifstream file(scene_file(name));
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The text is a file only while it is read.
+/// Returns the plan of a scene that is given as text. The text is written to a temporary file, which is removed again.
 inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrides& overrides,
                                           const Options& options = {}, bool with_camera = true) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-scene-" + std::to_string(::getpid()) + ".toml");
@@ -50,18 +51,19 @@ inline std::unique_ptr<Plan> plan_of_text(const std::string& text, const Overrid
     return plan;
 }
 
-/// Empty for "": directions are given in coordinates.
+/// Returns the observer with the given name, or no value if the name is empty. Without an observer, directions of rays
+/// are directions in coordinates.
 inline std::optional<ObserverKind> observer_of(const std::string& name) {
     if (name.empty()) return {};
     return observer_named(name);
 }
 
-/// The redshift of a ray of the plan's camera.
+/// Returns the redshift of a ray of the plan's camera.
 inline double redshift_of(const Plan& plan, const PixelSample& ray) {
     return kagero::redshift_of(plan.scene->space, plan.view.spacetime, plan.description().objects, ray);
 }
 
-/// Names of the instruction sets that were built and that this machine has.
+/// Returns the names of the instruction sets for which modules were built and which this machine supports.
 inline std::vector<std::string> supported_isas() {
     std::vector<std::string> names;
     for (const IsaInfo& isa : find_isas())
@@ -69,7 +71,7 @@ inline std::vector<std::string> supported_isas() {
     return names;
 }
 
-/// Options with a strategy: "scalar" or "packet"; listed rays end with their parameter.
+/// Returns options for one thread and the given strategy, "scalar" or "packet". The ends of listed rays contain λ.
 inline Options with_strategy(const std::string& strategy) {
     Options options;
     options.parameter = true;

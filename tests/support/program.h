@@ -1,4 +1,4 @@
-/// Runs the program as its users do, in a directory of its own.
+/// Fixture that runs the program as a user does, in a temporary folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,12 +28,13 @@ inline std::vector<std::string> lines_of(const std::string& text) {
     return lines;
 }
 
+/// Exit status and output of one run of a program.
 struct Outcome {
-    int status;  ///< of the exit; −1 when a signal ended the program
+    int status;  ///< Exit status; −1 if a signal terminated the program.
     std::string out, err;
 };
 
-/// A test with an empty directory to run the program in. What it prints is kept outside of it.
+/// Fixture with an initially empty folder in which the program runs. Its output is stored in a second folder.
 class ProgramTest : public testing::Test {
 protected:
     void SetUp() override {
@@ -55,6 +56,7 @@ protected:
     }
     bool exists(const std::string& name) const { return std::filesystem::exists(directory_ / name); }
     std::string read(const std::string& name) const { return text_of(directory_ / name); }
+    /// Returns the names of all files in the folder.
     std::set<std::string> files() const {
         std::set<std::string> names;
         for (const auto& entry : std::filesystem::directory_iterator(directory_))
@@ -62,7 +64,8 @@ protected:
         return names;
     }
 
-    /// `arguments` as typed in a shell behind "kagero"; `before` may set variables or feed stdin.
+    /// Runs kagero with `arguments`, which may use shell syntax. `before` is shell text in front of the command; it can
+    /// set variables or pipe data to stdin.
     Outcome run(const std::string& arguments, const std::string& before = "") const {
         return run_program(KAGERO_BINARY, arguments, before);
     }

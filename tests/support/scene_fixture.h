@@ -1,4 +1,5 @@
-/// What the scene tests share: a catalogue written by hand, a scene that uses every shape, files that vanish again.
+/// Support for tests of scene files: a small catalogue of Hamiltonians and integrators, a valid scene, and temporary
+/// scene files.
 #pragma once
 
 #include "scene/load.h"
@@ -68,7 +69,7 @@ px = [1, 0, 0]
 ny = { color = [0, 1, 0], checker = [2, 3] }
 )";
 
-/// A directory of its own for each test.
+/// Fixture with a temporary folder, which is created for each test and removed after it.
 class SceneTest : public ::testing::Test {
 protected:
     void SetUp() override {
@@ -87,7 +88,7 @@ protected:
     SceneDescription load(const std::string& text, const std::vector<Override>& overrides = {}) const {
         return load_scene(write("scene.toml", text), overrides, small_catalogue());
     }
-    /// The message of the InputError that loading throws, or "" if it does not.
+    /// Returns the message of the InputError that is thrown when the text is loaded, or "" if none is thrown.
     std::string refusal(const std::string& text, const std::vector<Override>& overrides = {}) const {
         try {
             load(text, overrides);

@@ -1,4 +1,4 @@
-// kagero check: is the scene right?
+// kagero check: checks whether a scene is valid.
 #include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
@@ -13,7 +13,7 @@ namespace {
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_json(app, arguments);
-    add_machine(app, arguments);
+    add_execution(app, arguments);
     add_lanes(app, arguments);
     add_messages(app, arguments);
 }
@@ -22,28 +22,28 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const bool json = !arguments.json.empty();
     check_outputs({{"--json", arguments.json}}, {{"the scene", arguments.scene}});
-    const auto report = [&](const std::string& text) {
+    const auto write_report = [&](const std::string& text) {
         write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
     };
-    const auto or_report = [&](const auto& make) {
+    const auto with_error_report = [&](const auto& make) {
         try {
             return make();
         } catch (const InputError& error) {
-            if (json && !arguments.scene.empty()) report(invalidity_json(arguments.scene, error.what()));
+            if (json && !arguments.scene.empty()) write_report(invalidity_json(arguments.scene, error.what()));
             throw;
         }
     };
-    SceneDescription scene = or_report([&] { return scene_of(arguments, options); });
+    SceneDescription scene = with_error_report([&] { return scene_of(arguments, options); });
     check_outputs({{"--json", arguments.json}}, files_of(scene));
-    // Making the plan reads meshes and textures too, and refuses what cannot be integrated.
-    const auto plan = or_report([&] { return make_plan(std::move(scene), options); });
+    // make_plan also reads meshes and textures, and refuses methods that cannot integrate the space.
+    const auto plan = with_error_report([&] { return make_plan(std::move(scene), options); });
     for (const std::string& remark : plan.remarks) terminal.warning(remark);
-    report(json ? validity_json(plan) : validity_text(plan));
+    write_report(json ? validity_json(plan) : validity_text(plan));
     return exit_done;
 }
 
 }  // namespace
 
-const Verb check_verb{"check", "Say whether a scene is valid, and what is wrong with it", declare, run};
+const Verb check_verb{"check", "Check whether a scene is valid, and report the first error", declare, run};
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-// kagero compare: the vectorization strategies side by side.
+// kagero compare: compares the run times and pictures of the vectorization strategies.
 #include "study/compare.h"
 
 #include "cli/interrupt.h"
@@ -15,52 +15,62 @@ namespace kagero {
 
 namespace {
 
-constexpr std::uint32_t most_rounds = 1000, most_lanes = 1024;
+constexpr std::uint32_t max_rounds = 1000, max_lanes = 1024;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments, true);
     add_option(app, "--methods", arguments.methods,
-               "Integrators to compare by; default: the scene's, or what it would be without the plane of the orbit",
+               "Integration methods to compare, names from `kagero list integrators` separated by commas. Default: the "
+               "method of the scene on the general path (integrator.symmetry = \"none\")",
                "A,B");
     add_option(app, "--equal-error", arguments.equal_error,
-                   "Each strategy by its own cheapest method that brings 99 % of the rays within E pixels", "E");
-    add_option(app, "--rounds", arguments.rounds, "Interleaved rounds; default: 5", "N");
+               "Compare each strategy with its cheapest method whose error is at most E pixels for 99 % of the rays; "
+               "E > 0, excludes --methods. Default: the same method and step for all strategies",
+               "E");
+    add_option(app, "--rounds", arguments.rounds, "Number of interleaved rounds of timing, 1 to 1000. Default: 5", "N");
     add_json(app, arguments);
-    add_machine(app, arguments, "1");
+    add_execution(app, arguments, "1");
     add_option(app, "--lanes", arguments.lanes,
-               "Rays at a time of the packets to compare; default: every number there is", "A,B");
+               "Rays per packet to compare, numbers from `kagero list strategies` separated by commas. Default: every "
+               "available number",
+               "A,B");
     add_messages(app, arguments);
 }
 
-/// Methods separated by commas, each once.
+/// Returns the methods of a list separated by commas. Throws InputError if a method occurs twice.
 std::vector<std::string> methods_of(const std::string& text) {
     std::vector<std::string> methods = split(text, ',');
     for (auto method = methods.begin(); method != methods.end(); ++method)
         if (std::find(methods.begin(), method, *method) != method)
-            throw InputError("--methods: " + *method + " stands there twice");
+            throw InputError("--methods: " + *method + " occurs twice; name each method once");
     return methods;
 }
 
-/// --lanes is a list here, and not a key of the scene.
+/// Converts the arguments. `--lanes` is a list of packet sizes here, not an override of integrator.lanes.
 CompareOptions compare_options(const Arguments& arguments, const Options& options) {
     CompareOptions compared;
-    compared.isas = isas_for(options.isa == "auto" ? "all" : options.isa);
+    compared.isas = find_isa_names(options.isa == "auto" ? "all" : options.isa);
     if (options.threads) compared.threads = options.threads;
-    compared.strategy = options.strategy, compared.precision = options.precision;
+    compared.strategy = options.strategy;
+    compared.precision = options.precision;
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
         for (const std::string& word : split(arguments.lanes, ','))
-            compared.lanes.push_back(count_of("--lanes", word, most_lanes));
+            compared.lanes.push_back(count_of("--lanes", word, max_lanes));
     if (!arguments.methods.empty()) compared.methods = methods_of(arguments.methods);
-    if (!arguments.rounds.empty()) compared.rounds = count_of("--rounds", arguments.rounds, most_rounds);
+    if (!arguments.rounds.empty()) compared.rounds = count_of("--rounds", arguments.rounds, max_rounds);
     if (arguments.equal_error.empty()) return compared;
     compared.equal_error = finite_number("--equal-error", arguments.equal_error);
     if (!(compared.equal_error > 0))
-        throw InputError("--equal-error: " + arguments.equal_error + " is not greater than 0");
-    if (!compared.methods.empty()) throw InputError("--equal-error chooses the methods itself; leave --methods out");
+        throw InputError("--equal-error: " + arguments.equal_error + " is not greater than 0 (in pixels)");
+    if (!compared.methods.empty())
+        throw InputError(
+            "--equal-error and --methods exclude each other: --equal-error chooses the methods; leave one "
+            "of them out");
     return compared;
 }
 
-Comparison compare_watched(const SceneDescription& scene, const CompareOptions& options, const Terminal& terminal) {
+Comparison compare_with_progress(const SceneDescription& scene, const CompareOptions& options,
+                                 const Terminal& terminal) {
     InterruptGuard guard;
     ProgressLine line(terminal);
     return compare(
@@ -70,12 +80,14 @@ Comparison compare_watched(const SceneDescription& scene, const CompareOptions& 
 int run(const Arguments& arguments, const Terminal& terminal) {
     Options options = options_of(arguments);
     const CompareOptions compared = compare_options(arguments, options);
-    options.isa = compared.isas.front();  // names in scenes are the same for all
-    Arguments general = arguments;  // the strategies differ in how they integrate H, which an orbit plane leaves out
+    options.isa = compared.isas.front();  // Every module accepts the same names in scenes.
+    // The general path is compared, because strategies differ in how they evaluate H. Methods for the orbit plane do
+    // not evaluate H.
+    Arguments general = arguments;
     general.lanes.clear();
-    const SceneDescription scene = general_scene_of(general, options);
+    const SceneDescription scene = general_path_scene_of(general, options);
     check_outputs({{"--json", arguments.json}}, files_of(scene));
-    const Comparison comparison = compare_watched(scene, compared, terminal);
+    const Comparison comparison = compare_with_progress(scene, compared, terminal);
     for (const std::string& remark : comparison.remarks) terminal.warning(remark);
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << compare_text(compared, comparison); });
     if (!arguments.json.empty())
@@ -85,8 +97,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb compare_verb{"compare",
-                        "Set the vectorization strategies side by side: time, and difference of the pictures", declare,
-                        run};
+const Verb compare_verb{"compare", "Compare the vectorization strategies: run times, and differences of the pictures",
+                        declare, run};
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-// kagero error: error against run time, for the scene's own rays.
+// kagero error: measures error against run time for the rays of a scene.
 #include "study/error_study.h"
 
 #include "cli/interrupt.h"
@@ -17,38 +17,50 @@ namespace kagero {
 
 namespace {
 
-constexpr std::uint32_t most_sampled = 4096;
+constexpr std::uint32_t max_sample_size = 4096;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    add_option(app, "-o,--output", arguments.output, "The directory of the report; default: SCENE-error here", "DIR");
-    add_option(app, "--sample", arguments.sample, "The grid of pixels whose rays are followed; default: 64x64", "WxH");
-    add_flag(app, "--quick", arguments.quick, "A handful of methods, less than a minute");
-    add_flag(app, "--full", arguments.full, "Every method one ray at a time too");
+    add_option(app, "-o,--output", arguments.output,
+               "Directory for the report: results.json, results.csv, plot.gp and report.html. Default: SCENE-error in "
+               "the working directory",
+               "DIR");
+    add_option(app, "--sample", arguments.sample,
+               "Grid of pixels whose rays are traced: columns and rows, each 1 to 4096. Default: 64x64", "WxH");
+    add_flag(app, "--quick", arguments.quick,
+             "Measure only a few representative methods, which takes less than a minute. Excludes --full");
+    add_flag(app, "--full", arguments.full,
+             "Measure every method also with strategy scalar, one ray at a time. Excludes --quick");
     add_json(app, arguments);
-    add_machine(app, arguments, "1, of the timed runs");
+    add_execution(app, arguments, "1 for timed runs and the number of processors for other runs");
     add_messages(app, arguments);
 }
 
 StudyOptions study_options(const Arguments& arguments, const Options& options) {
     StudyOptions study;
-    study.quick = arguments.quick, study.full = arguments.full;
+    study.quick = arguments.quick;
+    study.full = arguments.full;
     if (options.threads) study.threads = options.threads;
-    study.precision = options.precision, study.strategy = options.strategy;
+    study.precision = options.precision;
+    study.strategy = options.strategy;
     if (study.strategy == Strategy::per_ray)
-        throw InputError("--strategy: a study follows packets and single rays; `kagero compare` has per-ray");
-    if (arguments.quick && arguments.full) throw InputError("--quick and --full exclude each other");
+        throw InputError(
+            "--strategy: per-ray is not available in `kagero error`; choose auto, scalar or packet "
+            "(`kagero compare` measures per-ray)");
+    if (arguments.quick && arguments.full)
+        throw InputError("--quick and --full exclude each other; leave one of them out");
     if (arguments.sample.empty()) return study;
     const auto size = whole_numbers("--sample", arguments.sample, 'x', 2);
     for (const std::uint32_t n : size)
-        if (n < 1 || n > most_sampled)
-            throw InputError("--sample: " + arguments.sample + " has a side that is not in 1 to " +
-                             std::to_string(most_sampled));
-    study.width = size[0], study.height = size[1];
+        if (n < 1 || n > max_sample_size)
+            throw InputError("--sample: " + arguments.sample + " is out of range; columns and rows must be from 1 to " +
+                             std::to_string(max_sample_size));
+    study.width = size[0];
+    study.height = size[1];
     return study;
 }
 
-ErrorStudy study_watched(const Plan& plan, const StudyOptions& options, const Terminal& terminal) {
+ErrorStudy study_with_progress(const Plan& plan, const StudyOptions& options, const Terminal& terminal) {
     InterruptGuard guard;
     ProgressLine line(terminal);
     return study_error(
@@ -56,42 +68,43 @@ ErrorStudy study_watched(const Plan& plan, const StudyOptions& options, const Te
 }
 
 void write_report(const std::string& directory, const Plan& plan, const ErrorStudy& study) {
-    const auto put = [&](const char* name, const std::string& text) {
+    const auto write = [&](const char* name, const std::string& text) {
         write_text_file(path_in(directory, name), text);
     };
-    put("results.json", error_json(plan, study));
-    put("results.csv", error_csv(study));
-    put("plot.gp", error_plot(plan, study));
-    put("report.html", error_page(plan, study));
+    write("results.json", error_json(plan, study));
+    write("results.csv", error_csv(study));
+    write("plot.gp", error_plot(plan, study));
+    write("report.html", error_page(plan, study));
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
-    const StudyOptions wanted = study_options(arguments, options);
+    const StudyOptions requested = study_options(arguments, options);
     SceneDescription scene = scene_of(arguments, options);
-    Options own;  // precision and strategy are those of the methods that are studied
-    own.isa = options.isa, own.threads = options.threads;
-    const Plan plan = make_plan(std::move(scene), own);
+    Options plan_options;  // --precision and --strategy select the studied methods; they do not apply to this plan.
+    plan_options.isa = options.isa;
+    plan_options.threads = options.threads;
+    const Plan plan = make_plan(std::move(scene), plan_options);
     for (const std::string& remark : plan.remarks) terminal.warning(remark);
     if (plan.description().integrator.max_pixel_error > 0)
         terminal.warning(
-            std::string("integrator.max_pixel_error has no effect on a study of errors: the scene's own method is ") +
+            std::string("integrator.max_pixel_error has no effect on `kagero error`; the method of the scene is ") +
             plan.method().name);
     const std::string directory = report_directory(arguments, "error");
     const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json,
                                files_of(plan.description()));
-    const ErrorStudy study = study_watched(plan, wanted, terminal);
+    const ErrorStudy study = study_with_progress(plan, requested, terminal);
     write_report(directory, plan, study);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << error_json(plan, study); });
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << error_text(study); });
-    terminal.note((study.interrupted ? "interrupted; what was done is in " : "the report is in ") + directory);
+    terminal.note((study.interrupted ? "interrupted; the results so far are in " : "the report is in ") + directory);
     return study.interrupted ? exit_interrupted : exit_done;
 }
 
 }  // namespace
 
-const Verb error_verb{"error", "Measure error against run time, method by method, for a scene's own rays", declare,
+const Verb error_verb{"error", "Measure error against run time for the rays of a scene, method by method", declare,
                       run};
 
 }  // namespace kagero

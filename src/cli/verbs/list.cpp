@@ -1,4 +1,4 @@
-// kagero list: what can be chosen.
+// kagero list: lists the names that scenes and options may use, such as those of Hamiltonians and integrators.
 #include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
@@ -12,8 +12,8 @@ namespace {
 
 void declare(CLI::App& app, Arguments& arguments) {
     std::string topics;
-    for (const std::string& topic : list_topics()) enumerate(topics, topic);
-    add_option(app, "TOPIC", arguments.topic, "One of: " + topics + "; default: all", "");
+    for (const std::string& topic : list_topics()) append_to_list(topics, topic);
+    add_option(app, "TOPIC", arguments.topic, "Topic of the list: " + topics + ". Default: all topics", "");
     add_isa(app, arguments, false);
     add_json(app, arguments);
     add_messages(app, arguments);
@@ -33,6 +33,8 @@ int run(const Arguments& arguments, const Terminal&) {
 
 }  // namespace
 
-const Verb list_verb{"list", "Show what can be chosen", declare, run};
+const Verb list_verb{"list",
+                     "List the available Hamiltonians, integrators, strategies, instruction sets, scenes and layers",
+                     declare, run};
 
 }  // namespace kagero

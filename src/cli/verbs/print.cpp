@@ -1,7 +1,7 @@
-// kagero print: the scene written back whole, with every default.
+// kagero print: writes a scene with all default values.
+#include "scene/print.h"
 #include "cli/output.h"
 #include "cli/verb.h"
-#include "scene/print.h"
 
 #include <ostream>
 
@@ -11,7 +11,7 @@ namespace {
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    add_option(app, "-o,--output", arguments.output, "Where it goes; '-', the default, is stdout", "FILE");
+    add_option(app, "-o,--output", arguments.output, "File for the scene; '-' is stdout. Default: -", "FILE");
     add_messages(app, arguments);
 }
 
@@ -25,6 +25,6 @@ int run(const Arguments& arguments, const Terminal&) {
 
 }  // namespace
 
-const Verb print_verb{"print", "Write a scene back whole, with every default", declare, run};
+const Verb print_verb{"print", "Write a scene as TOML, with all overrides and default values", declare, run};
 
 }  // namespace kagero

@@ -1,9 +1,9 @@
-// kagero profile: where the time of a render goes.
+// kagero profile: measures where the run time of a render is spent.
 #include "study/profile.h"
 
 #include "cli/interrupt.h"
-#include "cli/resolve.h"
 #include "cli/output.h"
+#include "cli/resolve.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/partial_file.h"
@@ -21,27 +21,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t most_repeats = 1000;
+constexpr std::uint32_t max_repeats = 1000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    add_option(app, "-o,--output", arguments.output, "The directory of the report; default: SCENE-profile here", "DIR");
-    add_option(app, "--repeat", arguments.repeat, "Runs of each kind; default: 3 to 50, for twenty seconds", "N");
+    add_option(app, "-o,--output", arguments.output,
+               "Directory for the report: profile.json, trace.json, report.html and the picture. Default: "
+               "SCENE-profile in the working directory",
+               "DIR");
+    add_option(app, "--repeat", arguments.repeat,
+               "Number of rounds, 1 to 1000; each round renders the picture once in every configuration. Default: 3 to "
+               "50 rounds in about 20 seconds",
+               "N");
     add_crop(app, arguments);
     add_schedule(app, arguments);
     add_json(app, arguments);
-    add_machine(app, arguments);
+    add_execution(app, arguments);
     add_lanes(app, arguments);
     add_messages(app, arguments);
 }
 
-/// 0: as many as it takes.
+/// Returns the number of rounds; 0 means that profile() chooses it.
 unsigned repeats_of(const Arguments& arguments) {
     if (arguments.repeat.empty()) return 0;
-    return count_of("--repeat", arguments.repeat, most_repeats);
+    return count_of("--repeat", arguments.repeat, max_repeats);
 }
 
-Profile profile_watched(const Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
+Profile profile_with_progress(const Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
     ProgressLine line(terminal);
     return profile(
         plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); },
@@ -54,15 +60,15 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = scene_of(arguments, options);
     check_crop(arguments, options, scene.film);
     const std::string picture = fs::path(arguments.scene).stem().string() + ".exr";
-    const Plan plan = resolve_watched(std::move(scene), options, terminal);
+    const Plan plan = resolve_with_progress(std::move(scene), options, terminal);
     const InterruptGuard interrupts;
     const std::string directory = report_directory(arguments, "profile");
     const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json,
                                files_of(plan.description()));
 
-    prepare_to_write(picture);  // what loading takes is not writing
+    prepare_to_write(picture);  // The time for loading the picture writer must not count as time for writing.
     Film film = film_of(plan);
-    const Profile profile = profile_watched(plan, film, repeats, terminal);
+    const Profile profile = profile_with_progress(plan, film, repeats, terminal);
     if (profile.repeats == 0) throw Interrupted();
     const double write_seconds = save_film(film, path_in(directory, picture), picture_metadata(plan, profile.report));
     const std::string json = profile_json(plan, profile, write_seconds);
@@ -72,7 +78,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.json.empty()) write_output(arguments.json, [&](std::ostream& out) { out << json; });
     if (arguments.json != "-")
         write_output("-", [&](std::ostream& out) { out << profile_text(profile, write_seconds); });
-    terminal.note((profile.interrupted ? "interrupted; what was done is in " : "the report is in ") +
+    terminal.note((profile.interrupted ? "interrupted; the results so far are in " : "the report is in ") +
                   path_in(directory, "report.html"));
     if (profile.interrupted) return exit_interrupted;
     return plan.method_trial && !plan.method_trial->met ? exit_bound : exit_done;
@@ -80,6 +86,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb profile_verb{"profile", "Show where the time of a render goes", declare, run};
+const Verb profile_verb{"profile", "Measure where the run time of a render is spent", declare, run};
 
 }  // namespace kagero

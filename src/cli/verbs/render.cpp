@@ -1,4 +1,4 @@
-// kagero render: a scene to a picture.
+// kagero render: renders a scene to a picture.
 #include "accuracy/end_errors.h"
 #include "cli/interrupt.h"
 #include "cli/output.h"
@@ -11,8 +11,8 @@
 #include "plan/names.h"
 #include "rays/camera.h"
 #include "render/deadline.h"
-#include "report/text/numbers.h"
 #include "report/run_json.h"
+#include "report/text/numbers.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -27,18 +27,23 @@ namespace {
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output,
-                   "The picture: .exr with all layers, .png, .jpg, .pfm …; default: SCENE.exr here", "FILE");
+               "File for the picture. .exr holds all layers; .png, .jpg, .pfm and other formats hold the layer color "
+               "only. Default: SCENE.exr in the working directory",
+               "FILE");
     add_crop(app, arguments);
     add_option(app, "--pixel", arguments.pixel,
-                   "Write the path of one pixel's ray, step by step, as CSV on stdout; render nothing", "X,Y");
+               "Render nothing; write the path of the ray through the middle of this pixel as CSV to stdout, one row "
+               "per step. Pixel (0, 0) is at the top left",
+               "X,Y");
     add_option(app, "--time-limit", arguments.time_limit,
-               "Stop after so many seconds; the picture so far is written. In double, unless --precision says else",
+               "Stop after this number of seconds of trial rays and rendering, greater than 0, and write the picture "
+               "so far. --precision auto is then double. Default: no limit",
                "SECONDS");
     add_flag(app, "--maps", arguments.maps,
-             "Beside the picture, PICTURE-LAYER.png of every layer of numbers, in false colours with a scale");
+             "Also write a file PICTURE-LAYER.png for each layer of numbers, in false colours with a colour scale");
     add_schedule(app, arguments);
     add_json(app, arguments);
-    add_machine(app, arguments);
+    add_execution(app, arguments);
     add_lanes(app, arguments);
     add_messages(app, arguments);
 }
@@ -46,58 +51,61 @@ void declare(CLI::App& app, Arguments& arguments) {
 int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal& terminal) {
     const auto xy = whole_numbers("--pixel", pixel, ',', 2);
     check_inside("--pixel", pixel, plan.description().film, xy[0], xy[1]);
-    Watch watch;
-    watch.stop = InterruptGuard::requested();
-    write_paths_of(plan, {pixel_ray(plan, xy[0], xy[1])}, "-", watch, terminal);
-    if (!*watch.stop) return exit_done;
-    terminal.note("interrupted before the ray's end: it has no path");
+    RunControl control;
+    control.stop = InterruptGuard::requested();
+    write_paths_of(plan, {pixel_ray_start(plan, xy[0], xy[1])}, "-", control, terminal);
+    if (!*control.stop) return exit_done;
+    terminal.note("interrupted before the ray ended; its path is not written");
     return exit_interrupted;
 }
 
 double time_limit_of(const Arguments& arguments) {
     if (arguments.time_limit.empty()) return std::numeric_limits<double>::infinity();
     const double seconds = finite_number("--time-limit", arguments.time_limit);
-    if (seconds <= 0)
-        throw InputError("--time-limit: " + arguments.time_limit + " is not a positive number of seconds");
+    if (seconds <= 0) throw InputError("--time-limit: " + arguments.time_limit + " is not greater than 0 (in seconds)");
     return seconds;
 }
 
-/// Answers SIGUSR1. A snapshot that cannot be written is no reason to end the work.
+/// Writes the unfinished picture, as SIGUSR1 requests. If this fails, prints a warning, and rendering continues.
 void write_snapshot(const Plan& plan, const Film& film, const std::string& path, const Terminal& terminal,
                     ProgressLine& line) {
     RunReport so_far;
     so_far.interrupted = true;
     try {
         write_film(film, path, picture_metadata(plan, so_far));
-        line.aside([&] { terminal.note("a snapshot is in " + path); });
+        line.print_message([&] { terminal.note("a snapshot is in " + path); });
     } catch (const std::exception& error) {
-        line.aside([&] { terminal.warning(error.what()); });
+        line.print_message([&] { terminal.warning(error.what()); });
     }
 }
 
-RunReport render_watched(const Plan& plan, Film& film, const std::string& output, double time_limit,
-                         const Terminal& terminal) {
+RunReport render_with_progress(const Plan& plan, Film& film, const std::string& output, double time_limit,
+                               const Terminal& terminal) {
     ProgressLine line(terminal);
-    Watch watch;
-    watch.progress = [&](double done, double seconds) { line.show(done, seconds); };
-    watch.stop = InterruptGuard::requested();
-    watch.time_limit = time_limit;
-    watch.snapshot_wanted = SnapshotGuard::wanted();
-    watch.snapshot = [&](const Film* so_far) {
+    RunControl control;
+    control.progress = [&](double done, double seconds) { line.show(done, seconds); };
+    control.stop = InterruptGuard::requested();
+    control.time_limit = time_limit;
+    control.snapshot_requested = SnapshotGuard::requested();
+    control.snapshot = [&](const Film* so_far) {
         if (so_far) return write_snapshot(plan, *so_far, output, terminal, line);
-        line.aside([&] { terminal.warning("there is not enough memory for a snapshot"); });
+        line.print_message([&] { terminal.warning("not enough memory for a snapshot; rendering continues"); });
     };
-    return render_with_errors(plan, film, watch);
+    return render_with_errors(plan, film, control);
 }
 
-/// The layers of these names that --maps shows; none without it. Throws InputError where there are none to show.
+/// Returns those of the layers `names` that --maps writes; none without --maps. Throws InputError if --maps is given
+/// and none of the layers contains numbers.
 std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const std::vector<std::string>& names) {
     std::vector<const LayerInfo*> mapped;
     if (!arguments.maps) return mapped;
     for (const LayerInfo& layer : all_layers())
         if (layer.scale != LayerInfo::Scale::colors && std::find(names.begin(), names.end(), layer.name) != names.end())
             mapped.push_back(&layer);
-    if (mapped.empty()) throw InputError("--maps: film.layers has no layer of numbers; see `kagero list layers`");
+    if (mapped.empty())
+        throw InputError(
+            "--maps: film.layers contains no layer of numbers; add one with --layers, or leave --maps out "
+            "(see `kagero list layers`)");
     return mapped;
 }
 
@@ -105,11 +113,11 @@ void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, c
                 const Terminal& terminal) {
     for (const LayerInfo* layer : mapped) {
         write_map(film, *layer, map_path(output, *layer));
-        terminal.note("a map of " + layer->name + " is in " + map_path(output, *layer));
+        terminal.note("the map of layer " + layer->name + " is in " + map_path(output, *layer));
     }
 }
 
-void tell_plan(const Plan& plan, const Terminal& terminal) {
+void print_plan(const Plan& plan, const Terminal& terminal) {
     const std::string text = plan.description().space.hamiltonian + ", " + plan.method().name + ", " +
                              plan.module().isa + ", " + name_of(plan.run.kernel->strategy) + ", " +
                              name_of(plan.run.kernel->precision) + ", " + std::to_string(plan.run.kernel->lanes) +
@@ -118,53 +126,57 @@ void tell_plan(const Plan& plan, const Terminal& terminal) {
                     rounded(plan.load_seconds) + " s");
 }
 
-void tell_result(const RunReport& report, const std::string& path, const Terminal& terminal) {
+void print_result(const RunReport& report, const std::string& path, const Terminal& terminal) {
     const double rate = report.seconds > 0 ? static_cast<double>(report.rays) / report.seconds : 0;
-    const char* ending = report.out_of_time   ? "the time is up; what was done is in "
-                         : report.interrupted ? "interrupted; what was done is in "
+    const char* ending = report.out_of_time   ? "the time limit was reached; the picture so far is in "
+                         : report.interrupted ? "interrupted; the picture so far is in "
                                               : "the picture is in ";
     terminal.note(ending + path + " (" + rounded(static_cast<double>(report.rays)) + " rays in " +
                   rounded(report.seconds) + " s, " + rounded(rate) + " rays/s)");
 }
 
-/// Pixels that show nothing of the scene, and why.
+/// Prints warnings if more than 1 % of the rays reached the step limit or failed, or if the 99th percentile of the
+/// relative error of H exceeds 1 %.
 void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& terminal) {
-    constexpr double many = 0.01, large = 0.01;
+    constexpr double max_share = 0.01, max_energy_error = 0.01;
     const auto count = [&](Status status) { return double(report.counters.ended[static_cast<int>(status)]); };
     const double rays = double(report.rays);
-    if (const double endless = count(Status::step_limit); endless > many * rays)
+    if (const double unfinished = count(Status::step_limit); unfinished > max_share * rays)
         terminal.warning(
-            (endless == rays ? "no ray ended" : rounded(endless) + " of " + rounded(rays) + " rays did not end") +
+            (unfinished == rays ? "no ray ended" : rounded(unfinished) + " of " + rounded(rays) + " rays did not end") +
             " within integrator.max_steps = " + std::to_string(plan.description().integrator.max_steps) +
-            " steps: such rays show black");
-    if (count(Status::failed) > many * rays)
+            " steps; they are black. Try a greater integrator.max_steps");
+    if (count(Status::failed) > max_share * rays)
         terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) +
-                         " rays failed, and are black; `kagero trace` tells the reason of each. Where it is a step, " +
-                         (plan.method().adaptive ? "another integrator.tolerance" : "a smaller integrator.step") +
-                         " may do");
-    if (report.energy_error.p99 > large && !(plan.method_trial && plan.method_trial->met))
-        terminal.warning("99 % of the rays keep H to " + rounded(report.energy_error.p99) +
-                         " alone: a smaller integrator.step will show another picture");
+                         " rays failed and are black; `kagero trace` prints the reason for each ray. If steps failed, "
+                         "try " +
+                         (plan.method().adaptive ? "another integrator.tolerance" : "a smaller integrator.step"));
+    if (report.energy_error.p99 > max_energy_error && !(plan.method_trial && plan.method_trial->met))
+        terminal.warning("the 99th percentile of the relative error of H is " + rounded(report.energy_error.p99) +
+                         "; above " + rounded(max_energy_error) + " the picture may be wrong. Try a smaller " +
+                         (plan.method().adaptive ? "integrator.tolerance" : "integrator.step"));
 }
 
-/// A path goes to stdout, and is of one pixel of the whole film.
+/// Throws InputError for options that cannot be combined with --pixel.
 void check_combination(const Arguments& arguments) {
     if (arguments.pixel.empty()) return;
     const auto refuse = [](bool given, const char* option) {
         if (given)
-            throw InputError(std::string("--pixel writes a path on stdout and renders nothing; leave ") + option +
+            throw InputError(std::string("--pixel writes a path to stdout and renders nothing; leave ") + option +
                              " out");
     };
-    refuse(!arguments.output.empty(), "-o"), refuse(!arguments.json.empty(), "--json"),
-        refuse(!arguments.crop.empty(), "--crop");
-    refuse(arguments.maps, "--maps"), refuse(!arguments.time_limit.empty(), "--time-limit");
+    refuse(!arguments.output.empty(), "-o");
+    refuse(!arguments.json.empty(), "--json");
+    refuse(!arguments.crop.empty(), "--crop");
+    refuse(arguments.maps, "--maps");
+    refuse(!arguments.time_limit.empty(), "--time-limit");
 }
 
-/// What is told when the picture is written, and the exit status.
+/// Writes the JSON, prints the result and warnings, and returns the exit status.
 int conclude(const Plan& plan, const RunReport& report, double write_seconds, const std::string& output,
              const std::string& json, const Terminal& terminal) {
     if (!json.empty()) write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds); });
-    tell_result(report, output, terminal);
+    print_result(report, output, terminal);
     warn_of_ends(plan, report, terminal);
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
     return plan.method_trial && !plan.method_trial->met ? exit_bound : exit_done;
@@ -172,10 +184,11 @@ int conclude(const Plan& plan, const RunReport& report, double write_seconds, co
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
-    const SnapshotGuard snapshots;  // from here on: the signal may come while the scene is being loaded
+    const SnapshotGuard snapshots;  // Installed first, because the signal may arrive while the scene is loaded.
     const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
-    // A path is read, not looked at; and where time is short a trial of float would use it up.
+    // The precision is double without a trial in two cases. A path shows differences between float and double that are
+    // invisible in a picture. With a time limit, a trial would take time from rendering.
     const bool no_trial = !arguments.pixel.empty() || !arguments.time_limit.empty();
     if (no_trial && !options.precision) options.precision = Precision::float64;
     SceneDescription scene = scene_of(arguments, options);
@@ -194,20 +207,25 @@ int run(const Arguments& arguments, const Terminal& terminal) {
                         height = whole ? scene.film.height : options.crop.y1 - options.crop.y0;
     if (arguments.pixel.empty()) {
         check_writable(output, scene.film.layers, width, height);
-        options.energy_error = !arguments.json.empty() || holds_layers(output);  // both tell it
+        // The JSON and the attributes of an .exr file contain the error of H.
+        options.energy_error = !arguments.json.empty() || stores_all_layers(output);
     }
-    auto prepared = std::async(std::launch::async, [&] { if (arguments.pixel.empty()) prepare_to_write(output); });
+    auto prepared = std::async(std::launch::async, [&] {
+        if (arguments.pixel.empty()) prepare_to_write(output);
+    });
 
-    constexpr double pilots_share = 0.5;  // the rest of the time is the picture's
+    constexpr double max_trial_share = 0.5;  // Greatest share of the time limit that trial rays may use.
     const Deadline deadline(time_limit);
-    const Plan plan = resolve_watched(std::move(scene), options, terminal, pilots_share * time_limit);
-    const InterruptGuard interrupts;  // from here on there is something to keep; before, the signal ends the program
-    tell_plan(plan, terminal);
+    const Plan plan = resolve_with_progress(std::move(scene), options, terminal, max_trial_share * time_limit);
+    // Until here, an interrupt terminates the program, because there are no results to keep.
+    const InterruptGuard interrupts;
+    print_plan(plan, terminal);
     if (!arguments.pixel.empty()) return write_pixel_path(plan, arguments.pixel, terminal);
 
     Film film = film_of(plan);
-    prepared.get();  // nothing else runs beside the rays
-    const RunReport report = render_watched(plan, film, output, deadline.left() + plan.load_seconds, terminal);
+    prepared.get();  // Waits for the thread, so that no other work runs during rendering.
+    const RunReport report =
+        render_with_progress(plan, film, output, deadline.remaining_seconds() + plan.load_seconds, terminal);
     const double write_seconds = save_film(film, output, picture_metadata(plan, report));
     write_maps(film, mapped, output, terminal);
     return conclude(plan, report, write_seconds, output, arguments.json, terminal);

@@ -1,14 +1,14 @@
-// kagero trace: single rays, as CSV in and out.
+// kagero trace: traces single rays that are read as CSV, and writes their ends or paths as CSV.
+#include "render/trace.h"
 #include "cli/interrupt.h"
-#include "cli/paths.h"
 #include "cli/output.h"
+#include "cli/paths.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "plan/names.h"
-#include "render/trace.h"
 #include "report/csv/read_rays.h"
-#include "report/run_json.h"
 #include "report/csv/write_rays.h"
+#include "report/run_json.h"
 #include "tuning/resolve.h"
 
 #include <algorithm>
@@ -20,22 +20,31 @@ namespace kagero {
 
 namespace {
 
-constexpr std::uint32_t most_repeats = 1'000'000;
+constexpr std::uint32_t max_repeats = 1'000'000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    add_option(app, "--rays", arguments.rays, "CSV with the columns x,y,z,dx,dy,dz; '-', the default, is stdin",
+    add_option(app, "--rays", arguments.rays,
+               "CSV of rays with the columns x,y,z,dx,dy,dz in any order: start and direction of each ray; '-' is "
+               "stdin. Default: -",
                "FILE");
-    add_option(app, "-o,--output", arguments.output, "Where the CSV goes; '-', the default, is stdout", "FILE");
-    add_flag(app, "--path", arguments.path, "Every step of every ray instead of its end");
+    add_option(app, "-o,--output", arguments.output,
+               "File for the CSV of results; '-' is stdout. Default: -, or no CSV if --json writes to stdout", "FILE");
+    add_flag(app, "--path", arguments.path, "Write every step of every ray instead of its end. Excludes --json");
     add_option(app, "--observer", arguments.observer,
-               "Read directions in the rest frame of: static, zamo, falling, coordinate; default: as dq/dλ in the "
-               "scene's coordinates",
+               "Observer in whose rest frame directions are given: static, zamo, falling or coordinate. Default: none; "
+               "directions are dq/dλ in scene coordinates",
                "NAME");
-    add_option(app, "--parameter", arguments.parameter, "End every ray where its parameter has this value", "L");
-    add_option(app, "--repeat", arguments.repeat, "With --json: how many runs to time", "N");
+    add_option(app, "--parameter", arguments.parameter,
+               "End every ray at this value of the ray parameter λ, L > 0, with status step_limit. λ is 0 at the "
+               "start. Default: no limit",
+               "L");
+    add_option(app, "--repeat", arguments.repeat,
+               "Number of timed runs for the report of --json, 1 to 1000000; one more run before them is not timed. "
+               "Default: 1",
+               "N");
     add_json(app, arguments);
-    add_machine(app, arguments);
+    add_execution(app, arguments);
     add_lanes(app, arguments);
     add_messages(app, arguments);
 }
@@ -46,17 +55,18 @@ std::vector<RayInput> rays_of(const Arguments& arguments) {
     if (std::filesystem::is_directory(arguments.rays, ignored))
         throw InputError("cannot read the rays '" + arguments.rays + "': it is a directory");
     std::ifstream in(arguments.rays, std::ios::binary);
-    if (!in) throw InputError("cannot read the rays '" + arguments.rays + "': no such file, or no permission");
+    if (!in)
+        throw InputError("cannot read the rays '" + arguments.rays + "': the file does not exist or is not readable");
     return read_rays(in, arguments.rays);
 }
 
-/// What a list of rays is traced with.
+/// The rays to be traced, with the scene and the options.
 struct Request {
     const Arguments& arguments;
     SceneDescription scene;
     Options options;
     std::vector<RayInput> rays;
-    bool csv;
+    bool writes_csv;  ///< True if ends or paths are written as CSV, with or without a JSON report.
     const Terminal& terminal;
 };
 
@@ -65,62 +75,65 @@ std::optional<ObserverKind> observer_of(const Arguments& arguments) {
     return observer_named(arguments.observer);
 }
 
-/// λ belongs to H: rays that are to end at a given λ follow no other clock. The scene on the general path, and without
-/// a rescaling of the space's own, as if it said so, and with the defaults that follow.
+/// Reads the scene for rays that end at a given λ. λ is the parameter of Hamilton's equations for H, so rays must be
+/// integrated on the general path and without time rescaling. If integrator.rescale is "auto", it is replaced by
+/// "none", which also selects the default method and step for H without rescaling.
 SceneDescription scene_with_parameter(Arguments arguments, const Options& options) {
-    const SceneDescription scene = general_scene_of(arguments, options);
+    const SceneDescription scene = general_path_scene_of(arguments, options);
     if (scene.integrator.rescale != "auto") return scene;
     arguments.overrides.push_back("integrator.rescale=none");
-    return general_scene_of(arguments, options);
+    return general_path_scene_of(arguments, options);
 }
 
-Plan plan_of(const Request& request, bool every_column) {
+/// Returns the plan for the CSV, whose columns include the error of H and λ, or for the timed runs of the JSON report.
+/// Prints the remarks of the plan once, also if both are written.
+Plan plan_of(const Request& request, bool for_csv) {
     SceneDescription scene = request.scene;
     Options options = request.options;
-    options.energy_error = options.parameter = every_column;
+    options.energy_error = options.parameter = for_csv;
     options.observer = observer_of(request.arguments);
     const std::string& limit = request.arguments.parameter;
     if (!limit.empty()) {
         if (scene.integrator.rescale != "none")
             throw InputError(
-                "--parameter: a ray cannot be ended at a parameter of H while integrator.rescale changes that "
-                "parameter; "
-                "set it to \"none\"");
+                "--parameter: rays cannot end at a value of the ray parameter while integrator.rescale replaces it by "
+                "another integration parameter; set integrator.rescale = \"none\"");
     }
     Plan plan = resolve(std::move(scene), options, Purpose::ray_list);
-    if (every_column == request.csv)  // once, of both plans
+    if (for_csv == request.writes_csv)
         for (const std::string& remark : plan.remarks) request.terminal.warning(remark);
     if (!limit.empty() && plan.method().angular)
-        throw InputError("--parameter: a ray cannot be ended at a parameter of H while integrator.method = \"" +
-                         std::string(plan.method().name) + "\" steps in the angle of its orbit");
+        throw InputError(
+            "--parameter: rays cannot end at a value of the ray parameter, because integrator.method = \"" +
+            std::string(plan.method().name) + "\" steps in the orbit angle; choose a method other than orbit-*");
     if (!limit.empty()) plan.run.parameter_limit = finite_number("--parameter", limit);
     return plan;
 }
 
-/// Both return whether they were interrupted.
-bool write_csv(const Request& request, const std::string& output, const Watch& watch) {
+/// Traces the rays and writes their ends or paths as CSV. Returns true if it was interrupted.
+bool write_csv(const Request& request, const std::string& output, const RunControl& control) {
     const auto plan = plan_of(request, true);
     const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
     if (request.arguments.path) {
-        write_paths_of(plan, starts, output, watch, request.terminal);
-        return *watch.stop;
+        write_paths_of(plan, starts, output, control, request.terminal);
+        return *control.stop;
     }
     std::vector<RayEnd> ends;
-    const RunReport report = trace(plan, starts, ends, watch);
+    const RunReport report = trace(plan, starts, ends, control);
     write_output(output, [&](std::ostream& out) { write_ends(out, plan, ends); });
     return report.interrupted;
 }
 
-/// Tracing alone, after one run that is not counted, to where rays end: without watching H, without λ. Of runs that
-/// were cut short nothing is told.
-std::size_t write_timing(const Request& request, std::uint32_t repetitions, const Watch& watch) {
+/// Traces the rays `repetitions` times, after one run that is not timed, and writes the JSON report. Returns the number
+/// of complete runs. The runs compute neither the error of H nor λ. Interrupted runs are not reported.
+std::size_t write_timing(const Request& request, std::uint32_t repetitions, const RunControl& control) {
     const auto plan = plan_of(request, false);
     const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
     std::vector<RayEnd> ends;
-    trace(plan, starts, ends, watch);
+    trace(plan, starts, ends, control);
     std::vector<RunReport> runs;
-    for (std::uint32_t i = 0; i < repetitions && !*watch.stop; ++i) {
-        RunReport report = trace(plan, starts, ends, watch);
+    for (std::uint32_t i = 0; i < repetitions && !*control.stop; ++i) {
+        RunReport report = trace(plan, starts, ends, control);
         if (!report.interrupted) runs.push_back(std::move(report));
     }
     if (!runs.empty()) write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(plan, runs); });
@@ -130,19 +143,20 @@ std::size_t write_timing(const Request& request, std::uint32_t repetitions, cons
 void check_combination(const Arguments& arguments) {
     if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, observer_names());
     if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))
-        throw InputError("--parameter: " + arguments.parameter + " is not greater than 0, where rays start");
+        throw InputError("--parameter: " + arguments.parameter +
+                         " is not greater than 0, the value at the start of a ray");
     if (arguments.path && !arguments.json.empty())
-        throw InputError("--path writes steps and --json reports on ends; ask for one of the two");
+        throw InputError("--path and --json exclude each other: the JSON reports on ray ends; use one of the two");
     if (!arguments.repeat.empty() && arguments.json.empty())
-        throw InputError("--repeat times runs for a report; add --json");
+        throw InputError("--repeat has an effect only on the report of --json; add --json, or leave --repeat out");
     if (arguments.output == "-" && arguments.json == "-")
-        throw InputError("CSV and JSON cannot both go to stdout; give --json a FILE");
+        throw InputError("CSV and JSON cannot both be written to stdout; add a file: --json FILE or -o FILE");
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     check_combination(arguments);
     const std::uint32_t repetitions =
-        arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, most_repeats);
+        arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, max_repeats);
     const Options options = options_of(arguments);
     SceneDescription scene =
         arguments.parameter.empty() ? scene_of(arguments, options) : scene_with_parameter(arguments, options);
@@ -156,21 +170,22 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Request request{arguments, std::move(scene), options, rays_of(arguments), csv, terminal};
     terminal.detail(std::to_string(request.rays.size()) + " rays");
     const InterruptGuard interrupts;
-    Watch watch;
-    watch.stop = InterruptGuard::requested();
-    bool interrupted = csv && write_csv(request, output, watch), told = csv;
+    RunControl control;
+    control.stop = InterruptGuard::requested();
+    bool interrupted = csv && write_csv(request, output, control), has_output = csv;
     if (json && !interrupted) {
-        const std::size_t runs = write_timing(request, repetitions, watch);
-        interrupted = runs < repetitions, told = told || runs > 0;
+        const std::size_t runs = write_timing(request, repetitions, control);
+        interrupted = runs < repetitions;
+        has_output = has_output || runs > 0;
     }
     if (interrupted)
-        terminal.note(told ? "interrupted; what was done is written"
-                           : "interrupted before a run was complete: there is nothing to report");
+        terminal.note(has_output ? "interrupted; the results so far are written"
+                                 : "interrupted before a run was complete; no report is written");
     return interrupted ? exit_interrupted : exit_done;
 }
 
 }  // namespace
 
-const Verb trace_verb{"trace", "Follow single rays given as CSV", declare, run};
+const Verb trace_verb{"trace", "Trace single rays that are given as CSV", declare, run};
 
 }  // namespace kagero

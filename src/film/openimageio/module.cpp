@@ -1,4 +1,4 @@
-// What kagero asks of OpenImageIO; the only file that knows it.
+// The image module. This is the only file that uses OpenImageIO.
 #include "film/codec.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -15,60 +15,67 @@
 namespace kagero {
 namespace {
 
-/// Integer images hold sRGB unless they say otherwise; floating-point ones are linear.
+/// Returns true if the values are sRGB-encoded. Floating-point images are linear. Integer images are sRGB-encoded
+/// unless their metadata states that they are linear.
 bool is_srgb(const OIIO::ImageSpec& spec) {
     return spec.format != OIIO::TypeDesc::HALF && spec.format != OIIO::TypeDesc::FLOAT &&
            spec.format != OIIO::TypeDesc::DOUBLE && spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";
 }
 
+/// Returns the message for an image that does not fit into memory.
 std::string too_large(const DecodedImage& image) {
-    if (image.width == 0) return "asks for more memory than there is before it says its size";
-    return "says that it has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-           " pixels, for which there is not enough memory";
+    if (image.width == 0) return "requires more memory than is available, even before its size is read";
+    return "states a size of " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+           " pixels, which requires more memory than is available";
 }
 
-/// Whether pixels are stored of a part of the picture alone, or of more than it: OpenEXR's data window is not its
+/// Returns true if the stored pixels do not cover exactly the picture: in OpenEXR, the data window differs from the
 /// display window.
-bool is_stored_otherwise(const OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
+bool has_partial_data_window(const OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     return input.format_name() == std::string("openexr") &&
            (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
             spec.height != spec.full_height);
 }
 
-/// Puts the stored pixels where they are in the picture: black is where there are none.
-void place_in_picture(const OIIO::ImageSpec& spec, DecodedImage& image) {
+/// Copies the stored pixels to their position in the picture. Pixels that are not stored become black.
+void expand_to_display_window(const OIIO::ImageSpec& spec, DecodedImage& image) {
     OIIO::ImageSpec stored(spec.width, spec.height, image.channels, OIIO::TypeDesc::FLOAT);
-    stored.x = spec.x, stored.y = spec.y;
-    OIIO::ROI shown = spec.roi_full();
-    shown.chend = image.channels;
-    image.width = shown.width(), image.height = shown.height();
-    std::vector<float> pixels(std::size_t(shown.npixels()) * std::size_t(image.channels));
-    OIIO::ImageBuf(stored, image.values.data()).get_pixels(shown, OIIO::TypeDesc::FLOAT, pixels.data());
+    stored.x = spec.x;
+    stored.y = spec.y;
+    OIIO::ROI display = spec.roi_full();
+    display.chend = image.channels;
+    image.width = display.width();
+    image.height = display.height();
+    std::vector<float> pixels(std::size_t(display.npixels()) * std::size_t(image.channels));
+    OIIO::ImageBuf(stored, image.values.data()).get_pixels(display, OIIO::TypeDesc::FLOAT, pixels.data());
     image.values = std::move(pixels);
 }
 
-/// Not all of the library's readers say what they miss.
-std::string unreadable(const std::string& reason) {
+/// Returns the message for an unreadable file. Not all readers of OpenImageIO state a reason.
+std::string unreadable_message(const std::string& reason) {
     return "cannot be read as an image: " + (reason.empty() ? "it is truncated or damaged" : reason);
 }
 
+/// Reads an image file; implements Codec::read.
 std::string read(const std::string& path, DecodedImage& image) try {
-    // Alpha is dropped, so colours are wanted as stored and not multiplied by it.
-    OIIO::ImageSpec wish;
-    wish.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::open(path, &wish);
-    if (!input) return unreadable(OIIO::geterror());
+    // Alpha is ignored, so colours are requested as stored, not multiplied by alpha.
+    OIIO::ImageSpec configuration;
+    configuration.attribute("oiio:UnassociatedAlpha", 1);
+    const auto input = OIIO::ImageInput::open(path, &configuration);
+    if (!input) return unreadable_message(OIIO::geterror());
     const OIIO::ImageSpec spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1)
-        return "is not a flat image with pixels";
-    image.width = spec.width, image.height = spec.height, image.channels = spec.nchannels < 3 ? 1 : 3,
+        return "is not a two-dimensional image with at least one pixel";
+    image.width = spec.width;
+    image.height = spec.height;
+    image.channels = spec.nchannels < 3 ? 1 : 3;
     image.srgb = is_srgb(spec);
     image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
     if (!input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::FLOAT, image.values.data()))
-        return unreadable(input->geterror());
-    // What a truncated file lacks may be no reason to fail for its reader, but a message.
-    if (input->has_error()) return unreadable(input->geterror());
-    if (is_stored_otherwise(*input, spec)) place_in_picture(spec, image);
+        return unreadable_message(input->geterror());
+    // Some readers report a truncated file only by an error message, without failing.
+    if (input->has_error()) return unreadable_message(input->geterror());
+    if (has_partial_data_window(*input, spec)) expand_to_display_window(spec, image);
     return {};
 } catch (const std::bad_alloc&) {
     return too_large(image);
@@ -86,30 +93,33 @@ OIIO::ImageSpec spec_of(const PictureToEncode& picture) {
     for (const bool half : picture.half)
         spec.channelformats.push_back(half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
     if (picture.whole_width) {
-        spec.x = picture.x, spec.y = picture.y;
-        spec.full_width = picture.whole_width, spec.full_height = picture.whole_height;
+        spec.x = picture.x;
+        spec.y = picture.y;
+        spec.full_width = picture.whole_width;
+        spec.full_height = picture.whole_height;
     }
     for (const auto& [name, value] : picture.attributes) spec.attribute(name, value);
     if (picture.quality) spec.attribute("CompressionQuality", picture.quality);
     return spec;
 }
 
+/// Writes a picture through an OpenImageIO output. Returns "" on success, otherwise the reason for the failure.
 std::string write_to(OIIO::ImageOutput* out, const std::string& name, const PictureToEncode& picture) {
     if (!out) return OIIO::geterror();
     const bool done =
         out->open(name, spec_of(picture)) && out->write_image(type_of(picture.samples), picture.pixels) && out->close();
-    const std::string why = done ? "" : out->geterror();
-    return done || !why.empty() ? why : "OpenImageIO does not say why";
+    const std::string reason = done ? "" : out->geterror();
+    return done || !reason.empty() ? reason : "OpenImageIO states no reason";
 }
 
-/// TIFF goes back and forth in its file, which OpenImageIO 2.4 cannot do in memory: a file of its own then, without a
-/// name.
+/// Encodes TIFF in an unnamed temporary file. The TIFF writer seeks in its file, which OpenImageIO 2.4 does not support
+/// in memory.
 std::string encode_tiff(const PictureToEncode& picture, std::vector<unsigned char>& bytes) {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
-    if (!file) return "no temporary file can be made";
+    if (!file) return "a temporary file cannot be created";
     const std::string name = "/proc/self/fd/" + std::to_string(fileno(file.get()));
-    if (const std::string why = write_to(OIIO::ImageOutput::create("tiff").get(), name, picture); !why.empty())
-        return why;
+    if (const std::string reason = write_to(OIIO::ImageOutput::create("tiff").get(), name, picture); !reason.empty())
+        return reason;
     std::fseek(file.get(), 0, SEEK_END);
     bytes.resize(static_cast<std::size_t>(std::ftell(file.get())));
     std::rewind(file.get());
@@ -118,7 +128,8 @@ std::string encode_tiff(const PictureToEncode& picture, std::vector<unsigned cha
                : "a temporary file cannot be read back";
 }
 
-/// Into memory: what writes a file by itself says nothing of a full disk, or ends the program.
+/// Encodes a picture in memory; implements Codec::encode. Some writers of OpenImageIO ignore a full disk, or terminate
+/// the program, if they write to a file.
 std::string encode(const std::string& extension, const PictureToEncode& picture, std::vector<unsigned char>& file) {
     if (OIIO::Strutil::istarts_with(extension, ".tif")) return encode_tiff(picture, file);
     const std::string name = "picture" + extension;
@@ -126,20 +137,21 @@ std::string encode(const std::string& extension, const PictureToEncode& picture,
     return write_to(OIIO::ImageOutput::create(name, &memory).get(), name, picture);
 }
 
-std::string false_colors(const std::vector<float>& shares, std::vector<float>& rgb) {
-    const int width = static_cast<int>(shares.size());
-    std::vector<float> plane = shares;
+/// Maps numbers to false colours; implements Codec::false_colors.
+std::string false_colors(const std::vector<float>& numbers, std::vector<float>& rgb) {
+    const int width = static_cast<int>(numbers.size());
+    std::vector<float> plane = numbers;
     const OIIO::ImageBuf gray(OIIO::ImageSpec(width, 1, 1, OIIO::TypeDesc::FLOAT), plane.data());
     const OIIO::ImageBuf colored = OIIO::ImageBufAlgo::color_map(gray, 0, "inferno");
-    rgb.resize(3 * shares.size());
+    rgb.resize(3 * numbers.size());
     return colored.get_pixels(OIIO::ROI(0, width, 0, 1, 0, 1, 0, 3), OIIO::TypeDesc::FLOAT, rgb.data())
                ? ""
                : colored.geterror();
 }
 
-constexpr Codec offered{codec_abi, read, encode, false_colors};
+constexpr Codec image_module{codec_abi, read, encode, false_colors};
 
 }  // namespace
 }  // namespace kagero
 
-extern "C" __attribute__((visibility("default"))) const kagero::Codec* kagero_codec() { return &kagero::offered; }
+extern "C" __attribute__((visibility("default"))) const kagero::Codec* kagero_codec() { return &kagero::image_module; }

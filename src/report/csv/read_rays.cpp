@@ -14,9 +14,10 @@ constexpr const char* expected_header = "x,y,z,dx,dy,dz";
 
 struct Field {
     std::string_view text;
-    int column;  ///< of its first character, from 1
+    int column;  ///< Column of the first character, counted from 1.
 };
 
+/// Splits a line at commas and removes spaces and tabs around each field.
 std::vector<Field> split(std::string_view line) {
     std::vector<Field> fields;
     std::size_t begin = 0;
@@ -31,7 +32,7 @@ std::vector<Field> split(std::string_view line) {
     }
 }
 
-/// A value as shown in a message: of bounded length, without control characters.
+/// Returns a field in quotes for messages, with at most 40 characters and with control characters replaced by '?'.
 std::string quoted(std::string_view text) {
     constexpr std::size_t longest = 40;
     std::string shown;
@@ -39,55 +40,55 @@ std::string quoted(std::string_view text) {
     return "'" + shown + (text.size() > longest ? "…" : "") + "'";
 }
 
-double parse_number(const Field& field, Place place) {
-    place.column = field.column;
+double parse_number(const Field& field, FileLocation location) {
+    location.column = field.column;
     std::string_view text = field.text;
-    if (text.empty()) throw InputError(place, "expected a number, found nothing");
-    const bool plus = text.front() == '+' && text.size() > 1 && text[1] != '-';  // which from_chars refuses
+    if (text.empty()) throw InputError(location, "the field is empty; expected a number");
+    const bool plus = text.front() == '+' && text.size() > 1 && text[1] != '-';  // from_chars does not accept '+'.
     if (plus) text.remove_prefix(1);
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error == std::errc::result_out_of_range)
-        throw InputError(place, quoted(field.text) + " is beyond what a double can hold (about 1e-308 to 1e308)");
+        throw InputError(location, quoted(field.text) + " is out of the range of a double (about 1e-308 to 1e308)");
     if (error != std::errc{} || end != text.data() + text.size())
-        throw InputError(place, quoted(field.text) + " is not a number");
+        throw InputError(location, quoted(field.text) + " is not a number");
     return value;
 }
 
-/// For each of x, y, z, dx, dy, dz its place in a row.
-std::array<std::size_t, 6> parse_header(const std::vector<Field>& fields, Place place) {
+/// Returns the index in a row of each of the columns x, y, z, dx, dy, dz.
+std::array<std::size_t, 6> parse_header(const std::vector<Field>& fields, FileLocation location) {
     constexpr std::size_t absent = ~std::size_t{0};
-    std::array<std::size_t, 6> where;
-    where.fill(absent);
+    std::array<std::size_t, 6> indices;
+    indices.fill(absent);
     for (std::size_t i = 0; i < fields.size(); ++i) {
-        place.column = fields[i].column;
+        location.column = fields[i].column;
         std::size_t k = 0;
         while (k < column_names.size() && fields[i].text != column_names[k]) ++k;
         if (k == column_names.size())
-            throw InputError(place, quoted(fields[i].text) + " is not a column of rays; the header must be " +
-                                        expected_header);
-        if (where[k] != absent) throw InputError(place, "the column " + quoted(fields[i].text) + " stands there twice");
-        where[k] = i;
+            throw InputError(location, quoted(fields[i].text) + " is not a known column; the header must be " +
+                                           expected_header + " (in any order)");
+        if (indices[k] != absent) throw InputError(location, "the column " + quoted(fields[i].text) + " occurs twice");
+        indices[k] = i;
     }
-    place.column = 1;
-    for (std::size_t k = 0; k < where.size(); ++k)
-        if (where[k] == absent)
-            throw InputError(place, std::string("the column '") + column_names[k] +
-                                        "' is missing; the header must be " + expected_header);
-    return where;
+    location.column = 1;
+    for (std::size_t k = 0; k < indices.size(); ++k)
+        if (indices[k] == absent)
+            throw InputError(location, std::string("the column '") + column_names[k] +
+                                           "' is missing; the header must be " + expected_header + " (in any order)");
+    return indices;
 }
 
-RayInput parse_row(const std::vector<Field>& fields, const std::array<std::size_t, 6>& where, Place place) {
-    if (fields.size() != where.size()) {
-        place.column = fields.size() > where.size() ? fields[where.size()].column : fields.back().column;
-        throw InputError(place, "expected 6 values, found " + std::to_string(fields.size()));
+RayInput parse_row(const std::vector<Field>& fields, const std::array<std::size_t, 6>& indices, FileLocation location) {
+    if (fields.size() != indices.size()) {
+        location.column = fields.size() > indices.size() ? fields[indices.size()].column : fields.back().column;
+        throw InputError(location, "expected 6 values, found " + std::to_string(fields.size()));
     }
     std::array<double, 6> values;
-    for (std::size_t i = 0; i < fields.size(); ++i) values[i] = parse_number(fields[i], place);
+    for (std::size_t i = 0; i < fields.size(); ++i) values[i] = parse_number(fields[i], location);
     RayInput ray;
     for (std::size_t k = 0; k < 3; ++k) {
-        ray.position[k] = values[where[k]];
-        ray.direction[k] = values[where[k + 3]];
+        ray.position[k] = values[indices[k]];
+        ray.direction[k] = values[indices[k + 3]];
     }
     return ray;
 }
@@ -96,31 +97,32 @@ RayInput parse_row(const std::vector<Field>& fields, const std::array<std::size_
 
 std::vector<RayInput> read_rays(std::istream& in, const std::string& name) {
     std::vector<RayInput> rays;
-    std::array<std::size_t, 6> where{};
+    std::array<std::size_t, 6> indices{};
     bool header_seen = false;
-    Place place{name, 0, 0};
-    std::vector<char> line(10'001);  // what has no lines at all would fill the memory
+    FileLocation location{name, 0, 0};
+    std::vector<char> line(10'001);  // Bounds the memory for input without line breaks.
     while (in.getline(line.data(), static_cast<std::streamsize>(line.size()))) {
-        ++place.line;
+        ++location.line;
         std::string_view text(line.data(), static_cast<std::size_t>(in.gcount()) - (in.eof() ? 0 : 1));
-        if (place.line == 1 && text.starts_with("\xef\xbb\xbf"))
-            text.remove_prefix(3);  // a byte order mark, as spreadsheets write
+        if (location.line == 1 && text.starts_with("\xef\xbb\xbf"))
+            text.remove_prefix(3);  // Removes the UTF-8 byte order mark that spreadsheets write.
         if (text.ends_with('\r')) text.remove_suffix(1);
         if (text.find_first_not_of(" \t") == std::string_view::npos) continue;
         const std::vector<Field> fields = split(text);
         if (header_seen) {
-            rays.push_back(parse_row(fields, where, place));
+            rays.push_back(parse_row(fields, indices, location));
         } else {
-            where = parse_header(fields, place);
+            indices = parse_header(fields, location);
             header_seen = true;
         }
     }
     if (in.gcount() + 1 == static_cast<std::streamsize>(line.size()))
-        throw InputError(Place{name, place.line + 1, 1}, "a line of more than 10,000 characters, which is no ray's");
-    if (in.bad()) throw RunError("cannot read '" + name + "' to its end");
+        throw InputError(FileLocation{name, location.line + 1, 1},
+                         "a line of more than 10,000 characters; expected six comma-separated numbers per line");
+    if (in.bad()) throw RunError("reading '" + name + "' failed before its end");
     if (!header_seen)
-        throw InputError(Place{name, 1, 1},
-                         std::string("there is nothing here; the first line must be ") + expected_header);
+        throw InputError(FileLocation{name, 1, 1},
+                         std::string("the input is empty; the first line must be the header ") + expected_header);
     return rays;
 }
 

@@ -9,9 +9,9 @@ namespace kagero {
 
 namespace {
 
-constexpr std::size_t flush_size = 1 << 16;
+constexpr std::size_t flush_size = 1 << 16;  ///< Number of bytes that are collected before they are written.
 
-/// Quoted only where the text has something that would end the field.
+/// Returns a field of text, in quotes if it contains a comma, a quote or a line break.
 std::string csv_text(const std::string& text) {
     if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
     std::string quoted = "\"";
@@ -78,9 +78,7 @@ void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& 
     flush(out, rows);
 }
 
-void write_path_header(std::ostream& out) {
-    out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy\n";
-}
+void write_path_header(std::ostream& out) { out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy\n"; }
 
 void write_paths(std::ostream& out, const std::vector<PathPoint>& points) {
     std::string rows;

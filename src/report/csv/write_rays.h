@@ -1,4 +1,4 @@
-/// `trace`'s tables of ends and of paths.
+/// Writers of the output of `trace`: CSV tables of ray ends and of ray paths.
 #pragma once
 
 #include "plan/plan.h"
@@ -7,11 +7,12 @@
 
 namespace kagero {
 
-/// One row per ray, 17 significant digits.
+/// Writes the header and one row per ray. Numbers have 17 significant digits.
 void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends);
 
-/// The table of steps: its first line, and a row per step.
+/// Writes the header of the table of paths.
 void write_path_header(std::ostream& out);
+/// Writes one row per step. Numbers have 17 significant digits.
 void write_paths(std::ostream& out, const std::vector<PathPoint>& points);
 
 }  // namespace kagero

@@ -16,28 +16,36 @@ std::string short_number(double value) {
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 3).ptr};
 }
 
-std::string tip_of(const StudyCurve& curve, const StudyPoint& point) {
+std::string tooltip_of(const StudyCurve& curve, const StudyPoint& point) {
     const std::string time = std::isfinite(point.time.median) ? rounded(point.time.median) + " ns" : "not timed";
     return curve.method + " " + name_of(curve.precision) + (curve.info->adaptive ? ", tolerance " : ", step ") +
            short_number(point.stated_step) + ": " + time + ", " + rounded(point.gradients) +
-           " gradients per ray; 90 % of the rays within " + short_number(point.errors.pixels.p90) + " pixel";
+           " gradients per ray; error of at most " + short_number(point.errors.pixels.p90) +
+           " pixel for 90 % of the rays";
 }
 
-bool emphasised(const StudyCurve& curve) {
-    return curve.own || (curve.info->family == Family::recipe && curve.info->typical);
+/// Returns true for the method of the scene and for the recipe as printed in Satoh (2003).
+bool is_emphasized(const StudyCurve& curve) {
+    return curve.is_scene_method || (curve.info->family == MethodFamily::recipe && curve.info->representative);
 }
 
 Series series_of(const ErrorStudy& study, const StudyCurve& curve, Work work) {
     const MethodStyle style = style_of(*curve.info);
     Series series{curve.method, style.color, style.mark,
-                  false,        false,       emphasised(curve) && study.shows(curve) && !curve.loose,
+                  false,        false,       is_emphasized(curve) && study.shows(curve) && !curve.has_loose_solver,
                   {},           {}};
-    if (curve.loose) series.label += " loose", series.dotted = true;
-    if (curve.precision == Precision::float32) series.label += " float", series.dashed = true;
+    if (curve.has_loose_solver) {
+        series.label += " loose";
+        series.dotted = true;
+    }
+    if (curve.precision == Precision::float32) {
+        series.label += " float";
+        series.dashed = true;
+    }
     for (const StudyPoint& point : curve.points) {
         series.points.push_back(
             {work == Work::nanoseconds ? point.time.median : point.gradients, point.errors.pixels.p90});
-        series.tips.push_back(tip_of(curve, point));
+        series.tooltips.push_back(tooltip_of(curve, point));
     }
     return series;
 }
@@ -46,14 +54,15 @@ const char* color_of(Strategy strategy) {
     return strategy == Strategy::scalar ? "var(--soft)" : strategy == Strategy::per_ray ? "#c9741f" : "#2f6fb0";
 }
 
-/// Curves that the first charts show: few enough to be told apart.
-bool represents(const ErrorStudy& study, std::size_t index) {
+/// Returns true if the work-precision charts contain this curve. They contain few curves, so that the lines remain
+/// distinct.
+bool is_in_overview(const ErrorStudy& study, std::size_t index) {
     const StudyCurve& curve = study.curves[index];
     if (curve.strategy != study.strategy) return false;
-    if (curve.own) return true;
+    if (curve.is_scene_method) return true;
     for (const Cheapest& best : study.cheapest)
         if (best.found && best.curve == index) return true;
-    return curve.precision == study.precision && !curve.loose && curve.info->typical;
+    return curve.precision == study.precision && !curve.has_loose_solver && curve.info->representative;
 }
 
 std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vector<const StudyCurve*>& curves,
@@ -65,9 +74,9 @@ std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vecto
     chart.x.title = time ? "run time per ray, ns (median)" : "gradient evaluations per ray";
     chart.y.title = "error of 90 % of the rays, pixels";
     for (const StudyCurve* curve : curves) chart.series.push_back(series_of(study, *curve, work));
-    chart.bounds = {{0.25, "¼ pixel"}, {1e-3, "1/1000 pixel"}};
-    chart.doubtful = study.reference.pixels.p90;
-    chart.doubtful_label = "below the reference's own uncertainty";
+    chart.horizontal_lines = {{0.25, "¼ pixel"}, {1e-3, "1/1000 pixel"}};
+    chart.shaded_below = study.reference.pixels.p90;
+    chart.shaded_label = "below the uncertainty of the reference";
     chart.least_y = std::max(1e-15, 0.1 * study.reference.pixels.p90);
     return svg_of(chart);
 }
@@ -78,23 +87,23 @@ std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work
     std::vector<const StudyCurve*> curves;
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
-        // Work does not depend on precision; drawing both would only double the lines.
+        // The number of gradient evaluations is about the same in both precisions, so its chart shows only one of them.
         if (curve.precision != study.precision && work == Work::gradients) continue;
-        if (represents(study, i)) curves.push_back(&curve);
+        if (is_in_overview(study, i)) curves.push_back(&curve);
     }
     return chart_of(plan, study, curves, work);
 }
 
-std::string family_chart(const Plan& plan, const ErrorStudy& study, Family family) {
+std::string family_chart(const Plan& plan, const ErrorStudy& study, MethodFamily family) {
     std::vector<const StudyCurve*> curves;
-    bool more = false;
+    bool has_other_curves = false;
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
         if (curve.strategy != study.strategy || curve.info->family != family) continue;
         curves.push_back(&curve);
-        more |= !represents(study, i);
+        has_other_curves |= !is_in_overview(study, i);
     }
-    return more ? chart_of(plan, study, curves, Work::nanoseconds) : "";
+    return has_other_curves ? chart_of(plan, study, curves, Work::nanoseconds) : "";
 }
 
 std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
@@ -104,16 +113,17 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
     chart.y.title = "|H − H₀| relative";
     for (const EnergyTrace& trace : study.energy) {
         const MethodStyle style = style_of(*trace.info);
-        const bool own = trace.info->name == plan.method().name;
+        const bool is_scene_method = trace.info->name == plan.method().name;
         Series series{trace.info->name,
                       style.color,
                       trace.points.size() > 60 ? Mark::none : style.mark,
                       false,
                       false,
-                      own,
+                      is_scene_method,
                       {},
                       {}};
-        // Points where the error changes sign are accidents; the floor keeps them from ruling the axis.
+        // Near a change of sign the error can be arbitrarily small. The lower bound of 1e-17 limits the range of the
+        // axis.
         for (std::size_t i = 1; i < trace.points.size(); ++i)
             series.points.push_back({trace.points[i][0], std::max(std::abs(trace.points[i][1]), 1e-17)});
         series.label += (trace.info->adaptive ? ", tolerance " : ", step ") + short_number(trace.step) + ", " +
@@ -127,21 +137,21 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
 std::string strategy_chart(const ErrorStudy& study) {
     BarChart chart;
     chart.title = "Run time per ray by strategy and instruction set";
-    double yardstick = 0;
+    double baseline = 0;
     for (const StrategyTime& one : study.strategies) {
         const KernelInfo& kernel = *one.kernel;
         const bool scalar = kernel.strategy == Strategy::scalar;
-        if (yardstick == 0 && scalar && kernel.precision == Precision::float64) yardstick = one.time.median;
+        if (baseline == 0 && scalar && kernel.precision == Precision::float64) baseline = one.time.median;
     }
     for (const StrategyTime& one : study.strategies) {
         if (!std::isfinite(one.time.median)) continue;
         const KernelInfo& kernel = *one.kernel;
-        std::string what = one.isa + " " + name_of(kernel.strategy);
-        if (kernel.form != Form::none) what += std::string(" ") + name_of(kernel.form);
-        std::string words = short_number(std::round(one.time.median)) + " ns";
-        if (one.time.median >= 1000) words = short_number(one.time.median / 1000) + " µs";
-        if (yardstick > 0) words += " · " + short_number(yardstick / one.time.median) + "×";
-        chart.bars.push_back({what + ", " + name_of(kernel.precision), color_of(kernel.strategy), words,
+        std::string label = one.isa + " " + name_of(kernel.strategy);
+        if (kernel.form != Form::none) label += std::string(" ") + name_of(kernel.form);
+        std::string value_text = short_number(std::round(one.time.median)) + " ns";
+        if (one.time.median >= 1000) value_text = short_number(one.time.median / 1000) + " µs";
+        if (baseline > 0) value_text += " · " + short_number(baseline / one.time.median) + "×";
+        chart.bars.push_back({label + ", " + name_of(kernel.precision), color_of(kernel.strategy), value_text,
                               one.time.median, one.time.min, one.time.max});
     }
     return svg_of(chart);

@@ -1,4 +1,4 @@
-/// Charts of a study of error.
+/// The charts of an error study, as SVG.
 #pragma once
 
 #include "study/error_study.h"
@@ -7,21 +7,21 @@
 
 namespace kagero {
 
-/// What work is counted in.
+/// The quantity on the x axis of a work-precision chart, per ray.
 enum class Work { nanoseconds, gradients };
 
-/// One line per method and precision, of the study's strategy: the representatives of each family, the scene's own
-/// method and the cheapest ones.
+/// Returns pixel error against work. Each line is one method in one precision, with the strategy of the study. The
+/// chart contains the method of the scene, the cheapest method for each error bound, and the representative methods.
 std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work work);
 
-/// The same over run time for all methods of one family; empty where the study has none that the chart above leaves
-/// out.
-std::string family_chart(const Plan& plan, const ErrorStudy& study, Family family);
+/// Returns pixel error against run time for all methods of one kind. Empty if work_precision_chart contains all of
+/// them.
+std::string family_chart(const Plan& plan, const ErrorStudy& study, MethodFamily family);
 
-/// |H − H0| along one ray.
+/// Returns |H − H0| along one ray for several methods.
 std::string energy_chart(const Plan& plan, const ErrorStudy& study);
 
-/// The scene's own method by every strategy, instruction set by instruction set.
+/// Returns the run time per ray of the scene's method for every instruction set and strategy.
 std::string strategy_chart(const ErrorStudy& study);
 
 }  // namespace kagero

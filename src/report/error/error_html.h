@@ -1,4 +1,4 @@
-/// A study of error as a page: charts first, then tables, each with a sentence on how to read it.
+/// The HTML page of an error study: charts, then tables, each with an explanation.
 #pragma once
 
 #include "study/error_study.h"
@@ -7,7 +7,7 @@
 
 namespace kagero {
 
-/// One self-contained page with charts.
+/// Returns one self-contained HTML page.
 std::string error_page(const Plan& plan, const ErrorStudy& study);
 
 }  // namespace kagero

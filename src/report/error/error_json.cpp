@@ -7,31 +7,26 @@
 namespace kagero {
 namespace {
 
-// Keys keep the order they are given in; NaN and infinities, which JSON does not have, are written as null.
-Json json_of(const Spread& spread) {
+Json json_of(const Percentiles& spread) {
     return {{"p50", spread.p50}, {"p90", spread.p90}, {"p99", spread.p99}, {"max", spread.max}};
 }
 
-Json json_of(const Timing& time) {
-    return {{"median", time.median}, {"min", time.min}, {"max", time.max}};
-}
+Json json_of(const Timing& time) { return {{"median", time.median}, {"min", time.min}, {"max", time.max}}; }
 
-Json json_of(const std::optional<double>& number) {
-    return number ? Json(*number) : Json();
-}
+Json json_of(const std::optional<double>& number) { return number ? Json(*number) : Json(); }
 
-Json json_of(const ReferenceStory& story) {
+Json json_of(const ReferenceSummary& summary) {
     Json status;
-    for (std::uint32_t s = 0; s < status_count; ++s) status[name_of(static_cast<Status>(s))] = story.status[s];
-    return {{"method", story.method},
-            {story.adaptive ? "tolerance" : "step", story.step},
-            {"confirmed_by", story.confirmed_by},
-            {story.confirmed_adaptive ? "confirmed_tolerance" : "confirmed_step", story.confirmed_step},
-            {"uncertainty", json_of(story.uncertainty)},
-            {"direction_uncertainty", json_of(story.direction)},
-            {"pixels_uncertainty", json_of(story.pixels)},
-            {"decided", story.decided},
-            {"undecided", story.undecided},
+    for (std::uint32_t s = 0; s < status_count; ++s) status[name_of(static_cast<Status>(s))] = summary.status[s];
+    return {{"method", summary.method},
+            {summary.adaptive ? "tolerance" : "step", summary.step},
+            {"confirmed_by", summary.confirmed_by},
+            {summary.confirmed_adaptive ? "confirmed_tolerance" : "confirmed_step", summary.confirmed_step},
+            {"uncertainty", json_of(summary.uncertainty)},
+            {"direction_uncertainty", json_of(summary.direction)},
+            {"pixels_uncertainty", json_of(summary.pixels)},
+            {"decided", summary.confirmed},
+            {"undecided", summary.unconfirmed},
             {"status", status}};
 }
 
@@ -50,9 +45,11 @@ Json json_of(const StudyPoint& point) {
          {{"max", point.drift.max}, {"first_tenth", point.drift.first_tenth}, {"last_tenth", point.drift.last_tenth}}},
         {"above_quarter_pixel", errors.above_quarter_pixel},
         {"compared", errors.compared},
-        {"ill_conditioned", {{"rays", errors.ill}, {"pixels_over_conditioning", json_of(errors.ill_pixels)}}},
-        {"ns_per_ray_without_surfaces", json_of(point.time_without)},
-        {"steps_per_ray_without_surfaces", point.steps_without},
+        {"ill_conditioned",
+         {{"rays", errors.compared_ill_conditioned},
+          {"pixels_over_conditioning", json_of(errors.ill_conditioned_pixels)}}},
+        {"ns_per_ray_without_surfaces", json_of(point.time_without_surfaces)},
+        {"steps_per_ray_without_surfaces", point.steps_without_surfaces},
         {"queries_per_ray", point.queries},
         {"iterations_per_ray", point.iterations},
         {"lane_occupancy", point.occupancy},
@@ -70,9 +67,9 @@ Json json_of(const StudyCurve& curve) {
             {"stated_order", curve.info->order},
             {"adaptive", curve.info->adaptive},
             {"rescaled", curve.rescaled},
-            {"loose", curve.loose},
+            {"loose", curve.has_loose_solver},
             {"floor", json_of(curve.floor)},
-            {"stopped", curve.stopped.empty() ? Json() : Json(curve.stopped)}};
+            {"stopped", curve.stop_reason.empty() ? Json() : Json(curve.stop_reason)}};
 }
 
 Json cheapest_json(const ErrorStudy& study) {
@@ -86,7 +83,9 @@ Json cheapest_json(const ErrorStudy& study) {
         if (best.found) {
             const StudyCurve& curve = study.curves[best.curve];
             const StudyPoint& point = curve.points[best.point];
-            row["method"] = curve.method, row["step"] = point.stated_step, row["precision"] = name_of(curve.precision);
+            row["method"] = curve.method;
+            row["step"] = point.stated_step;
+            row["precision"] = name_of(curve.precision);
             row["ns_per_ray"] = point.time.median;
         }
         row["measure"] = best.measure;

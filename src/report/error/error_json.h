@@ -1,4 +1,4 @@
-/// A study of error as JSON.
+/// The JSON report of `error`.
 #pragma once
 
 #include "study/error_study.h"
@@ -7,6 +7,7 @@
 
 namespace kagero {
 
+/// Returns the JSON of `error`.
 std::string error_json(const Plan& plan, const ErrorStudy& study);
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// The error map of a report.
+/// The error map of an error study.
 #pragma once
 
 #include "study/picture_error.h"
@@ -7,12 +7,12 @@
 
 namespace kagero {
 
-/// The picture, its estimated and its true error side by side in one scale of false colours, as SVG that holds its
-/// pictures.
+/// Returns an SVG with the picture, its estimated error and its true error side by side, with embedded PNG images. Both
+/// errors have the same scale of false colours.
 std::string error_map_svg(const ErrorMap& map);
 
-/// Share of the pixels, of those whose true error is known and above rounding, in which the estimate is the truth
-/// within a factor.
-double share_within(const ErrorMap& map, double factor);
+/// Returns the share of pixels whose estimated error is within `factor` of the true error. Counts only pixels
+/// whose true error is known and above rounding (1e-10 pixel); returns 1 if there are none.
+double share_within_factor(const ErrorMap& map, double factor);
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// A study of error as tables, and the script that draws it.
+/// The tables of an error study, and a gnuplot script for them.
 #pragma once
 
 #include "study/error_study.h"
@@ -7,13 +7,13 @@
 
 namespace kagero {
 
-/// The cheapest way for each bound, a line each.
+/// Returns one line per error bound with the cheapest method that meets it.
 std::string error_text(const ErrorStudy& study);
 
-/// One row per point.
+/// Returns CSV with one row per method and step.
 std::string error_csv(const ErrorStudy& study);
 
-/// Draws error against run time from `results.csv` beside it.
+/// Returns a gnuplot script that plots error against run time from `results.csv` in the same directory.
 std::string error_plot(const Plan& plan, const ErrorStudy& study);
 
 }  // namespace kagero

@@ -7,12 +7,12 @@ namespace kagero {
 
 const std::vector<FamilyStyle>& family_styles() {
     static const std::vector<FamilyStyle> all{
-        {Family::recipe, "the recipe as printed", 354, 72, Mark::cross},
-        {Family::composition, "compositions", 34, 88, Mark::triangle},
-        {Family::exact_split, "exact split", 282, 45, Mark::diamond},
-        {Family::nystroem, "Runge–Kutta–Nyström", 180, 70, Mark::diamond},
-        {Family::runge_kutta, "Runge–Kutta", 215, 78, Mark::square},
-        {Family::gauss, "Gauss–Legendre", 132, 55, Mark::circle},
+        {MethodFamily::recipe, "recipe as printed (Satoh 2003)", 354, 72, Mark::cross},
+        {MethodFamily::composition, "compositions", 34, 88, Mark::triangle},
+        {MethodFamily::exact_split, "exact split", 282, 45, Mark::diamond},
+        {MethodFamily::nystroem, "Runge–Kutta–Nyström", 180, 70, Mark::diamond},
+        {MethodFamily::runge_kutta, "Runge–Kutta", 215, 78, Mark::square},
+        {MethodFamily::gauss, "Gauss–Legendre", 132, 55, Mark::circle},
     };
     return all;
 }
@@ -27,7 +27,7 @@ MethodStyle style_of(const IntegratorInfo& method) {
     const auto family =
         std::find_if(families.begin(), families.end(), [&](const FamilyStyle& f) { return f.family == method.family; });
     if (family == families.end()) return {"var(--ink)", Mark::circle};
-    // A name has the same shade in every run.
+    // The shade is a hash of the name, so that a method has the same colour in every report.
     unsigned sum = 0;
     for (const char c : std::string_view(method.name)) sum = 31 * sum + static_cast<unsigned char>(c);
     return {family->color(static_cast<int>(sum / 3 % 3) * 12 - 12, 34 + static_cast<int>(sum % 3) * 8), family->mark};

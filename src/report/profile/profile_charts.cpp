@@ -1,8 +1,8 @@
 #include "report/profile/profile_charts.h"
 
+#include "report/profile/profile_numbers.h"
 #include "report/text/chart.h"
 #include "report/text/numbers.h"
-#include "report/profile/profile_numbers.h"
 
 #include <algorithm>
 
@@ -16,9 +16,10 @@ constexpr const char* purple = "#8457a6";
 constexpr const char* grey = "#8a94a3";
 constexpr const char* red = "#b5403a";
 
-std::string rectangle(double x, double y, double w, double h, const std::string& css, const std::string& tip = "") {
+std::string rectangle(double x, double y, double w, double h, const std::string& css, const std::string& tooltip = "") {
     return "<rect x=\"" + fixed(x, 2) + "\" y=\"" + fixed(y, 2) + "\" width=\"" + fixed(w, 2) + "\" height=\"" +
-           fixed(h, 2) + "\" style=\"" + css + "\">" + (tip.empty() ? "" : "<title>" + tip + "</title>") + "</rect>\n";
+           fixed(h, 2) + "\" style=\"" + css + "\">" + (tooltip.empty() ? "" : "<title>" + tooltip + "</title>") +
+           "</rect>\n";
 }
 
 std::string anchored_text(double x, double y, const std::string& anchor, const std::string& text) {
@@ -34,7 +35,7 @@ std::string seconds_text(double seconds) {
     return seconds >= 1 ? rounded(seconds) + " s" : rounded(1e3 * seconds) + " ms";
 }
 
-/// What all tiles cover.
+/// Returns the bounding rectangle of all tiles.
 Tile extent_of(const std::vector<TileRecord>& tiles) {
     Tile all{~0u, ~0u, 0, 0};
     for (const TileRecord& t : tiles)
@@ -43,9 +44,9 @@ Tile extent_of(const std::vector<TileRecord>& tiles) {
     return all;
 }
 
-/// The film's tiles at (left, top), as wide as `width`; `share` of each is 0 … 1.
+/// Draws the tiles in a rectangle of this width at (left, top), in SVG units. `share` maps a tile to its opacity, 0…1.
 template <class Share>
-std::string film_of_tiles(const Profile& profile, double left, double top, double width, const Share& share) {
+std::string tile_map(const Profile& profile, double left, double top, double width, const Share& share) {
     const Tile all = extent_of(profile.recording.tiles);
     const double scale = width / double(all.x1 - all.x0);
     std::string body;
@@ -54,7 +55,7 @@ std::string film_of_tiles(const Profile& profile, double left, double top, doubl
                           scale * (t.tile.x1 - t.tile.x0), scale * (t.tile.y1 - t.tile.y0),
                           "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
                           "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " +
-                              seconds_text(t.processor));
+                              seconds_text(t.processor_time));
     return body;
 }
 
@@ -64,7 +65,7 @@ std::string stages_chart(const Profile& profile, double write_seconds) {
     const auto stages = stages_of(profile, write_seconds);
     double all = 0;
     for (const auto& stage : stages) all += stage.second;
-    BarChart chart{"Seconds of all threads, stage by stage", {}};
+    BarChart chart{"Seconds per stage, summed over threads", {}};
     for (const auto& [name, seconds] : stages)
         chart.bars.push_back({name, name == "integrate" ? blue : grey,
                               seconds_text(seconds) + ", " + fixed(100 * ratio(seconds, all)) + " %", seconds});
@@ -74,6 +75,7 @@ std::string stages_chart(const Profile& profile, double write_seconds) {
 std::string threads_chart(const Profile& profile) {
     constexpr double left = 72, width = 850, row = 26;
     const RunReport& report = profile.report;
+    // The times of tiles are counted from the end of the prediction.
     const double scale = width / report.seconds, shift = report.predict_seconds;
     std::string body;
     for (std::size_t i = 0; i < report.threads.size(); ++i) {
@@ -85,34 +87,36 @@ std::string threads_chart(const Profile& profile) {
     }
     for (const TileRecord& t : profile.recording.tiles) {
         const double y = row * t.thread + 3, x = left + scale * (shift + t.begin);
-        const std::string tip = "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " +
-                                seconds_text(t.end - t.begin);
+        const std::string tooltip = "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " +
+                                    seconds_text(t.end - t.begin);
         body += rectangle(x, y, scale * (t.traced - t.begin), row - 6,
-                          "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tip);
+                          "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tooltip);
         body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6,
-                          "fill:" + std::string(green), tip);
+                          "fill:" + std::string(green), tooltip);
     }
     const double below = row * double(report.threads.size());
     body += anchored_text(left, below + 16, "start", "0") +
             anchored_text(left + width, below + 16, "end", seconds_text(report.seconds));
-    return svg(940, below + 24, "What every thread did when", body);
+    return svg(940, below + 24, "Activity of each thread over time", body);
 }
 
 std::string tiles_map(const Profile& profile) {
     constexpr double width = 455;
     const Tile all = extent_of(profile.recording.tiles);
-    // By area: tiles at the film's edge are smaller.
+    // Costs are divided by the area, because tiles at the edge of the film are smaller.
     const auto area = [](const TileRecord& t) { return double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0); };
     double predicted = 0, measured = 0;
-    for (const TileRecord& t : profile.recording.tiles)
-        predicted = std::max(predicted, t.predicted / area(t)), measured = std::max(measured, t.processor / area(t));
-    std::string body = anchored_text(width / 2, 14, "middle",
-                                     profile.correlation ? "predicted" : "not predicted: by numbers of rays") +
-                       anchored_text(485 + width / 2, 14, "middle", "measured");
-    body += film_of_tiles(profile, 0, 22, width,
-                          [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
-    body += film_of_tiles(profile, 485, 22, width,
-                          [&](const TileRecord& t) { return ratio(t.processor / area(t), measured); });
+    for (const TileRecord& t : profile.recording.tiles) {
+        predicted = std::max(predicted, t.predicted / area(t));
+        measured = std::max(measured, t.processor_time / area(t));
+    }
+    std::string body =
+        anchored_text(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: number of rays") +
+        anchored_text(485 + width / 2, 14, "middle", "measured");
+    body +=
+        tile_map(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
+    body += tile_map(profile, 485, 22, width,
+                     [&](const TileRecord& t) { return ratio(t.processor_time / area(t), measured); });
     return svg(940, 24 + width * double(all.y1 - all.y0) / double(all.x1 - all.x0),
                "Predicted and measured cost of tiles", body);
 }
@@ -122,12 +126,12 @@ std::string prediction_chart(const Profile& profile) {
     Series tiles{"tiles", blue, Mark::circle, false, false, false, {}, {}, true};
     double most = 0;
     for (const TileRecord& t : profile.recording.tiles) {
-        tiles.points.push_back({1e3 * unit * t.predicted, 1e3 * t.processor});
-        tiles.tips.push_back("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0));
+        tiles.points.push_back({1e3 * unit * t.predicted, 1e3 * t.processor_time});
+        tiles.tooltips.push_back("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0));
         most = std::max({most, tiles.points.back()[0], tiles.points.back()[1]});
     }
-    const Series ideal{"as predicted", grey, Mark::none, true, false, false, {{0, 0}, {most, most}}, {}};
-    return svg_of(LineChart{"Predicted against measured cost of tiles",
+    const Series ideal{"measured = predicted", grey, Mark::none, true, false, false, {{0, 0}, {most, most}}, {}};
+    return svg_of(LineChart{"Measured against predicted cost of tiles",
                             {"predicted, milliseconds (scaled to the same sum)", false},
                             {"measured, milliseconds of processor time", false},
                             {ideal, tiles},
@@ -139,18 +143,18 @@ std::string prediction_chart(const Profile& profile) {
 
 std::string scaling_chart(const Profile& profile) {
     Series measured{"measured", blue, Mark::circle, false, false, true, {}, {}};
-    Series machine{"multiply-adds alone", grey, Mark::circle, false, false, true, {}, {}};
+    Series machine{"only multiply-adds", grey, Mark::circle, false, false, true, {}, {}};
     for (const ThreadsTime& time : profile.scaling) {
-        machine.points.push_back({double(time.threads), time.machine});
-        machine.tips.push_back(std::to_string(time.threads) + " threads: " + fixed(time.machine, 2));
+        machine.points.push_back({double(time.threads), time.machine_speedup});
+        machine.tooltips.push_back(std::to_string(time.threads) + " threads: " + fixed(time.machine_speedup, 2));
         measured.points.push_back({double(time.threads), time.speedup});
-        measured.tips.push_back(std::to_string(time.threads) + " threads: " + seconds_text(time.seconds));
+        measured.tooltips.push_back(std::to_string(time.threads) + " threads: " + seconds_text(time.seconds));
     }
     const double most = double(profile.scaling.back().threads);
     const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {most, most}}, {}};
-    return svg_of(LineChart{"Speed over threads",
+    return svg_of(LineChart{"Speedup against the number of threads",
                             {"threads", false},
-                            {"times as fast as one thread", false},
+                            {"speedup over one thread", false},
                             {ideal, machine, measured},
                             {},
                             0,
@@ -164,12 +168,11 @@ std::string roofline_chart(const Profile& profile) {
         return Bar{label, color, rounded(1e-9 * rate) + " GFLOP/s, " + fixed(100 * ratio(rate, peak)) + " %", rate};
     };
     BarChart chart{"Floating-point operations per second of one thread", {}};
-    chart.bars.push_back(bar("multiply-adds alone", purple, peak));
-    chart.bars.push_back(bar("integrating and landing", blue,
+    chart.bars.push_back(bar("peak: only multiply-adds", purple, peak));
+    chart.bars.push_back(bar("integration and refinement", blue,
                              ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine)));
     chart.bars.push_back(bar("tracing", blue, ratio(profile.all_operations, tracing_seconds(profile))));
-    chart.bars.push_back(
-        bar("the whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
+    chart.bars.push_back(bar("whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
     return svg_of(chart);
 }
 

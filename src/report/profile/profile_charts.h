@@ -1,4 +1,4 @@
-/// The pictures of a profile, as SVG.
+/// The charts of a profile, as SVG.
 #pragma once
 
 #include "study/profile.h"
@@ -7,22 +7,22 @@
 
 namespace kagero {
 
-/// Seconds of all threads, stage by stage.
+/// Returns one bar per stage: seconds summed over threads.
 std::string stages_chart(const Profile& profile, double write_seconds);
 
-/// A lane for each thread, from the first ray to the last: tracing, shading, and nothing.
+/// Returns a timeline with one row per thread that shows prediction, tracing, shading and idle time.
 std::string threads_chart(const Profile& profile);
 
-/// The film twice, each tile as dark as it was predicted, and measured, to be costly.
+/// Returns two maps of the film, coloured by the predicted and by the measured cost per pixel of each tile.
 std::string tiles_map(const Profile& profile);
 
-/// Predicted against measured cost, a mark for each tile.
+/// Returns a scatter plot of predicted against measured cost, with one mark per tile.
 std::string prediction_chart(const Profile& profile);
 
-/// How many times as fast as one thread, with the ideal.
+/// Returns the speedup over one thread against the number of threads, with the ideal speedup.
 std::string scaling_chart(const Profile& profile);
 
-/// Operations per second against what multiply-adds alone reach, for one thread.
+/// Returns floating-point operations per second and thread, next to the measured peak of multiply-adds.
 std::string roofline_chart(const Profile& profile);
 
 }  // namespace kagero

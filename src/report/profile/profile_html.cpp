@@ -3,19 +3,17 @@
 #include "error.h"
 #include "plan/names.h"
 #include "report/machine.h"
-#include "report/text/numbers.h"
-#include "report/text/page.h"
 #include "report/profile/profile_charts.h"
 #include "report/profile/profile_numbers.h"
+#include "report/text/numbers.h"
+#include "report/text/page.h"
 
 #include <filesystem>
 
 namespace kagero {
 namespace {
 
-std::string percent(double share, int digits = 1) {
-    return fixed(100 * share, digits) + " %";
-}
+std::string percent(double share, int digits = 1) { return fixed(100 * share, digits) + " %"; }
 
 std::string facts(const Plan& plan, const Profile& profile) {
     const RunReport& report = profile.report;
@@ -25,16 +23,16 @@ std::string facts(const Plan& plan, const Profile& profile) {
         html_fact(html_text(rounded(double(report.rays) / report.seconds)) + " rays/s",
                   html_text(rounded(double(report.rays))) + " rays in " + html_number(1e3 * report.seconds) + " ms");
     text += html_fact(percent(ratio(double(work.active_lane_steps), double(work.issued_lane_steps))),
-                      "of the " + std::to_string(plan.run.kernel->lanes) + " lanes of a packet are active in a step");
+                      "mean occupancy of the " + std::to_string(plan.run.kernel->lanes) + " lanes of a packet");
     text += html_fact(fixed(ratio(double(work.queries), double(work.active_lane_steps)), 3),
-                      "queries to Embree per lane and step");
-    text += html_fact(html_number(double(peak_memory()) / 1e6) + " MB", "of memory at most");
+                      "queries to Embree per active lane-step");
+    text += html_fact(html_number(double(peak_memory()) / 1e6) + " MB", "peak memory");
     text += html_fact(html_text(plan.module().isa) + ", " + name_of(plan.run.kernel->precision) + ", " +
                           std::to_string(report.threads.size()) + (report.threads.size() == 1 ? " thread" : " threads"),
-                      html_text(processor_name()) + "; kernels by compiler " + html_text(plan.module().compiler));
+                      html_text(processor_name()) + "; kernels compiled by " + html_text(plan.module().compiler));
     text +=
         html_fact(html_text(plan.description().space.hamiltonian),
-                  plan.scene->straight ? "leaves rays straight" : "bends the light; " + html_text(plan.method().name));
+                  plan.scene->straight ? "space; rays are straight" : "space; method " + html_text(plan.method().name));
     return text + "</div>\n";
 }
 
@@ -47,9 +45,8 @@ std::string threads_section(const Profile& profile) {
             {std::to_string(i), std::to_string(time.tiles), percent(shares.busy, 2), percent(shares.idle_at_end, 2)});
     }
     return html_figure("Threads", threads_chart(profile),
-                       "Orange: the sparse first pass that predicts what tiles cost. Blue: tracing. Green: shading. "
-                       "Empty: nothing to "
-                       "do.") +
+                       "Orange: the sparse first pass that predicts the cost of tiles. Blue: tracing. Green: shading. "
+                       "Empty: idle.") +
            html_table({"thread", "tiles", "busy", "idle at the end"}, rows, 1);
 }
 
@@ -57,26 +54,25 @@ std::string schedules_section(const Profile& profile) {
     std::vector<std::vector<std::string>> rows;
     for (const ScheduleTime& time : profile.schedules)
         rows.push_back({std::string(name_of(time.schedule)) +
-                            (time.schedule == profile.report.schedule ? " <b>(this one)</b>" : ""),
+                            (time.schedule == profile.report.schedule ? " <b>(used above)</b>" : ""),
                         html_number(1e3 * time.seconds) + " ms", percent(time.idle_at_end, 2)});
     return "<section class=\"keep\"><h2>Schedules</h2>\n" +
            html_table({"schedule", "time", "idle at the end"}, rows, 1) +
-           "<p class=\"note\">The same picture by each order of work. Idle at the end: the share of the time for which "
-           "the "
-           "thread "
-           "that ran out of work first had none.</p></section>\n";
+           "<p class=\"note\">The same picture with each schedule. Idle at the end: the share of the run for which the "
+           "thread that finished first was idle.</p></section>\n";
 }
 
 std::string tiles_section(const Profile& profile) {
-    std::string text = html_figure("Tiles", tiles_map(profile), "The darker, the costlier, each by its own greatest.");
+    std::string text = html_figure("Tiles", tiles_map(profile),
+                                   "Darker tiles cost more per pixel. Each map is scaled to its greatest cost.");
     if (profile.correlation)
         text += html_figure("Prediction", prediction_chart(profile),
                             "Correlation " + fixed(*profile.correlation, 4) +
-                                ". A ray for every 11 × 11 pixels, or four for every 16 × 16, is followed before the "
-                                "picture is begun; a tile's predicted cost is "
-                                "that of the gradients, steps and queries of its rays, of which the slowest counts "
-                                "most, and of the places of a "
-                                "sky's image that they look up.");
+                                ". Before the picture is rendered, one ray per 11 × 11 pixels is traced, or four rays "
+                                "per 16 × 16 pixels if a sky has an image. The predicted cost of a tile follows from "
+                                "the gradients, steps and queries of these rays and from their look-ups in the image. "
+                                "The slowest ray has the greatest weight, because a packet takes as many steps as its "
+                                "slowest ray.");
     return text;
 }
 
@@ -84,24 +80,25 @@ std::string roofline_section(const Plan& plan, const Profile& profile) {
     if (plan.scene->straight) return "";
     return html_figure(
         "Operations against the processor's peak", roofline_chart(profile),
-        "Per thread, in " + std::string(name_of(plan.run.kernel->precision)) + ", with " +
-            std::to_string(profile.report.threads.size()) +
-            " threads at work. Counted in the programs that are run: " + rounded(profile.operations.per_gradient) +
-            " operations per gradient and " + rounded(profile.operations.per_step) +
-            " per step; what only tests and steers is not counted, so these are lower bounds. The peak was measured "
-            "in the same process: nothing but multiply-adds.");
+        "Operations per second and thread, in " + std::string(name_of(plan.run.kernel->precision)) +
+            ", during a run on " + std::to_string(profile.report.threads.size()) +
+            (profile.report.threads.size() == 1 ? " thread" : " threads") +
+            ". The operations are counted in the programs of the kernel: " + rounded(profile.operations.per_gradient) +
+            " per gradient and " + rounded(profile.operations.per_step) +
+            " per step. Operations for tests and step control are not counted, so the rates are lower bounds. The peak "
+            "was measured in the same process with a loop of independent multiply-adds.");
 }
 
 std::string method_section(const Profile& profile) {
-    return "<section><h2>How it was measured</h2>\n<p>Times are those of the quickest of " +
+    return "<section><h2>Method of measurement</h2>\n<p>Times are those of the fastest of " +
            std::to_string(profile.repeats) +
-           " runs of each kind, interleaved; ratios are medians over rounds. With recording a render took " +
-           html_number(1e3 * profile.recorded_seconds) + " ms, without it " + html_number(1e3 * profile.plain_seconds) +
-           " ms (" + percent(profile.overhead, 2) +
-           " more). Stages within a kernel are told apart by the processor's clock, read around queries and around the "
-           "delivery "
-           "of rays. <code>trace.json</code> beside this page opens in Perfetto (ui.perfetto.dev) and "
-           "speedscope.</p></section>\n";
+           " interleaved runs of each kind. Ratios are medians over rounds. A render took " +
+           html_number(1e3 * profile.recorded_seconds) + " ms with recording and " +
+           html_number(1e3 * profile.plain_seconds) + " ms without it (median overhead " +
+           percent(profile.overhead, 2) +
+           "). The stages within a kernel are separated by the processor's clock, which is read around queries and "
+           "around refinement. The file <code>trace.json</code> in the same directory opens in Perfetto "
+           "(ui.perfetto.dev) and speedscope.</p></section>\n";
 }
 
 }  // namespace
@@ -111,17 +108,18 @@ std::string profile_page(const Plan& plan, const Profile& profile, double write_
     std::string body = facts(plan, profile);
     body += html_figure(
         "Stages", stages_chart(profile, write_seconds),
-        "Seconds summed over threads. Integrate: stepping along rays. Query: asking Embree what a step meets. Refine: "
-        "delivering rays onto it. Write: one thread, after the render.");
+        "Seconds summed over threads. Predict: the sparse first pass. List rays: generation of rays outside the "
+        "kernel. Integrate: steps along rays. Query: intersection of steps with the scene by Embree. Refine: "
+        "refinement of events to points on the ray. Write: writing the picture, on one thread after the render.");
     body += threads_section(profile) + schedules_section(profile) + tiles_section(profile);
     if (profile.scaling.size() > 1)
         body += html_figure(
-            "More threads", scaling_chart(profile),
-            "Speed over one thread, by the median of rounds; grey: multiply-adds alone, what the threads are "
-            "worth on this machine at this time; dashed: N threads, N times as fast.");
+            "Scaling with threads", scaling_chart(profile),
+            "Speedup over one thread, the median over rounds. Grey: the same for a loop of multiply-adds, which is the "
+            "speedup that this machine could give during the measurement. Dashed: the ideal speedup N with N threads.");
     body += roofline_section(plan, profile) + method_section(profile);
-    return html_page("Where the time goes: " + name,
-                     plan.description().path + " · " + plan.scene->space.info().what, body);
+    return html_page("Run time profile: " + name, plan.description().path + " · " + plan.scene->space.info().what,
+                     body);
 }
 
 std::string profile_text(const Profile& profile, double write_seconds) {
@@ -129,23 +127,22 @@ std::string profile_text(const Profile& profile, double write_seconds) {
     double all = 0;
     for (const auto& stage : stages) all += stage.second;
     std::string text;
-    for (const auto& [name, seconds] : stages) enumerate(text, name + " " + percent(ratio(seconds, all)));
+    for (const auto& [name, seconds] : stages) append_to_list(text, name + " " + percent(ratio(seconds, all)));
     text += "\n";
     for (const ScheduleTime& time : profile.schedules)
         text += std::string(name_of(time.schedule)) + ": " + rounded(time.seconds) + " s, idle at the end " +
                 percent(time.idle_at_end, 2) + "\n";
     for (const ThreadsTime& time : profile.scaling)
-        text += std::to_string(time.threads) + (time.threads == 1 ? " thread: " : " threads: ") +
-                fixed(time.speedup, 2) + " times as fast as one, multiply-adds alone " + fixed(time.machine, 2) + "\n";
+        text += std::to_string(time.threads) + (time.threads == 1 ? " thread: " : " threads: ") + "speedup " +
+                fixed(time.speedup, 2) + " (multiply-adds: " + fixed(time.machine_speedup, 2) + ")\n";
     if (profile.correlation)
-        text += "predicted and measured costs of tiles correlate by " + fixed(*profile.correlation, 4) + "\n";
+        text += "correlation of predicted and measured costs of tiles: " + fixed(*profile.correlation, 4) + "\n";
     if (profile.all_operations > 0)
         text += rounded(1e-9 * ratio(profile.all_operations, tracing_seconds(profile))) +
-                " GFLOP/s per thread while tracing, of " +
-                rounded(1e-9 * profile.peak_of_all / double(profile.report.threads.size())) +
-                " that multiply-adds alone reach\n";
-    return text + "recording: " + percent(profile.overhead, 2) + " more time, median of the rounds; the best took " +
-           rounded(profile.recorded_seconds) + " s with it and " + rounded(profile.plain_seconds) + " s without\n";
+                " GFLOP/s per thread in tracing; peak of multiply-adds " +
+                rounded(1e-9 * profile.peak_of_all / double(profile.report.threads.size())) + " GFLOP/s\n";
+    return text + "recording: " + percent(profile.overhead, 2) + " overhead (median over rounds); fastest run " +
+           rounded(profile.recorded_seconds) + " s with recording, " + rounded(profile.plain_seconds) + " s without\n";
 }
 
 }  // namespace kagero

@@ -1,4 +1,4 @@
-/// A profile as a page: what to know first, then where the time goes, stage by stage, thread by thread, tile by tile.
+/// The HTML page of a profile: key figures, then the time per stage, thread and tile.
 #pragma once
 
 #include "study/profile.h"
@@ -7,10 +7,10 @@
 
 namespace kagero {
 
-/// One self-contained HTML page.
+/// Returns one self-contained HTML page.
 std::string profile_page(const Plan& plan, const Profile& profile, double write_seconds);
 
-/// A few lines for people.
+/// Returns a summary of a few lines of text.
 std::string profile_text(const Profile& profile, double write_seconds);
 
 }  // namespace kagero

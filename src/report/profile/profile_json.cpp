@@ -26,7 +26,7 @@ Json tiles_json(const Profile& profile) {
                         {"begin", t.begin},
                         {"end", t.end},
                         {"predicted", unit * t.predicted},
-                        {"measured", t.processor},
+                        {"measured", t.processor_time},
                         {"gradients", t.counters.gradients},
                         {"queries", t.counters.queries}});
     return {{"count", rows.size()},
@@ -34,7 +34,7 @@ Json tiles_json(const Profile& profile) {
             {"rows", rows}};
 }
 
-/// Operations per second, in units of 10⁹.
+/// Returns operation counts and operation rates. Keys with `gflops` are in units of 10⁹ operations per second.
 Json roofline_json(const Profile& profile) {
     const double threads = double(profile.report.threads.size()), peak = profile.peak_of_all / threads;
     const double tracing = ratio(profile.all_operations, tracing_seconds(profile));
@@ -58,7 +58,7 @@ Json scaling_json(const Profile& profile) {
                         {"seconds", time.seconds},
                         {"speedup", time.speedup},
                         {"efficiency", time.speedup / time.threads},
-                        {"machine_speedup", time.machine}});
+                        {"machine_speedup", time.machine_speedup}});
     return rows;
 }
 
@@ -99,8 +99,9 @@ std::string profile_json(const Plan& plan, const Profile& profile, double write_
     json["thread_times"] = threads_json(report);
     json["roofline"] = roofline_json(profile);
     json["memory"] = {{"peak_bytes", peak_memory()}};
-    json["overhead"] = {
-        {"plain_s", profile.plain_seconds}, {"recorded_s", profile.recorded_seconds}, {"share", profile.overhead}};
+    json["overhead"] = {{"plain_s", profile.plain_seconds},
+                        {"recorded_s", profile.recorded_seconds},
+                        {"share", profile.overhead}};
     json["schedules"] = schedules_json(profile);
     json["scaling"] = scaling_json(profile);
     json["repeats"] = profile.repeats;

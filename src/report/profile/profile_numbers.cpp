@@ -4,7 +4,10 @@ namespace kagero {
 
 double seconds_per_predicted(const Profile& profile) {
     double measured = 0, predicted = 0;
-    for (const TileRecord& tile : profile.recording.tiles) measured += tile.processor, predicted += tile.predicted;
+    for (const TileRecord& tile : profile.recording.tiles) {
+        measured += tile.processor_time;
+        predicted += tile.predicted;
+    }
     return ratio(measured, predicted);
 }
 

@@ -1,4 +1,4 @@
-/// What the reports of a profile have in common: ratios of what was measured.
+/// Quantities that several reports of a profile derive from the measurements.
 #pragma once
 
 #include "report/text/numbers.h"
@@ -11,13 +11,13 @@
 
 namespace kagero {
 
-/// Predicted and measured costs have units of their own; this many measured seconds are one predicted unit.
+/// Returns the measured seconds per unit of predicted cost, so that both costs have the same sum over all tiles.
 double seconds_per_predicted(const Profile& profile);
 
-/// What a render and the writing of its picture consist of: names and seconds of all threads.
+/// Returns the stages of a render, including the writing of the picture: names and seconds, summed over threads.
 std::vector<std::pair<std::string, double>> stages_of(const Profile& profile, double write_seconds);
 
-/// Seconds of all threads in the kernels.
+/// Returns the seconds in the kernels, summed over threads.
 double tracing_seconds(const Profile& profile);
 
 }  // namespace kagero

@@ -1,5 +1,5 @@
-// The format: "Trace Event Format", Google, 2016. Complete events ("X") with times in microseconds; inner ones lie
-// inside outer ones.
+// Source of the format: "Trace Event Format", Google, 2016. Times of complete events ("X") are in microseconds. Nested
+// events must lie within the enclosing event.
 #include "report/profile/profile_trace.h"
 
 #include "report/json.h"
@@ -10,15 +10,13 @@
 namespace kagero {
 namespace {
 
-/// Whole microseconds, so that the end of an inner event is not, by a rounding, later than that of the outer one.
-long long microseconds(double seconds) {
-    return std::llround(1e6 * seconds);
-}
+/// Rounds to whole microseconds, so that rounding cannot move the end of a nested event past that of the enclosing one.
+long long microseconds(double seconds) { return std::llround(1e6 * seconds); }
 
-Json event(const std::string& name, unsigned thread, double begin, double end, Json about = Json::object()) {
+Json event(const std::string& name, unsigned thread, double begin, double end, Json details = Json::object()) {
     const long long from = microseconds(begin), to = microseconds(end);
     return {{"name", name},  {"cat", "kagero"}, {"ph", "X"},        {"pid", 1},
-            {"tid", thread}, {"ts", from},      {"dur", to - from}, {"args", std::move(about)}};
+            {"tid", thread}, {"ts", from},      {"dur", to - from}, {"args", std::move(details)}};
 }
 
 Json thread_name(unsigned thread) {
@@ -29,24 +27,26 @@ Json thread_name(unsigned thread) {
             {"args", {{"name", "thread " + std::to_string(thread)}}}};
 }
 
-/// What interleaves within tracing, of the tiles that were looked into.
+/// Returns the milliseconds that tracing a tile spent in integration, queries and refinement. Empty if ticks were not
+/// counted in this tile.
 Json stages_of(const TileRecord& t) {
-    if (!t.looked_into) return Json::object();
+    if (!t.has_tick_counts) return Json::object();
     const double per_tick = ratio(t.traced - t.listed, double(t.ticks));
     const double query = per_tick * double(t.counters.query_ticks),
-                 refine = per_tick * double(t.counters.landing_ticks);
+                 refine = per_tick * double(t.counters.refinement_ticks);
     return {{"integrate_ms", 1e3 * (t.traced - t.listed - query - refine)},
             {"query_ms", 1e3 * query},
             {"refine_ms", 1e3 * refine}};
 }
 
-/// A tile with what was done for it one after the other.
+/// Adds the event of a tile and the nested events of its stages. `shift` is the time in seconds at which the first tile
+/// was begun. `unit` is the number of seconds per unit of predicted cost.
 void add_tile(Json& events, const TileRecord& t, double shift, double unit) {
     events.push_back(
         event("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0), t.thread, shift + t.begin,
               shift + t.end,
               {{"predicted_ms", 1e3 * unit * t.predicted},
-               {"measured_ms", 1e3 * t.processor},
+               {"measured_ms", 1e3 * t.processor_time},
                {"gradients", t.counters.gradients},
                {"queries", t.counters.queries},
                {"lane_occupancy", ratio(double(t.counters.active_lane_steps), double(t.counters.issued_lane_steps))}}));

@@ -1,4 +1,4 @@
-/// A profile as a trace for viewers.
+/// The event trace of a profile, for trace viewers.
 #pragma once
 
 #include "study/profile.h"
@@ -7,7 +7,8 @@
 
 namespace kagero {
 
-/// Chrome's trace events: what every thread did when, tile by tile. Opens in Perfetto (ui.perfetto.dev) and speedscope.
+/// Returns the activities of every thread over time, one event per tile and stage, in Chrome's trace event format. The
+/// file opens in Perfetto (ui.perfetto.dev) and speedscope.
 std::string profile_trace(const Plan& plan, const Profile& profile, double write_seconds);
 
 }  // namespace kagero

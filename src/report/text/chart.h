@@ -1,4 +1,4 @@
-/// Small charts as SVG: lines over logarithmic or linear axes with a label at the end of each, and bars.
+/// Charts as SVG: line charts with logarithmic or linear axes and a label at the end of each line, and bar charts.
 #pragma once
 
 #include <array>
@@ -7,57 +7,63 @@
 
 namespace kagero {
 
-/// Marks tell lines apart without colour.
+/// Shape of the point marks of a series, which distinguishes lines without colour.
 enum class Mark { none, circle, square, triangle, diamond, cross };
 
-/// 10 to a whole power, in raised figures.
+/// Returns a power of ten as text: plain digits for exponents from 0 to 5, else with a superscript such as 10⁻³.
 std::string power_of_ten(int exponent);
 
+/// One line of a line chart.
 struct Series {
     std::string label;
-    std::string color;  ///< CSS
+    std::string color;  ///< CSS colour.
     Mark mark = Mark::circle;
     bool dashed = false, dotted = false;
-    bool strong = false;                        ///< drawn thicker, and above the others
-    std::vector<std::array<double, 2>> points;  ///< those that an axis cannot show are left out
-    std::vector<std::string> tips;              ///< shown over each point; may be empty
-    bool scattered = false;                     ///< marks alone
+    bool strong = false;                        ///< True for a thicker line above the other lines.
+    std::vector<std::array<double, 2>> points;  ///< Pairs (x, y). Points outside the axes are not drawn.
+    std::vector<std::string> tooltips;          ///< One text per point, or empty.
+    bool scattered = false;                     ///< True for marks without a line.
 };
 
+/// One axis of a line chart.
 struct Axis {
     std::string title;
     bool logarithmic = true;
 };
 
-/// A horizontal line with a meaning.
-struct Bound {
+/// A labelled horizontal line across a line chart.
+struct HorizontalLine {
     double y;
     std::string label;
 };
 
+/// A line chart.
 struct LineChart {
-    std::string title;  ///< for those who cannot see the picture
+    std::string title;  ///< Text alternative for screen readers.
     Axis x, y;
     std::vector<Series> series;
-    std::vector<Bound> bounds;
-    double doubtful = 0;  ///< values of y below are shaded: they mean nothing
-    std::string doubtful_label;
-    double least_y = 0;  ///< a logarithmic y axis shows nothing below; 0: everything
+    std::vector<HorizontalLine> horizontal_lines;
+    double shaded_below = 0;   ///< On a logarithmic y axis, the area below this y is shaded; 0: none.
+    std::string shaded_label;  ///< Label of the shaded area.
+    double least_y = 0;        ///< On a logarithmic y axis, the range is not extended below this y; 0: no limit.
 };
 
-/// Empty where there is no point that the axes can show.
+/// Returns the chart as SVG, or "" if no point lies within the axes.
 std::string svg_of(const LineChart& chart);
 
+/// One bar of a bar chart.
 struct Bar {
     std::string label, color, value_text;
-    double value = 0, least = 0, greatest = 0;  ///< least and greatest as a whisker, if greatest > 0
+    double value = 0, least = 0, greatest = 0;  ///< A whisker spans least to greatest if greatest > 0.
 };
 
+/// A chart of horizontal bars.
 struct BarChart {
-    std::string title;
+    std::string title;  ///< Text alternative for screen readers.
     std::vector<Bar> bars;
 };
 
+/// Returns the chart as SVG.
 std::string svg_of(const BarChart& chart);
 
 }  // namespace kagero

@@ -1,22 +1,20 @@
-/// Numbers as text, the same in every locale.
+/// Conversions of numbers to text that do not depend on the locale.
 #pragma once
 
 #include <string>
 
 namespace kagero {
 
-/// 17 significant digits: reading them back gives the same double.
+/// Appends 17 significant digits, which determine the double exactly. Every NaN becomes "nan".
 void append_exact(std::string& text, double value);
-/// The shortest text that reads back as the same double.
+/// Returns the shortest text that is parsed as the same double.
 std::string shortest(double value);
-/// So many digits behind the point.
+/// Returns fixed notation with this number of digits after the decimal point.
 std::string fixed(double value, int digits = 1);
-/// Three significant digits with a thousands suffix, for people: 2.71 M.
+/// Returns three significant digits with the suffix k, M or G where needed, such as "2.71 M".
 std::string rounded(double value);
 
-/// 0 where b is not greater than 0.
-inline double ratio(double a, double b) {
-    return b > 0 ? a / b : 0;
-}
+/// Returns a / b, or 0 if b is not greater than 0.
+inline double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
 }  // namespace kagero

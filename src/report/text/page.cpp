@@ -8,21 +8,25 @@
 namespace kagero {
 namespace {
 
-// Colours are variables so that charts follow the page into the dark; on paper ink is dark and the ground is left to
-// the paper.
+// Colours are CSS variables, so that charts use the colours of the page in light mode, dark mode and print. In print,
+// text is dark and the background is white.
 constexpr const char* style = R"css(
-:root { color-scheme: light dark; --ink: #1d2430; --soft: #5a6577; --line: #d9dee6; --grid: #e8ebf0; --ground: #ffffff; --panel: #f6f7f9; --mark: #b3261e; --shade: 0%; }
+:root { color-scheme: light dark; --ink: #1d2430; --soft: #5a6577; --line: #d9dee6; --grid: #e8ebf0; )css"
+    R"css(--ground: #ffffff; --panel: #f6f7f9; --mark: #b3261e; --shade: 0%; }
 @media (prefers-color-scheme: dark) {
-  :root { --ink: #e7eaf0; --soft: #9aa5b5; --line: #353d4a; --grid: #262d38; --ground: #14181f; --panel: #1b212a; --mark: #ff8a80; --shade: 12%; }
+  :root { --ink: #e7eaf0; --soft: #9aa5b5; --line: #353d4a; --grid: #262d38; --ground: #14181f; --panel: )css"
+    R"css(#1b212a; --mark: #ff8a80; --shade: 12%; }
 }
 @media print {
-  :root { color-scheme: light; --ink: #000; --soft: #444; --line: #bbb; --grid: #e3e3e3; --ground: #fff; --panel: #fff; --mark: #b3261e; --shade: 0%; }
+  :root { color-scheme: light; --ink: #000; --soft: #444; --line: #bbb; --grid: #e3e3e3; --ground: #fff; )css"
+    R"css(--panel: #fff; --mark: #b3261e; --shade: 0%; }
   figure, table, section.keep { break-inside: avoid; }
   details > summary { display: none; }
   body { font-size: 10pt; }
 }
 * { box-sizing: border-box; }
-body { margin: 0; background: var(--ground); color: var(--ink); font: 16px/1.55 system-ui, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif; }
+body { margin: 0; background: var(--ground); color: var(--ink); font: 16px/1.55 system-ui, "Segoe UI", )css"
+    R"css(Roboto, "Noto Sans", "DejaVu Sans", sans-serif; }
 main { max-width: 62rem; margin: 0 auto; padding: 2.5rem 1.5rem 4rem; }
 header { border-bottom: 2px solid var(--ink); margin-bottom: 1.5rem; padding-bottom: .8rem; }
 h1 { font-size: 2rem; line-height: 1.2; letter-spacing: -.015em; margin: 0; }
@@ -42,7 +46,8 @@ svg text.axis { fill: var(--ink); }
 svg text.label { font-size: 11.5px; }
 svg text.strong { font-weight: 700; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; margin: .6rem 0; width: 100%; }
+table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; margin: .6rem 0; )css"
+    R"css(width: 100%; }
 th, td { padding: .28rem .6rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th { font-weight: 600; color: var(--soft); border-bottom: 1.5px solid var(--ink); vertical-align: bottom; }
 th.word, td.word { text-align: left; white-space: normal; }
@@ -55,7 +60,8 @@ summary { cursor: pointer; font-size: .95rem; }
 summary small { color: var(--soft); font-size: .86rem; margin-left: .5rem; }
 sup { line-height: 0; font-size: .75em; }
 code { font: .92em ui-monospace, "DejaVu Sans Mono", monospace; }
-footer { margin-top: 3rem; border-top: 1px solid var(--line); padding-top: .8rem; color: var(--soft); font-size: .85rem; }
+footer { margin-top: 3rem; border-top: 1px solid var(--line); padding-top: .8rem; color: var(--soft); )css"
+    R"css(font-size: .85rem; }
 .bad { color: var(--mark); font-weight: 600; }
 )css";
 
@@ -64,7 +70,7 @@ std::string digits(double value, int precision, std::chars_format format) {
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, format, precision).ptr};
 }
 
-/// 12400 → 12 400, with spaces that do not break.
+/// Groups digits in threes with narrow no-break spaces if there are more than four: 12400 → 12 400.
 std::string grouped(const std::string& whole) {
     std::string text;
     for (std::size_t i = 0; i < whole.size(); ++i) {
@@ -129,8 +135,8 @@ std::string html_figure(const std::string& heading, const std::string& svg, cons
            html_text(how_to_read) + "</figcaption></figure></section>\n";
 }
 
-std::string html_fact(const std::string& value, const std::string& what) {
-    return "<div><b>" + value + "</b><span>" + what + "</span></div>\n";
+std::string html_fact(const std::string& value, const std::string& description) {
+    return "<div><b>" + value + "</b><span>" + description + "</span></div>\n";
 }
 
 std::string html_page(const std::string& title, const std::string& subtitle, const std::string& body) {

@@ -1,5 +1,5 @@
-// Programs of formulas: whatever the formula, code that is interpreted has the values and the gradient of the formula
-// itself.
+// Compiled programs of random formulas. Their interpreted values and gradients are compared with dual numbers that are
+// propagated through the nodes of the formula.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
 #include "kernels/trace/packets.h"
@@ -14,10 +14,11 @@
 namespace kagero::test {
 namespace {
 
-using Forward = Dual<double, 6>;
+/// A value with its derivatives with respect to position and momentum.
+using DualDouble = Dual<double, 6>;
 
-/// Operations by themselves; those that are not listed here are applied as the table has them.
-Forward apply(Op op, const Forward& a, const Forward& b) {
+/// Returns the result of an operation. Operations that are not listed here are applied by the table of operations.
+DualDouble apply(Op op, const DualDouble& a, const DualDouble& b) {
     switch (op) {
         case Op::add: return a + b;
         case Op::sub: return a - b;
@@ -35,11 +36,11 @@ Forward apply(Op op, const Forward& a, const Forward& b) {
         case Op::atan2: return atan2(a, b);
         case Op::min: return min(a, b);
         case Op::max: return max(a, b);
-        default: return kagero::detail::applied<Forward>(op, a, b, b);
+        default: return kagero::detail::applied<DualDouble>(op, a, b, b);
     }
 }
 
-/// The operations that formulas have.
+/// Returns the operations that formulas may contain.
 std::vector<Op> named_operations() {
     std::vector<Op> all;
     for (int i = 0; i < op_count; ++i)
@@ -47,7 +48,8 @@ std::vector<Op> named_operations() {
     return all;
 }
 
-/// A random list of nodes over all operations; operands are mostly late ones, so that much of it hangs together.
+/// Returns the nodes of a random formula. The first operand of each operation is one of the last six nodes, so that the
+/// last node depends on most of the others.
 std::vector<FormulaNode> random_nodes(std::mt19937& random, int operations) {
     static const std::vector<Op> named = named_operations();
     std::vector<FormulaNode> nodes;
@@ -56,30 +58,33 @@ std::vector<FormulaNode> random_nodes(std::mt19937& random, int operations) {
     std::uniform_int_distribution<std::size_t> any_op(0, named.size() - 1);
     for (int i = 0; i < operations; ++i) {
         const int size = static_cast<int>(nodes.size());
-        std::uniform_int_distribution<int> any(0, size - 1), late(std::max(0, size - 6), size - 1);
+        std::uniform_int_distribution<int> any_node(0, size - 1), late_node(std::max(0, size - 6), size - 1);
         const Op op = i % 3 == 0 ? named[any_op(random)] : i % 2 ? Op::mul : Op::add;
-        nodes.push_back({op, late(random), info_of(op).operands == 2 ? any(random) : -1, 0});
+        nodes.push_back({op, late_node(random), info_of(op).operands == 2 ? any_node(random) : -1, 0});
     }
     return nodes;
 }
 
-std::vector<Forward> values_of(const std::vector<FormulaNode>& nodes, const double (&at)[7]) {
-    std::vector<Forward> values;
+/// Returns the values and derivatives of all nodes at the given position, momentum and p_t.
+std::vector<DualDouble> values_of(const std::vector<FormulaNode>& nodes, const double (&at)[7]) {
+    std::vector<DualDouble> values;
     for (const FormulaNode& n : nodes) {
         if (n.op == Op::constant) values.emplace_back(n.value);
-        else if (n.op == Op::input) values.push_back(n.a < 6 ? Forward::variable(at[n.a], n.a) : Forward(at[n.a]));
-        else values.push_back(apply(n.op, values[n.a], n.b < 0 ? Forward(0.0) : values[n.b]));
+        else if (n.op == Op::input && n.a < 6) values.push_back(DualDouble::variable(at[n.a], n.a));
+        else if (n.op == Op::input) values.push_back(DualDouble(at[n.a]));
+        else values.push_back(apply(n.op, values[n.a], n.b < 0 ? DualDouble(0.0) : values[n.b]));
     }
     return values;
 }
 
-/// Whether the numbers on the way are of ordinary size and not at a jump, so that rounding stays rounding.
-bool tame(const std::vector<FormulaNode>& nodes, const std::vector<Forward>& values) {
+/// Returns true if the values and derivatives of all nodes are below 1e4, and no node is near a point where its
+/// operation is not smooth. Rounding errors of the result are small then.
+bool is_well_conditioned(const std::vector<FormulaNode>& nodes, const std::vector<DualDouble>& values) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-        const Forward& v = values[i];
+        const DualDouble& v = values[i];
         if (nodes[i].op == Op::atan2 && std::abs(values[nodes[i].a].value) < 1e-3) return false;
-        const bool kink = nodes[i].op == Op::min || nodes[i].op == Op::max;
-        if (kink && std::abs(values[nodes[i].a].value - values[nodes[i].b].value) < 1e-3) return false;
+        const bool has_kink = nodes[i].op == Op::min || nodes[i].op == Op::max;
+        if (has_kink && std::abs(values[nodes[i].a].value - values[nodes[i].b].value) < 1e-3) return false;
         if (nodes[i].op == Op::abs && std::abs(v.value) < 1e-3) return false;
         if (!(std::abs(v.value) < 1e4)) return false;
         for (const double d : v.derivative)
@@ -88,8 +93,8 @@ bool tame(const std::vector<FormulaNode>& nodes, const std::vector<Forward>& val
     return true;
 }
 
-// Where two numbers are equal the derivative is that of the first, whichever way it is computed.
-TEST(FormulaPrograms, TakeTheFirstOfEqualNumbers) {
+// If the operands are equal, the derivative is that of the first operand, as with dual numbers.
+TEST(FormulaPrograms, MinimumAndMaximumOfEqualOperandsReturnTheFirst) {
     const auto programs = std::make_unique<formula::Programs>();
     const double at[7] = {0.5, 0.5, 0, 0.25, 0.25, 0, 1};
     for (const Op op : {Op::min, Op::max, Op::abs})
@@ -108,18 +113,18 @@ TEST(FormulaPrograms, TakeTheFirstOfEqualNumbers) {
         }
 }
 
-TEST(FormulaPrograms, HaveTheValuesAndTheGradientOfTheFormula) {
+TEST(FormulaPrograms, ValuesAndGradientsMatchDualNumbers) {
     std::mt19937 random(2003);
-    std::uniform_real_distribution<double> anywhere(-2, 2);
+    std::uniform_real_distribution<double> coordinate(-2, 2);
     const auto programs = std::make_unique<formula::Programs>();
     int compared = 0;
     for (int i = 0; i < 4000; ++i) {
         const auto nodes = random_nodes(random, 4 + i % 40);
         const int root = static_cast<int>(nodes.size()) - 1;
         double at[7];
-        for (double& x : at) x = anywhere(random);
+        for (double& x : at) x = coordinate(random);
         const auto values = values_of(nodes, at);
-        if (!tame(nodes, values)) continue;
+        if (!is_well_conditioned(nodes, values)) continue;
         const Formula f{nodes.data(), static_cast<std::uint32_t>(nodes.size()), root, -1, -1, -1, -1, {-1, -1}, 0.25,
                         at[6]};
         ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
@@ -131,7 +136,7 @@ TEST(FormulaPrograms, HaveTheValuesAndTheGradientOfTheFormula) {
         PacketDouble in[7], out[6];
         for (int k = 0; k < 7; ++k) in[k] = PacketDouble(at[k]);
         formula::evaluate(programs->derivatives, in, out);
-        // A hundred operations on numbers up to 1e4, and what those amplify.
+        // The rounding error of 100 operations on numbers up to 1e4 is 1e-10. The formula may amplify it.
         const double rounding = 1e-8;
         ASSERT_NEAR(energy[0], values[root].value - 0.25, rounding) << i;
         for (int k = 0; k < 6; ++k) {
@@ -144,13 +149,14 @@ TEST(FormulaPrograms, HaveTheValuesAndTheGradientOfTheFormula) {
     EXPECT_GT(compared, 1000);
 }
 
-TEST(FormulaPrograms, TooLargeOnesAreRefused) {
+TEST(FormulaPrograms, TooLargeFormulasAreRefused) {
     std::mt19937 random(1);
     const auto nodes = random_nodes(random, 4000);
     std::vector<FormulaNode> sum = nodes;
     for (int i = 7; i < 4000 && sum.size() < formula_limit; ++i)
         sum.push_back({Op::add, static_cast<int>(sum.size()) - 1, i, 0});
-    const Formula f{sum.data(), static_cast<std::uint32_t>(sum.size()), static_cast<int>(sum.size()) - 1, -1, -1, -1, -1, {-1, -1}, 0, 0};
+    const auto count = static_cast<std::uint32_t>(sum.size());
+    const Formula f{sum.data(), count, static_cast<int>(count) - 1, -1, -1, -1, -1, {-1, -1}, 0, 0};
     const auto programs = std::make_unique<formula::Programs>();
     EXPECT_NE(formula::compile(f, nullptr, *programs), nullptr);
 }

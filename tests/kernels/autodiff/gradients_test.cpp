@@ -1,5 +1,6 @@
-// The derivatives that the tape writes against the complex step, f'(x) = Im f(x + iε)/ε, which subtracts nothing and so
-// is exact to rounding; and second derivatives of nested duals against the complex step of first ones.
+// Derivatives that are recorded by the tape, compared with the complex-step derivative f'(x) = Im f(x + iε)/ε. It
+// contains no subtraction, so that it is exact to rounding. Second derivatives by nested dual numbers are compared with
+// complex-step derivatives of first derivatives.
 
 #include "tests/kernels/spaces.h"
 
@@ -10,7 +11,7 @@
 
 namespace kagero::test {
 
-/// A complex number that orders by its real part.
+/// A complex number that is ordered by its real part.
 struct Complex {
     std::complex<double> z;
     Complex(double x = 0) : z(x) {}
@@ -30,7 +31,7 @@ struct Complex {
     friend Complex cos(Complex a) { return std::cos(a.z); }
     friend Complex tan(Complex a) { return std::tan(a.z); }
     friend Complex tanh(Complex a) { return std::tanh(a.z); }
-    /// To first order in the imaginary parts, which is all that a complex step has.
+    /// Exact to first order in the imaginary parts. Higher orders are not needed for a complex step of 1e-100.
     friend Complex atan2(Complex a, Complex b) {
         return std::complex<double>(std::atan2(a.z.real(), b.z.real()),
                                     (b.z.real() * a.z.imag() - a.z.real() * b.z.imag()) /
@@ -49,10 +50,10 @@ template <class H>
 class Gradients : public ::testing::Test {};
 TYPED_TEST_SUITE(Gradients, AllHamiltonians, HamiltonianName);
 
-/// x y z px py pz pt.
+/// Position, momentum and p_t.
 using Point = std::array<double, 7>;
 
-/// H − H0 at y, or Ω·(H − H0), on any number type.
+/// Returns H − H0 or, if `rescaled` is set, Ω·(H − H0), in any number type.
 template <class H, class T>
 T hamiltonian(const std::array<T, 7>& y, bool rescaled) {
     const auto values = default_parameters<H>();
@@ -76,7 +77,7 @@ Point gradient_by_complex_step(const Point& y, bool rescaled) {
     return g;
 }
 
-/// The first derivatives by T's own means, the second by duals over it.
+/// Returns the gradient by dual numbers over T. If T itself carries derivatives, the result carries second derivatives.
 template <class H, class T>
 std::array<T, 7> gradient_by_duals(const std::array<T, 7>& y, bool rescaled) {
     std::array<Dual<T, 7>, 7> x;
@@ -104,27 +105,29 @@ std::array<Point, 7> hessian_by_complex_step(const Point& y, bool rescaled) {
     return hessian;
 }
 
-/// What an ulp in every number costs each derivative: it changes by itself, and with every variable it is evaluated at.
-Point rounding_unit(const Point& y, const Point& gradient, const std::array<Point, 7>& hessian) {
-    Point unit;
+/// Returns the change of each derivative, divided by ε, if the derivative and all variables have relative errors of ε.
+Point rounding_scale(const Point& y, const Point& gradient, const std::array<Point, 7>& hessian) {
+    Point scale;
     for (int i = 0; i < 7; ++i) {
-        unit[i] = std::abs(gradient[i]);
-        for (int k = 0; k < 7; ++k) unit[i] += std::abs(hessian[i][k] * y[k]);
+        scale[i] = std::abs(gradient[i]);
+        for (int k = 0; k < 7; ++k) scale[i] += std::abs(hessian[i][k] * y[k]);
     }
-    return unit;
+    return scale;
 }
-/// Roundings that reach a result, of some fifty operations.
+/// Number of rounding errors in a result. Programs have about fifty operations, whose errors partly cancel.
 constexpr double roundings = 32;
 
-/// States in the domain off H = H0, exact in float.
+/// Returns random states in the domain with H ≠ H0, exactly representable in float.
 template <class H>
 std::vector<Point> states(std::size_t n) {
     Random random(3);
     std::vector<Point> points;
     for (const RayStart& ray : random_rays<H>(n, 2)) {
         Point y;
-        for (int k = 0; k < 3; ++k)
-            y[k] = static_cast<float>(ray.q[k]), y[3 + k] = static_cast<float>(ray.p[k] * random(0.5, 2));
+        for (int k = 0; k < 3; ++k) {
+            y[k] = static_cast<float>(ray.q[k]);
+            y[3 + k] = static_cast<float>(ray.p[k] * random(0.5, 2));
+        }
         y[6] = static_cast<float>(ray.pt * random(0.5, 2));
         points.push_back(y);
     }
@@ -132,46 +135,47 @@ std::vector<Point> states(std::size_t n) {
 }
 
 template <class V>
-std::array<double, 6> numbers_of(const V (&values)[6], int lane) {
-    std::array<double, 6> numbers;
-    for (std::size_t k = 0; k < 6; ++k) numbers[k] = static_cast<double>(get_lane(values[k], lane));
-    return numbers;
+std::array<double, 6> lane_of(const V (&values)[6], int lane) {
+    std::array<double, 6> result;
+    for (std::size_t k = 0; k < 6; ++k) result[k] = static_cast<double>(get_lane(values[k], lane));
+    return result;
 }
-void expect_near(const std::array<double, 6>& found, const Point& expected, double epsilon, const Point& unit) {
+void expect_near(const std::array<double, 6>& found, const Point& expected, double epsilon, const Point& scale) {
     for (std::size_t k = 0; k < 6; ++k)
-        EXPECT_NEAR(found[k], expected[k], roundings * epsilon * unit[k]) << "component " << k;
+        EXPECT_NEAR(found[k], expected[k], roundings * epsilon * scale[k]) << "component " << k;
 }
 
+/// Checks the program of all derivatives, and the separate programs of velocity and force.
 template <class H, bool rescaled, class V>
-void check_tape() {
+void check_programs() {
     using S = ScalarOf<V>;
     const System<H, rescaled, S> system(default_parameters<H>().data());
     for (const Point& y : states<H>(40)) {
         const Point expected = gradient_by_complex_step<H>(y, rescaled);
-        const Point unit = rounding_unit(y, expected, hessian_by_duals<H>(y, rescaled));
+        const Point scale = rounding_scale(y, expected, hessian_by_duals<H>(y, rescaled));
         State<V> s;
         for (int k = 0; k < 7; ++k) s.y[k] = V(S(y[k]));
-        V both[6];
-        system.derivatives(s, both);
+        V all[6];
+        system.derivatives(s, all);
         const Vec3<V> dq = system.dq(s), dp = system.dp(s);
-        const V sides[6] = {dq.x, dq.y, dq.z, dp.x, dp.y, dp.z};
+        const V separate[6] = {dq.x, dq.y, dq.z, dp.x, dp.y, dp.z};
         for (const int lane : {0, lane_count<V> - 1})
-            for (const auto& found : {numbers_of(both, lane), numbers_of(sides, lane)})
-                expect_near(found, expected, static_cast<double>(machine_epsilon<S>), unit);
+            for (const auto& found : {lane_of(all, lane), lane_of(separate, lane)})
+                expect_near(found, expected, static_cast<double>(machine_epsilon<S>), scale);
     }
 }
 template <class H, class V>
-void check_tapes() {
-    check_tape<H, false, V>();
-    if constexpr (Rescalable<H>) check_tape<H, true, V>();
+void check_all_programs() {
+    check_programs<H, false, V>();
+    if constexpr (Rescalable<H>) check_programs<H, true, V>();
 }
 
-TYPED_TEST(Gradients, OnPacketsOfDouble) { check_tapes<TypeParam, PacketDouble>(); }
-TYPED_TEST(Gradients, OnPacketsOfFloat) { check_tapes<TypeParam, PacketFloat>(); }
-TYPED_TEST(Gradients, OnDouble) { check_tapes<TypeParam, double>(); }
-TYPED_TEST(Gradients, OnFloat) { check_tapes<TypeParam, float>(); }
+TYPED_TEST(Gradients, MatchTheComplexStepInPacketsOfDouble) { check_all_programs<TypeParam, PacketDouble>(); }
+TYPED_TEST(Gradients, MatchTheComplexStepInPacketsOfFloat) { check_all_programs<TypeParam, PacketFloat>(); }
+TYPED_TEST(Gradients, MatchTheComplexStepInDouble) { check_all_programs<TypeParam, double>(); }
+TYPED_TEST(Gradients, MatchTheComplexStepInFloat) { check_all_programs<TypeParam, float>(); }
 
-TYPED_TEST(Gradients, SecondDerivativesByDuals) {
+TYPED_TEST(Gradients, SecondDerivativesByDualNumbersMatchTheComplexStep) {
     using H = TypeParam;
     for (const bool rescaled : rescalings<H>()) {
         for (const Point& y : states<H>(40)) {
@@ -192,14 +196,14 @@ TYPED_TEST(Gradients, SecondDerivativesByDuals) {
 }
 
 // ∇(Ω (H − H0)) = Ω ∇H + (H − H0) ∇Ω, and dλ/dτ = Ω.
-TYPED_TEST(Gradients, OfTheRescaledHamiltonianByTheProductRule) {
+TYPED_TEST(Gradients, RescaledHamiltonianObeysTheProductRule) {
     using H = TypeParam;
     if constexpr (!Rescalable<H>) {
-        GTEST_SKIP() << H::name << " declares no time transformation";
+        GTEST_SKIP() << H::name << " has no time rescaling.";
     } else {
         const auto k = default_parameters<H>();
         const System<H, false, double> plain(k.data());
-        const System<H, true, double> transformed(k.data());
+        const System<H, true, double> rescaled(k.data());
         for (const Point& y : states<H>(40)) {
             State<double> s;
             std::copy(y.begin(), y.end(), s.y);
@@ -208,22 +212,24 @@ TYPED_TEST(Gradients, OfTheRescaledHamiltonianByTheProductRule) {
             const auto at = [&](int i) { return Dual<double, 3>::variable(y[i], i); };
             const auto omega =
                 H::rescale(make_parameters<H>(parameters.data()), Vec3<Dual<double, 3>>{at(0), at(1), at(2)});
-            double of_h[6], of_k[6];
-            plain.derivatives(s, of_h), transformed.derivatives(s, of_k);
+            double gradient_h[6], gradient_k[6];
+            plain.derivatives(s, gradient_h);
+            rescaled.derivatives(s, gradient_k);
             const double excess = plain.energy(s);
-            EXPECT_NEAR(transformed.time_rescaling_factor(s), omega.value,
+            EXPECT_NEAR(rescaled.time_rescaling_factor(s), omega.value,
                         roundings * machine_epsilon<double> * omega.value);
-            const Point unit = rounding_unit(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
+            const Point scale = rounding_scale(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
             for (int i = 0; i < 6; ++i) {
-                const double expected = omega.value * of_h[i] + (i < 3 ? excess * omega.derivative[i] : 0);
-                EXPECT_NEAR(of_k[i], expected, 2 * roundings * machine_epsilon<double> * unit[i]) << "component " << i;
+                const double expected = omega.value * gradient_h[i] + (i < 3 ? excess * omega.derivative[i] : 0);
+                EXPECT_NEAR(gradient_k[i], expected, 2 * roundings * machine_epsilon<double> * scale[i])
+                    << "component " << i;
             }
         }
     }
 }
 
-// H − H0 and |p·∂H/∂p| + |H0| as the energy monitor gets them.
-TYPED_TEST(Gradients, EnergyAndItsSize) {
+// The event functions contain H − H0 and |p·∂H/∂p| + |H0|, from which energy errors are computed.
+TYPED_TEST(Gradients, EnergyResidualAndEnergyScaleMatchTheComplexStep) {
     using H = TypeParam;
     const System<H, false, double> system(default_parameters<H>().data());
     for (const Point& y : states<H>(40)) {
@@ -231,12 +237,13 @@ TYPED_TEST(Gradients, EnergyAndItsSize) {
         std::copy(y.begin(), y.end(), s.y);
         const EventFunctions<double> found = system.event_functions(s);
         const Point g = gradient_by_complex_step<H>(y, false),
-                    unit = rounding_unit(y, g, hessian_by_duals<H>(y, false));
-        double size = 0, expected_pv = 0;
-        for (int k = 0; k < 7; ++k) size += std::abs(y[k]) * unit[k];
-        for (int k = 3; k < 6; ++k) expected_pv += y[k] * g[k];
-        EXPECT_NEAR(found.excess, hamiltonian<H>(y, false), roundings * machine_epsilon<double> * size);
-        EXPECT_NEAR(found.size, std::abs(expected_pv) + std::abs(H::level), roundings * machine_epsilon<double> * size);
+                    scale = rounding_scale(y, g, hessian_by_duals<H>(y, false));
+        double size = 0, p_dot_velocity = 0;
+        for (int k = 0; k < 7; ++k) size += std::abs(y[k]) * scale[k];
+        for (int k = 3; k < 6; ++k) p_dot_velocity += y[k] * g[k];
+        EXPECT_NEAR(found.energy_residual, hamiltonian<H>(y, false), roundings * machine_epsilon<double> * size);
+        EXPECT_NEAR(found.size, std::abs(p_dot_velocity) + std::abs(H::level),
+                    roundings * machine_epsilon<double> * size);
     }
 }
 

@@ -1,5 +1,5 @@
-// Every function of the table of operations: its derivative is that of its value, on every kind of number, and its
-// result is as exact as the table says.
+// The functions of the table of operations. Derivatives by dual numbers and by the tape are compared with differences
+// in quadruple precision. Rounding errors are compared with the bounds that the table states.
 #include "tests/kernels/steps.h"
 
 namespace kagero::test {
@@ -8,7 +8,7 @@ namespace {
 struct Operands {
     double a, b;
 };
-/// Where all functions exist, and are smooth.
+/// Operands at which all functions are defined and smooth.
 constexpr Operands points[] = {{0.3, 0.7}, {1.2, 0.4}, {0.9, 2.1}, {2.5, 1.1}};
 
 template <Op op, class T>
@@ -17,7 +17,8 @@ T value_at(const T& a, const T& b) {
     else return Operation<op>::value(a, b);
 }
 
-/// The two derivatives by differences, in 34 digits.
+/// Returns the two derivatives by central differences in quadruple precision (34 digits). Their error is about h² =
+/// 1e-22.
 template <Op op>
 std::array<Quad, 2> differences(const Operands& at) {
     const Quad h = 1e-11, a = at.a, b = at.b;
@@ -25,8 +26,10 @@ std::array<Quad, 2> differences(const Operands& at) {
             (value_at<op, Quad>(a, b + h) - value_at<op, Quad>(a, b - h)) / (2 * h)};
 }
 
-void expect_near(double a, Quad b, const char* what) {
-    EXPECT_NEAR(a, static_cast<double>(b), 1e-14 * (1 + std::abs(static_cast<double>(b)))) << what;
+/// Expects that `found` agrees with `expected` to about 50 rounding errors of double.
+void expect_near(double found, Quad expected, const char* description) {
+    const double y = static_cast<double>(expected);
+    EXPECT_NEAR(found, y, 1e-14 * (1 + std::abs(y))) << description;
 }
 
 template <Op op>
@@ -40,7 +43,7 @@ void check_dual_numbers(const Operands& at) {
     }
 }
 
-/// As formulas record it.
+/// Checks an operation that is recorded on a tape, as for a formula, and evaluated as a program.
 template <Op op>
 void check_program(const Operands& at) {
     auto t = std::make_unique<Tape>();
@@ -49,7 +52,7 @@ void check_program(const Operands& at) {
     const int node = record(*t, op, inputs[0], inputs[1]);
     record_gradient<2>(*t, node, inputs, gradient);
     const auto program = kagero::detail::extract_all<3>(*t, {node, gradient[0], gradient[1]});
-    const Listed<double> listed{{program.nodes, nullptr, program.outputs.data(), program.size}, nullptr};
+    const ListingWithValues<double> listed{{program.nodes, nullptr, program.outputs.data(), program.size}, nullptr};
     const double in[] = {at.a, at.b};
     double values[Tape::capacity];
     evaluate(listed, in, values);
@@ -59,7 +62,7 @@ void check_program(const Operands& at) {
         expect_near(values[program.outputs[k + 1]], expected[k], "derivative of the program");
 }
 
-TEST(OperationTable, DerivativesAreThoseOfTheValues) {
+TEST(OperationTable, DerivativesMatchDifferencesOfValues) {
     for (const Operands& at : points) {
 #define KAGERO_OPERATION(OP, OPERATION)                                 \
     {                                                                   \
@@ -72,16 +75,16 @@ TEST(OperationTable, DerivativesAreThoseOfTheValues) {
     }
 }
 
-/// One operation on plain numbers in both precisions.
+/// Compares the result in double with the result in quadruple precision. The unit is half a unit in the last place.
 template <Op op>
 void check_rounding(double a, double b) {
     const Quad exact = value_at<op, Quad>(a, b);
     const double error = static_cast<double>(abs(exact - value_at<op, double>(a, b)));
-    const double half_place = machine_epsilon<double> / 2 * std::abs(static_cast<double>(exact));
-    EXPECT_LE(error, Operation<op>::rounding * half_place * (1 + 1e-9)) << a << ' ' << b;
+    const double half_ulp = machine_epsilon<double> / 2 * std::abs(static_cast<double>(exact));
+    EXPECT_LE(error, Operation<op>::rounding * half_ulp * (1 + 1e-9)) << a << ' ' << b;
 }
 
-TEST(OperationTable, RoundsNoMoreThanItStates) {
+TEST(OperationTable, RoundingErrorsAreWithinTheStatedBounds) {
     Random random(28);
     for (int i = 0; i < 2000; ++i) {
         const double a = random(0.05, 1.5), b = random(0.05, 1.5);
@@ -95,7 +98,7 @@ TEST(OperationTable, RoundsNoMoreThanItStates) {
     }
 }
 
-TEST(OperationTable, NamesOfFunctionsDiffer) {
+TEST(OperationTable, NamesOfFunctionsAreUnique) {
     for (int i = 0; i < op_count; ++i)
         for (int k = 0; k < i; ++k)
             if (operation_infos[i].has_function_name()) {

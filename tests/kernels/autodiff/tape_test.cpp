@@ -1,5 +1,6 @@
-// What the tape simplifies keeps its value, what it differentiates is the derivative: random expressions, recorded and
-// evaluated again node by node, against the same expressions evaluated directly.
+// The tape must preserve values when it simplifies, and record correct derivatives. Random expressions are recorded on
+// a tape whose nodes are evaluated one by one. The results are compared with the same expressions on dual numbers in
+// quadruple precision.
 #include "tests/kernels/steps.h"
 
 #include <cstdio>
@@ -10,9 +11,10 @@ namespace kagero::test {
 namespace {
 
 constexpr int inputs = 4, parameters = 2, variables = inputs + parameters;
-using Slopes = Dual<Quad, variables>;
+/// A value with its derivatives with respect to all variables.
+using DualQuad = Dual<Quad, variables>;
 
-/// The numbers that a tape's leaves stand for.
+/// Values of the leaves of a tape.
 struct LeafValues {
     std::vector<Quad> input, parameter;
 };
@@ -23,8 +25,8 @@ LeafValues random_leaves(Random& random) {
     return l;
 }
 
-/// One operation as its name says, here on quadruple precision.
-Quad operate(const Node& n, Quad a, Quad b, Quad c) {
+/// Returns the result of the operation of a node in quadruple precision, without use of the table of operations.
+Quad result_of(const Node& n, Quad a, Quad b, Quad c) {
     switch (n.op) {
         case Op::add: return a + b;
         case Op::sub: return a - b;
@@ -49,7 +51,7 @@ Quad operate(const Node& n, Quad a, Quad b, Quad c) {
         default: return 0;
     }
 }
-/// The values of `count` nodes, tape or program alike.
+/// Returns the values of the first `count` nodes of a tape or program.
 template <class Nodes>
 std::vector<Quad> evaluate(const Nodes& nodes, int count, const LeafValues& leaves) {
     std::vector<Quad> value(static_cast<std::size_t>(count));
@@ -59,19 +61,19 @@ std::vector<Quad> evaluate(const Nodes& nodes, int count, const LeafValues& leav
         if (n.op == Op::constant) value[i] = n.value;
         else if (n.op == Op::parameter) value[i] = leaves.parameter[n.a];
         else if (n.op == Op::input) value[i] = leaves.input[n.a];
-        else value[i] = operate(n, operand(n.a), operand(n.b), operand(n.c));
+        else value[i] = result_of(n, operand(n.a), operand(n.b), operand(n.c));
     }
     return value;
 }
 
-/// An expression under construction: written on the tape, and evaluated with its slopes at the same time.
+/// A node of a random expression, with its value and derivatives by dual numbers.
 struct Term {
     Recorded recorded;
-    Slopes direct;
+    DualQuad direct;
 };
 
-/// A random operation on terms chosen at random; often the same one twice, and often on constants, as simplification
-/// likes it.
+/// Returns the result of a random operation on random terms. Operands that are equal or constant are frequent, because
+/// the tape simplifies such operations.
 Term random_operation(Random& random, const std::vector<Term>& terms) {
     const auto any_term = [&] { return terms[static_cast<std::size_t>(random.below(static_cast<int>(terms.size())))]; };
     const Term a = any_term(), b = random.below(5) == 0 ? a : any_term();
@@ -94,36 +96,38 @@ Term random_operation(Random& random, const std::vector<Term>& terms) {
     return {min(a.recorded, a.recorded + 1.0), min(a.direct, a.direct + 1.0)};
 }
 
-/// A random expression of `leaves` on the tape, with the nodes of its inputs and parameters.
+/// Records a random expression of the leaves. Sets `nodes` to the nodes of the inputs and parameters.
 Term random_expression(Random& random, Tape& t, const LeafValues& leaves, std::array<int, variables>& nodes) {
     std::vector<Term> terms;
     for (int i = 0; i < variables; ++i) {
         nodes[i] = i < inputs ? t.input(i) : t.parameter(i - inputs);
         const Quad value = i < inputs ? leaves.input[i] : leaves.parameter[i - inputs];
-        terms.push_back({Recorded(&t, nodes[i]), Slopes::variable(value, i)});
+        terms.push_back({Recorded(&t, nodes[i]), DualQuad::variable(value, i)});
     }
-    for (const double c : {0.0, 1.0, -1.0, 2.0}) terms.push_back({Recorded(&t, t.constant(c)), Slopes(c)});
+    for (const double c : {0.0, 1.0, -1.0, 2.0}) terms.push_back({Recorded(&t, t.constant(c)), DualQuad(c)});
     for (int i = 0; i < 25; ++i) {
         const Term next = random_operation(random, terms);
         Quad size = abs(next.direct.value);
         for (const Quad d : next.direct.derivative) size = max(size, abs(d));
         if (size < 1e4) terms.push_back(next);
     }
-    Term sum = terms.back();  // of everything late, so that little is dropped
+    Term sum = terms.back();  // sum of the later half of the terms, so that the result depends on most of them
     for (std::size_t i = terms.size() / 2; i + 1 < terms.size(); ++i)
         sum = {sum.recorded + terms[i].recorded, sum.direct + terms[i].direct};
     return sum;
 }
 
-/// Constants are folded in double, and some of their rounding is enlarged on the way; all else here is in 34 digits.
-void expect_equal(Quad a, Quad b, const char* what) {
-    EXPECT_LE(static_cast<double>(abs(a - b)), 4096 * machine_epsilon<double> * (1 + static_cast<double>(abs(b))))
-        << what;
+/// Expects equality to 4096 rounding errors of double. The tape folds constants in double, and the expression amplifies
+/// the rounding errors of folding. All other operations are in quadruple precision.
+void expect_equal(Quad found, Quad expected, const char* description) {
+    EXPECT_LE(static_cast<double>(abs(found - expected)),
+              4096 * machine_epsilon<double> * (1 + static_cast<double>(abs(expected))))
+        << description;
 }
 
 constexpr int expressions = 300;
 
-TEST(Tape, SimplificationKeepsValues) {
+TEST(Tape, SimplificationPreservesValues) {
     Random random(21);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
@@ -135,7 +139,7 @@ TEST(Tape, SimplificationKeepsValues) {
     }
 }
 
-TEST(Tape, ReverseSweepGivesTheSlopesOfDuals) {
+TEST(Tape, ReverseSweepMatchesDualNumbers) {
     Random random(22);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
@@ -145,12 +149,12 @@ TEST(Tape, ReverseSweepGivesTheSlopesOfDuals) {
         record_gradient<variables>(*t, e.recorded.node, nodes, gradient);
         ASSERT_LT(t->size, Tape::capacity);
         const auto value = evaluate(t->nodes, t->size, leaves);
-        for (int k = 0; k < variables; ++k) expect_equal(value[gradient[k]], e.direct.derivative[k], "slope");
+        for (int k = 0; k < variables; ++k) expect_equal(value[gradient[k]], e.direct.derivative[k], "derivative");
     }
 }
 
-// Dropping, fusing and numbering again.
-TEST(Tape, ProgramsComputeWhatTheTapeDoes) {
+// Extraction removes unused nodes, fuses products into sums, and renumbers the nodes.
+TEST(Tape, ExtractedProgramsMatchDualNumbers) {
     Random random(23);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
@@ -161,31 +165,32 @@ TEST(Tape, ProgramsComputeWhatTheTapeDoes) {
         const auto p = kagero::detail::extract_all<variables>(*t, gradient);
         EXPECT_LE(p.size, t->size);
         const auto value = evaluate(p.nodes, p.size, leaves);
-        for (int k = 0; k < variables; ++k) expect_equal(value[p.outputs[k]], e.direct.derivative[k], "slope");
+        for (int k = 0; k < variables; ++k) expect_equal(value[p.outputs[k]], e.direct.derivative[k], "derivative");
     }
 }
 
-TEST(Tape, MultiplyThroughIsMultiplication) {
+TEST(Tape, MultiplyThroughMatchesMultiplication) {
     Random random(24);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
         const LeafValues leaves = random_leaves(random);
         std::array<int, variables> nodes;
         const Term e = random_expression(random, *t, leaves, nodes);
-        // A factor that e contains, as Ω does: √(x² + y²), its cube, or an input; e with and without it in
-        // denominators.
+        // The factor is √(x² + y²), its cube, or an input, like the time rescalings Ω of spaces. Only some terms of
+        // `whole` have it as a denominator.
         const Recorded x(t.get(), nodes[0]), y(t.get(), nodes[1]), r = sqrt(x * x + y * y);
         const Recorded factor = round % 3 == 0 ? r : round % 3 == 1 ? r * r * r : x;
         const Recorded whole = e.recorded / factor - 0.5 * (x / r) * e.recorded * e.recorded + e.recorded;
-        const int product = multiply_through(*t, factor.on(*t), whole.on(*t));
+        const int product = multiply_through(*t, factor.node_on(*t), whole.node_on(*t));
         const auto value = evaluate(t->nodes, t->size, leaves);
         expect_equal(value[product] / (1 + abs(e.direct.value)),
                      value[factor.node] * value[whole.node] / (1 + abs(e.direct.value)), "product");
     }
 }
 
-// c·(Σ ± a)² written out, among other terms; roots are inputs, with a parameter or 1/r or both.
-TEST(Tape, FindsPerfectSquares) {
+// The sum contains c·(Σ ± s)² in expanded form, and other terms. Each s is an input, and may have a parameter and 1/r
+// as factors.
+TEST(Tape, CollectSquaresFindsPerfectSquares) {
     Random random(25);
     for (int round = 0; round < expressions; ++round) {
         auto t = std::make_unique<Tape>();
@@ -205,44 +210,45 @@ TEST(Tape, FindsPerfectSquares) {
         Recorded sum = x[0] * x[3] - k * m * x[1] + cos(x[2]);
         for (std::size_t i = 0; i < roots.size(); ++i)
             for (std::size_t j = 0; j <= i; ++j) sum = sum + factor * roots[i] * roots[j] * Recorded(i == j ? 1 : 2);
-        const int before = kagero::detail::operations_to(*t, sum.node), shorter = take_squares_together(*t, sum.node);
+        const int before = kagero::detail::operations_to(*t, sum.node), shorter = collect_squares(*t, sum.node);
         EXPECT_LT(kagero::detail::operations_to(*t, shorter), before);
         const auto value = evaluate(t->nodes, t->size, leaves);
         expect_equal(value[shorter], value[sum.node], "sum");
     }
 }
 
-TEST(Tape, TakesNothingElseForASquare) {
+TEST(Tape, CollectSquaresKeepsSumsWithoutPerfectSquare) {
     Tape t;
     const Recorded x(&t, t.input(0)), y(&t, t.input(1)), k(&t, t.parameter(0));
     for (const Recorded& sum :
          {x * x + y * y + 1.9 * x * y, x * x - y * y + 2.0 * x * y, x * x + k * y * y + 2.0 * k * x * y, x * x * y + y})
-        EXPECT_EQ(take_squares_together(t, sum.node), sum.node);
+        EXPECT_EQ(collect_squares(t, sum.node), sum.node);
     const Recorded square = x * x + y * y - 2.0 * x * y;
-    EXPECT_EQ(kagero::detail::operations_to(t, take_squares_together(t, square.node)), 2);
+    EXPECT_EQ(kagero::detail::operations_to(t, collect_squares(t, square.node)), 2);
 }
 
-TEST(Tape, SquaresThatShareATermKeepTheirSigns) {
-    // (x + y)² − 2xz + (z + w)²: z² has a cross term with x², of the other sign than with w².
+TEST(Tape, SquaresThatShareATermHaveCorrectSigns) {
+    // (x + y)² − 2xz + (z + w)²: the cross term of x and z is negative, the cross term of z and w is positive.
     Random random(26);
     auto t = std::make_unique<Tape>();
     const Recorded x(t.get(), t->input(0)), y(t.get(), t->input(1)), z(t.get(), t->input(2)), w(t.get(), t->input(3));
     const Recorded sum = x * x + 2.0 * x * y + y * y - 2.0 * x * z + z * z + 2.0 * z * w + w * w;
-    const int shorter = take_squares_together(*t, sum.node);
+    const int shorter = collect_squares(*t, sum.node);
     const auto value = evaluate(t->nodes, t->size, random_leaves(random));
     expect_equal(value[shorter], value[sum.node], "sum");
 }
 
-TEST(Tape, LeavesPowersAloneThatItCannotCount) {
+// Exponents up to 63 can be represented (126 in units of ½).
+TEST(Tape, CollectSquaresKeepsPowersThatAreTooHigh) {
     Tape t;
     const Recorded x(&t, t.input(0)), y(&t, t.input(1));
     Recorded high = x;
     for (int i = 0; i < 7; ++i) high = high * high;  // x to the 128th
     const Recorded sum = high * x * x + 2.0 * x * y + y * y;
-    EXPECT_EQ(take_squares_together(t, sum.node), sum.node);
+    EXPECT_EQ(collect_squares(t, sum.node), sum.node);
 }
 
-TEST(Tape, FoldsWhatItKnows) {
+TEST(Tape, AlgebraicIdentitiesAreSimplified) {
     Tape t;
     const Recorded x(&t, t.input(0)), y(&t, t.input(1)), k(&t, t.parameter(0)), s = x * x + y * y, r = sqrt(s);
     const auto node = [](const Recorded& a) { return a.node; };
@@ -256,23 +262,25 @@ TEST(Tape, FoldsWhatItKnows) {
     EXPECT_EQ(multiply_through(t, r.node, (1.0 / r).node), t.constant(1));
 }
 
-// Wanted leaves may lie before and behind an output that is a leaf itself.
-TEST(Tape, ALeafHasTheGradientOfALeaf) {
+// The output is itself a leaf. Its derivative is 1 with respect to itself, and 0 with respect to leaves that precede or
+// follow it on the tape.
+TEST(Tape, GradientOfALeafIsAUnitVector) {
     Tape t;
     const std::array<int, 3> leaves{t.input(0), t.input(1), t.parameter(0)};
-    for (int of = 0; of < 3; ++of) {
+    for (int output = 0; output < 3; ++output) {
         std::array<int, 3> gradient{};
-        record_gradient<3>(t, leaves[of], leaves, gradient);
-        for (int k = 0; k < 3; ++k) EXPECT_EQ(gradient[k], t.constant(k == of)) << of << ' ' << k;
+        record_gradient<3>(t, leaves[output], leaves, gradient);
+        for (int k = 0; k < 3; ++k) EXPECT_EQ(gradient[k], t.constant(k == output)) << output << ' ' << k;
     }
 }
 
 template <class H>
-class TapeOf : public ::testing::Test {};
-TYPED_TEST_SUITE(TapeOf, AllHamiltonians, HamiltonianName);
+class TapeOfHamiltonian : public ::testing::Test {};
+TYPED_TEST_SUITE(TapeOfHamiltonian, AllHamiltonians, HamiltonianName);
 
-/// ∂H/∂k by the tape, for one parameter k at a time, because a tape may be too short for all of them. It is too short
-/// for the seed of `shimmer`, on which the phase of every wave depends.
+/// Returns ∂H/∂k for each parameter k by the tape. Each derivative is recorded on a tape of its own, because one tape
+/// may be too short for all of them. It is too short for the seed of `shimmer`, on which the phase of every wave
+/// depends: that element has no value.
 template <class H>
 std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& leaves) {
     std::vector<std::optional<Quad>> derivatives;
@@ -288,8 +296,8 @@ std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& lea
     return derivatives;
 }
 
-// Against dual numbers, which are propagated through H itself and use no tape.
-TYPED_TEST(TapeOf, DerivativesByParameters) {
+// Dual numbers are propagated through H itself and use no tape.
+TYPED_TEST(TapeOfHamiltonian, ParameterDerivativesMatchDualNumbers) {
     using H = TypeParam;
     constexpr int count = static_cast<int>(H::parameters.size());
     using Direct = Dual<Quad, count + 1>;
@@ -299,7 +307,7 @@ TYPED_TEST(TapeOf, DerivativesByParameters) {
         Direct k[count + 1], y[state_size];
         for (int i = 0; i < state_size; ++i) y[i].value = leaves.input[i] = random(0.3, 2);
         for (int i = 0; i < count; ++i) {
-            leaves.parameter[i] = H::parameters[i].fallback * random(0.9, 1);
+            leaves.parameter[i] = H::parameters[i].default_value * random(0.9, 1);
             k[i] = Direct::variable(leaves.parameter[i], i);
         }
         const Direct energy = H::energy(make_parameters<H>(k), {y[0], y[1], y[2]}, {y[3], y[4], y[5]}, y[6]);
@@ -309,24 +317,25 @@ TYPED_TEST(TapeOf, DerivativesByParameters) {
     }
 }
 
-/// Operations that a program does for every ray.
+/// Returns the number of operations that a program performs for every ray.
 int operations(const auto& program) {
     int n = 0;
     for (const Node& node : program.nodes) n += !node.uniform && node.op != Op::input;
     return n;
 }
 
-// The counts are on record, to be seen when they grow; the one-sided programs never do more than the whole.
-TYPED_TEST(TapeOf, OperationCounts) {
+// The program of the force alone, or of the velocity alone, has at most as many operations as the program of all
+// derivatives. The counts are printed, so that an increase is noticed.
+TYPED_TEST(TapeOfHamiltonian, ForceAndVelocityProgramsAreNotLonger) {
     using H = TypeParam;
-    const auto record = [](const std::string& form, int whole, int force, int velocity) {
-        ::testing::Test::RecordProperty(form + "derivatives", whole);
+    const auto record = [](const std::string& form, int all, int force, int velocity) {
+        ::testing::Test::RecordProperty(form + "derivatives", all);
         ::testing::Test::RecordProperty(form + "force", force);
         ::testing::Test::RecordProperty(form + "velocity", velocity);
         std::printf("%s%s: %d operations for all derivatives, %d for the force, %d for the velocity\n", form.c_str(),
-                    H::name, whole, force, velocity);
-        EXPECT_LE(force, whole);
-        EXPECT_LE(velocity, whole);
+                    H::name, all, force, velocity);
+        EXPECT_LE(force, all);
+        EXPECT_LE(velocity, all);
     };
     record("", operations(derivatives_program<H, false>), operations(force_program<H, false>),
            operations(velocity_program<H, false>));

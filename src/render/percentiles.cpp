@@ -1,0 +1,66 @@
+#include "render/percentiles.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+namespace kagero {
+namespace {
+
+// A bin of the histogram is identified by the leading bits of a double: the exponent, from −128 to 127, and the first
+// eight bits of the fraction.
+constexpr int fraction_bits = 8, dropped_bits = 52 - fraction_bits;
+constexpr std::uint64_t bin_count = std::uint64_t(256) << fraction_bits, first_bin = std::uint64_t(1023 - 128)
+                                                                                     << fraction_bits;
+
+std::uint64_t bin_of(double value) {
+    const std::uint64_t leading = std::bit_cast<std::uint64_t>(value) >> dropped_bits;
+    return std::clamp(leading, first_bin, first_bin + bin_count - 1) - first_bin;
+}
+
+}  // namespace
+
+Percentiles percentiles_of(std::vector<double> values) {
+    constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+    if (values.empty()) return {undefined, undefined, undefined, undefined};
+    auto unsorted = values.begin();  // Values before this position are at most as great as the values from it on.
+    const auto at = [&](double share) {
+        const auto ranked =
+            values.begin() + static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size()))) - 1;
+        std::nth_element(unsorted, ranked, values.end());
+        return *(unsorted = ranked);
+    };
+    return {at(0.5), at(0.9), at(0.99), at(1.0)};
+}
+
+void PercentileHistogram::add(double value) {
+    if (bins_.empty()) bins_.resize(bin_count);
+    ++bins_[bin_of(value)];
+    ++total_;
+    max_ = std::max(max_, value);
+}
+
+void PercentileHistogram::add(const PercentileHistogram& other) {
+    if (other.empty()) return;
+    bins_.resize(bin_count);
+    std::transform(bins_.begin(), bins_.end(), other.bins_.begin(), bins_.begin(), std::plus<>());
+    total_ += other.total_;
+    max_ = std::max(max_, other.max_);
+}
+
+/// Returns the upper bound of the bin that contains the value of this rank.
+double PercentileHistogram::at(double share) const {
+    const auto rank = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total_)));
+    std::uint64_t bin = 0;
+    for (std::uint64_t passed = bins_[0]; passed < rank; passed += bins_[++bin]) {}
+    return bin == 0 ? 0 : std::min(max_, std::bit_cast<double>((first_bin + bin + 1) << dropped_bits));
+}
+
+Percentiles PercentileHistogram::percentiles() const {
+    if (empty()) return percentiles_of({});
+    return {at(0.5), at(0.9), at(0.99), max_};
+}
+
+}  // namespace kagero
